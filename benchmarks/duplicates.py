@@ -26,6 +26,7 @@ from motiondb.records import Clip, FloatArray, Motion
 from motiondb.search import copies
 
 RATES = (24.0, 25.0, 50.0, 60.0, 100.0, 120.0)
+"""Frames per second to which a planted copy is resampled: rates that captures commonly have."""
 NOISE = 0.2
 """Degrees, on every angle of every frame."""
 LIMBS = 0.08
@@ -97,39 +98,39 @@ def plant(number: int, clip: Clip, motion: Motion, rng: np.random.Generator) -> 
         "cut": rewrite(clip, start, start + length, rng),
         "mirror": retarget.to_clip(retarget.mirror(motion)),
     }
-    found = []
+    planted = []
     with tempfile.TemporaryDirectory() as folder:
         for kind, changed in files.items():
             path = Path(folder) / f"{kind}.bvh"
             capture.write_bvh(changed, path)
-            found.append(Planted(number, kind, retarget.to_motion(capture.read_capture(path))))
-    return found
+            planted.append(Planted(number, kind, retarget.to_motion(capture.read_capture(path))))
+    return planted
 
 
 def report(
     planted: Sequence[Planted],
     n_captures: int,
-    found: Sequence[copies.Copy],
+    copies_found: Sequence[copies.Copy],
     twins: set[tuple[int, int]],
 ) -> str:
     """The page: recall and precision by kind."""
     made = Counter(p.kind for p in planted)
     hit, right, wrong = Counter[str](), Counter[str](), Counter[str]()
     for number, plan in enumerate(planted, start=n_captures):
-        mine = [c for c in found if c.query == number and c.take < n_captures]
+        mine = [c for c in copies_found if c.query == number and c.take < n_captures]
         hit[plan.kind] += any(c.take == plan.original and c.kind == plan.kind for c in mine)
         for copy in mine:
             true = copy.take == plan.original or (copy.take, plan.original) in twins
             (right if true else wrong)[plan.kind] += 1
     lines = [
-        "# Duplicates, planted",
+        "# Detection of planted duplicates",
         "",
         f"Made by `python benchmarks/duplicates.py --data DIR`. {len(planted)} files planted "
         f"among {n_captures} captures of the CMU database: whole takes and cuts on skeletons "
         f"whose bones are up to {LIMBS:.0%} longer or shorter, at another frame rate, turned, "
         f"moved, with {NOISE:g} degrees of noise on every angle; and mirror images on the canonical"
-        " skeleton. A relation is right where it leads to the original, or to a capture that "
-        "repeats the original itself.",
+        " skeleton. A relation is right if it leads to the original, or to another copy of the "
+        "original.",
         "",
         "| kind | planted | found (recall) | relations | right (precision) |",
         "|---|---|---|---|---|",
@@ -145,10 +146,10 @@ def report(
         )
     lines += [
         "",
-        "What is missed: people who hardly move (their copies differ by noise more than by "
-        "motion), takes whose joints move by more than 1 cm when their bones change, and takes "
-        "with spikes. `NEAR` of 1.5 cm would find 3 % more, but would call takes of the sample "
-        "data that repeat one phrase copies of one another.",
+        "Not found are copies of people who hardly move (noise changes them more than motion "
+        "does), takes whose joints move by more than 1 cm when the bones change, and takes with "
+        "spikes. With `NEAR` of 1.5 cm, 3 % more would be found, but takes of the sample data "
+        "that repeat one phrase would count as copies of each other.",
     ]
     return "\n".join(lines) + "\n"
 
@@ -177,14 +178,14 @@ def main() -> None:
                 planted += plant(n, db.clip(infos[n].name), motions[n], rng)
     everything = [*motions, *(p.motion for p in planted)]
     library = copies.build_library([copies.copy_poses(motion) for motion in everything])
-    found = copies.find_copies(library, range(len(everything)))
+    matches = copies.find_copies(library, range(len(everything)))
     n = len(motions)
-    among = {(c.query, c.take) for c in found if c.query < n and c.take < n}
-    text = report(planted, n, found, among | {(b, a) for a, b in among})
+    among = {(c.query, c.take) for c in matches if c.query < n and c.take < n}
+    text = report(planted, n, matches, among | {(b, a) for a, b in among})
     options.out.write_text(text, encoding="utf-8")
     print(text)
     for number, plan in enumerate(planted, start=n):
-        mine = [c for c in found if c.query == number and c.take < n]
+        mine = [c for c in matches if c.query == number and c.take < n]
         if not any(c.take == plan.original and c.kind == plan.kind for c in mine):
             print(f"missed: {plan.kind} of {infos[plan.original].name}")
         for c in mine:

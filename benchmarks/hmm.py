@@ -94,23 +94,23 @@ def compare_scores(load: Workload, share: float, repeats: int) -> dict[str, floa
     def ours() -> Float32Array:
         return hmm.score(load.symbols, frames, load.starts, load.ends)
 
-    expected, found = theirs(), ours()[:n]
+    expected, actual = theirs(), ours()[:n]
     seconds, whole = timed(ours, repeats), timed(theirs, max(1, repeats // 2)) / n
     return {
         "motiondb_s": seconds,
         "hmmlearn_s": whole * len(load.starts),
         "hmmlearn_share": n / len(load.starts),
         "times_faster": whole * len(load.starts) / seconds,
-        "largest_relative_difference": float(np.max(np.abs(found / expected - 1))),
-        "same_best_symbol": float(np.mean(found.argmax(axis=1) == expected.argmax(axis=1))),
+        "largest_relative_difference": float(np.max(np.abs(actual / expected - 1))),
+        "same_best_symbol": float(np.mean(actual.argmax(axis=1) == expected.argmax(axis=1))),
     }
 
 
 def compare_fits(load: Workload, repeats: int, n_iterations: int = 5) -> dict[str, float]:
     """Every symbol from its segments."""
     symbols = load.symbols
-    own = [np.flatnonzero(load.assignment == s) for s in range(symbols.n_symbols)]
-    pieces = [[load.frames[load.starts[i] : load.ends[i]] for i in rows] for rows in own]
+    members = [np.flatnonzero(load.assignment == s) for s in range(symbols.n_symbols)]
+    pieces = [[load.frames[load.starts[i] : load.ends[i]] for i in rows] for rows in members]
 
     def theirs() -> list[GaussianHMM]:
         models = []
@@ -131,7 +131,7 @@ def compare_fits(load: Workload, repeats: int, n_iterations: int = 5) -> dict[st
             exit_required=False,
         )[0]
 
-    expected, found = theirs(), ours()
+    expected, actual = theirs(), ours()
     means = np.stack([model.means_ for model in expected])
     covars = np.stack([np.diagonal(model.covars_, axis1=1, axis2=2) for model in expected])
     seconds, slow = timed(ours, repeats), timed(theirs, max(1, repeats // 2))
@@ -140,8 +140,8 @@ def compare_fits(load: Workload, repeats: int, n_iterations: int = 5) -> dict[st
         "motiondb_s": seconds,
         "hmmlearn_s": slow,
         "times_faster": slow / seconds,
-        "largest_difference_of_means": float(np.max(np.abs(found.means - means))),
-        "largest_difference_of_variances": float(np.max(np.abs(found.covars - covars))),
+        "largest_difference_of_means": float(np.max(np.abs(actual.means - means))),
+        "largest_difference_of_variances": float(np.max(np.abs(actual.covars - covars))),
     }
 
 

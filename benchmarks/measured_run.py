@@ -21,6 +21,7 @@ from pathlib import Path
 import psutil
 
 LOOKS_PER_SECOND = 20
+"""How often memory is read. A shorter peak than 50 ms may be missed."""
 
 
 @dataclass(frozen=True)

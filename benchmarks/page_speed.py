@@ -1,8 +1,8 @@
 """How fast the page's server answers: the first view of large catalogues, and searches.
 
 ``--captures`` captures of a second or two are made from the sample data and added to a database,
-which then learns (``--learn``). Every route is asked over HTTP on this computer: the first time,
-and then the median of ten.
+which then learns (``--learn``). Every route is requested over HTTP on this computer: the first
+time, and then the median of ten.
 
     python benchmarks/page_speed.py --captures 10000
     python benchmarks/page_speed.py --captures 3000 --learn

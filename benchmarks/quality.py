@@ -2,10 +2,9 @@
 
     python benchmarks/quality.py --data DIR [--task NAME ...] [--seed 0] [--output docs]
 
-DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks stand in ``quality_tasks/NAME.py``;
-without --task all of them run. Sections of tasks that are not run stay as they are in
-``quality.md``; the table of targets at its top is read off all sections
-(``quality_protocol/targets.py``).
+DIR holds ``cmu/``, ``bandai/`` and their sheets. Tasks are in ``quality_tasks/NAME.py``; without
+--task all of them run. Sections of tasks that are not run stay as they are in ``quality.md``; the
+table of targets at its top is read off all sections (``quality_protocol/targets.py``).
 """
 
 from __future__ import annotations
@@ -24,13 +23,13 @@ TASKS = (
 )  # fmt: skip
 HEAD = """# Are the answers right?
 
-Real captures (CMU, Bandai-Namco), measured by `python benchmarks/quality.py --data DIR`, motiondb
-beside what anyone could build in an afternoon, in the same run. Performers are never on both sides,
-nor are copies and mirror images (`14_36` repeats `14_31`); settings are chosen inside the training
-part. In brackets: bootstrap 95 % intervals; columns "motiondb better by" are paired differences on
-the same draws, and one whose interval holds 0 is no difference. Unless said otherwise motiondb's
-symbols are also learned on the motion (never the words) of the captures that are searched, as a
-database does; the variant without is shown beside it.
+Real captures (CMU, Bandai-Namco), measured by `python benchmarks/quality.py --data DIR`, for
+motiondb and for simple baselines in the same run. No performer is both in the training part and in
+the test part, and copies and mirror images are left out (`14_36` repeats `14_31`). Settings are
+chosen within the training part. Brackets hold bootstrap 95 % intervals. The columns "motiondb
+better by" are paired differences on the same draws; a difference whose interval contains 0 does not
+count. Unless stated otherwise, motiondb's symbols are also learned from the motion (never the
+words) of the captures that are searched, as in a database; the variant without them is listed too.
 """
 
 

@@ -54,7 +54,7 @@ def build(data: Path, database: Path) -> Stages:
 
 
 def count(db: MotionDB, database: Path) -> dict[str, float]:
-    """Sizes of what is in the database."""
+    """Sizes of the contents of the database."""
     learned = db.learned
     infos = db.captures()
     space = store.load_space(db.store)

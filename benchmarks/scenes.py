@@ -11,12 +11,12 @@ The database holds the sample data with its words and events:
     motiondb add sample_data/captures --words sample_data/captions.tsv
         --events sample_data/events.tsv --db samples.duckdb
 
-``table`` makes each diagram at each seed from nothing. ``baseline`` is the paper's own procedure,
-as far as it is told: one chain at T = 1, clips exchanged by their errors and drawn uniformly,
-subtrees derived by the rules' probabilities until P(X') > 0, and everything evaluated anew at each
+``table`` makes each diagram at each seed from nothing. ``baseline`` is the paper's procedure, as
+far as it is described: one chain at T = 1, clips exchanged by their errors and drawn uniformly,
+subtrees derived by the rules' probabilities until P(X') > 0, and everything evaluated again at each
 step. ``tempering`` compares a single chain with several at equal time. ``update`` moves one player
-and times the warm start. Results are JSON files in ``--out``, and ``page`` tells them. Times are of
-the wall clock, with processor seconds beside, and without the first compilation, which is kept.
+and times the warm start. Results are JSON files in ``--out``; ``page`` makes the page of them.
+Times are elapsed and processor seconds, without the first compilation, which is cached.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), sections 5 and 6, Table 2 and Figure 5.
@@ -144,15 +144,17 @@ def material(base: motiondb.MotionDB, diagram: str) -> tuple[SceneText, Any]:
 
 
 def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
-    """The paper's own procedure for so many processor seconds, beside ours."""
+    """The paper's procedure for so many processor seconds, for comparison with ours."""
     compiled(base)
     for seed in asked.seeds:
         for diagram in asked.diagrams:
             text, clips = material(base, diagram)
             rng = np.random.default_rng(seed)
-            found = paper_baseline.run(text, clips.library, rng, asked.seconds)
+            results = paper_baseline.run(text, clips.library, rng, asked.seconds)
             save(
-                asked.out, f"baseline-{diagram}-{seed}", {"diagram": diagram, "seed": seed} | found
+                asked.out,
+                f"baseline-{diagram}-{seed}",
+                {"diagram": diagram, "seed": seed} | results,
             )
 
 
@@ -179,7 +181,7 @@ def timed(
 ) -> list[tuple[float, float]]:
     """(seconds, best error so far), again from other numbers while there is time.
 
-    The error is what is sought, with the prices of time and of actions.
+    The error is the minimised one, with the prices of time and of actions.
     """
     play = make_play(
         text.diagram, text.grammar, clips.library, settings.most_actions, settings.prices

@@ -31,7 +31,9 @@ from real_tasks.real_page import table
 
 HERE = Path(__file__).parent
 EXAMPLE_SECONDS = 3.0
+"""Seconds of an example."""
 DECODED_WORDS = 6
+"""Words that are decoded together. Chosen by hand; not tuned."""
 PACKAGES = ("motiondb", "numpy", "scipy", "numba", "duckdb", "hmmlearn", "nltk")
 
 
@@ -77,8 +79,8 @@ def time_each(name: str, asks: Sequence[Callable[[], object]], target_ms: float)
         seconds.append(time.perf_counter() - started)
         worked.append(time.process_time() - began)
     low, high = np.quantile(seconds, [0.5, 0.95]) * 1e3
-    own = float(np.median(worked)) * 1e3
-    return Timing(name, float(low), float(high), own, "ms", len(seconds), target_ms)
+    processor = float(np.median(worked)) * 1e3
+    return Timing(name, float(low), float(high), processor, "ms", len(seconds), target_ms)
 
 
 def time_questions(db: MotionDB, repeats: int) -> list[Timing]:
@@ -115,8 +117,8 @@ def time_command(
         if run.exit_code:
             raise SystemExit(f"{' '.join(command)}: exit code {run.exit_code}\n{run.complaints}")
     low, high = np.quantile([run.seconds for run in runs], [0.5, 0.95])
-    own = float(np.median([run.processor_seconds for run in runs]))
-    timing = Timing(name, float(low), float(high), own, "s", repeats, target_s, "median")
+    processor = float(np.median([run.processor_seconds for run in runs]))
+    timing = Timing(name, float(low), float(high), processor, "s", repeats, target_s, "median")
     return timing, max(run.peak_bytes for run in runs)
 
 
@@ -156,12 +158,12 @@ def write_page(
         "# Speed",
         "Written by `python benchmarks/speed.py --database FILE`, FILE a learned database of the "
         f"CMU captures ([real-captures.md](real-captures.md)), on {machine()}; "
-        f"{versions(*PACKAGES)}. How long adding and learning takes stands in real-captures.md.",
+        f"{versions(*PACKAGES)}. The times of adding and learning are in real-captures.md.",
         _timing_table(timings),
-        "The questions were asked in an open database, after a first round; the commands are whole "
-        "processes. Times are of the clock; beside them stands the processor's time, which other "
-        f"work on the machine (load {psutil.getloadavg()[0]:.1f} on {psutil.cpu_count()} cores at "
-        "the end) hardly touches.",
+        "The questions were asked in an open database, after a first round; the commands are "
+        "whole processes. Times are elapsed times; the processor times next to them are hardly "
+        f"affected by other load on the machine ({psutil.getloadavg()[0]:.1f} on "
+        f"{psutil.cpu_count()} cores at the end).",
         _ratio_table(ratios),
         table(["memory at most", ""], held),
     ]

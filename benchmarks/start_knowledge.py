@@ -74,7 +74,7 @@ def make(data: Path, output: Path) -> Knowledge:
 
 
 def differences(made: Knowledge, shipped: Knowledge) -> tuple[list[str], bool]:
-    """What differs; none where the files are the same to the last byte. Whether it is rounding."""
+    """What differs; none if the files are the same to the last byte. Whether it is rounding."""
     if made.origin.digest == shipped.origin.digest:
         return [], True
     lines = [f"sha256 {made.origin.digest} in place of {shipped.origin.digest}"]

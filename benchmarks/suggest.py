@@ -2,8 +2,8 @@
 
 The captions of a part of the captures are hidden and shown one by one, in the order that
 ``motiondb words suggest`` gives and in random order; after each number of captions the word map is
-solved, and every word that was asked for is searched among the held-out captures. Symbols are
-learned from all motion, words are known only of what was shown.
+solved, and every word is searched among the held-out captures. Symbols are
+learned from all motion, words are known only from the revealed captions.
 
     python benchmarks/suggest.py --data DIR        # DIR holds cmu/ and cmu-captions.tsv
 """
@@ -27,9 +27,13 @@ from motiondb.words.maps.word_moments import solve_word_map, word_moments
 from motiondb.words.suggestion import suggest
 
 STEPS = (5, 10, 15, 20, 30, 40, 60, 80, 100)
+"""Numbers of captions at which the curves are measured."""
 RANDOM_ORDERS = 10
+"""Random orders whose mean is compared."""
 RIDGE = 1.0
+"""Ridge of the word map, the same for both orders. Chosen by hand; not tuned."""
 FIRST_SEED = 100
+"""First split of the page; splits 0 to 11 were used to choose the method."""
 LEAST = 2
 """A word takes part where it is written about this many captures on either side."""
 
@@ -69,15 +73,15 @@ def curve(
     captures: Captures, order: IntArray, gallery: IntArray, words: IntArray, steps: Sequence[int]
 ) -> FloatArray:
     """Mean average precision after the first ``steps`` captions of an order."""
-    found = []
+    precisions = []
     for n in steps:
         shown = order[:n]
         moments = word_moments(captures.vectors[shown], captures.presence[shown][:, words])
         fitted = solve_word_map(moments, RIDGE, np.array([1.0, 1.0, 0.0]))
         scores = fitted.evidence(captures.vectors[gallery])
         truth = captures.presence[gallery][:, words]
-        found.append(float(average_precisions(truth, scores).mean()))
-    return np.array(found)
+        precisions.append(float(average_precisions(truth, scores).mean()))
+    return np.array(precisions)
 
 
 def suggested_order(captures: Captures, pool: IntArray, n: int) -> IntArray:
@@ -129,7 +133,7 @@ def interval(values: FloatArray, rng: np.random.Generator) -> tuple[float, float
 
 
 def as_many(ours: FloatArray, chance: FloatArray, n: int) -> str:
-    """How many random captions are worth the first ``n`` suggested ones."""
+    """The number of random captions with the same result as the first ``n`` suggested ones."""
     value = ours.mean(0)[STEPS.index(n)]
     mean = np.maximum.accumulate(chance.mean(0))
     if value > mean[-1]:
@@ -197,18 +201,18 @@ def report(curves: dict[str, tuple[FloatArray, FloatArray]], n: int, picture: st
     lines = [
         "# What to caption next",
         "",
-        "`motiondb words suggest` ranks the captures without words by how much of what is "
-        "uncertain about all of them their words would settle (expected reduction of variance, "
-        "greedy; see `motiondb/words/suggestion.py`). Here it is put to the test on real captures.",
+        "`motiondb words suggest` ranks the captures without words by how much a caption of each "
+        "would reduce the uncertainty about all of them (expected reduction of variance, greedy; "
+        "see `motiondb/words/suggestion.py`). This page measures it on real captures.",
         "",
         f"Made by `python benchmarks/suggest.py --data DIR`. {n} captures of the CMU database with "
-        "words; symbols learned from all motion, without words. A third is held out; of the "
-        "others, captions are shown one by one. After each number of captions every word that is "
-        f"written about at least {LEAST} captures on both sides is searched among the held-out "
-        f"ones. Each random curve is the mean of {RANDOM_ORDERS} orders; intervals are paired, "
-        "bootstrap over the splits. The splits share captures, so the intervals tell how much the "
-        "choice of the split matters, not how it would be on another database. Kernel and noise "
-        f"were chosen on splits 0 to 11, this page uses splits from {FIRST_SEED} on.",
+        "words; symbols learned from all motion, without words. A third of the captures is held "
+        "out; captions of the others are revealed one by one. After each number of captions, "
+        f"every word that describes at least {LEAST} captures on both sides is searched among the "
+        f"held-out captures. Each random curve is the mean of {RANDOM_ORDERS} orders; intervals "
+        "are paired, bootstrap over the splits. The splits share captures, so the intervals show "
+        "the effect of the choice of the split, not of another database. Kernel and noise were "
+        f"chosen on splits 0 to 11; this page uses splits from {FIRST_SEED} on.",
         "",
         f"![Mean average precision over the number of captions]({picture})",
     ]

@@ -36,7 +36,7 @@ def learn(
         typer.Option(
             "--start",
             help="Knowledge to start from: a file of `knowledge export`, cmu (shipped), or none.  "
-            "[default: what it started from before]",
+            "[default: the start used before]",
         ),
     ] = None,
     seed: Seed = 0,
@@ -80,11 +80,11 @@ def learn(
         print_start(first)
     elif start not in (None, "none"):
         typer.echo(
-            f"The start {start} was set aside: its symbols do not fit these captures, whose own "
-            "captions are enough to learn from. Words that only the start had are not known."
+            f"The start {start} is not used: its symbols do not fit these captures, and their "
+            f"captions are enough to learn from. Words that only the start has are unknown."
         )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
-        typer.echo("No capture came or went since it learned before, and no word was new.")
+        typer.echo("No capture was added or removed since it learned before, and no word is new.")
     if not facts["words"]:
         typer.echo(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "

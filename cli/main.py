@@ -130,8 +130,8 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 def _end_interrupted() -> NoReturn:
     """Print a message and end at once, so that threads do not outlive their data."""
     if motiondb.changes_saved():
-        typer.echo("interrupted: what was saved by then stays, nothing is half saved", err=True)
+        typer.echo("interrupted: complete changes up to then are saved, and nothing else", err=True)
     else:
-        typer.echo("interrupted: the database is as it was", err=True)
+        typer.echo("interrupted: the database is unchanged", err=True)
     sys.stdout.flush()
     os._exit(INTERRUPTED)

@@ -30,7 +30,10 @@ Where = Annotated[
 ]
 Exact = Annotated[
     bool,
-    typer.Option("--exact", help="Leave out words that no caption holds; take none as others."),
+    typer.Option(
+        "--exact",
+        help="Leave out words that are in no caption, instead of replacing them by known words.",
+    ),
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]

@@ -28,18 +28,18 @@ def note_unlearned(db: MotionDB) -> None:
         typer.echo(f"note: {what} not yet learned: run motiondb learn to include them", err=True)
 
 
-def note_drift(found: Drift | None) -> None:
+def note_drift(drift: Drift | None) -> None:
     """Print whether learning again is worthwhile after changes of captures or words.
 
     Parameters
     ----------
-    found : Drift, optional
-        What changed since the database learned.
+    drift : Drift, optional
+        The changes since the database learned.
     """
-    if found and found.relearn:
-        typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(found.reasons)}.")
-    elif found and found.words:
-        typer.echo(f"New words, counted at the next motiondb learn: {', '.join(found.words)}.")
+    if drift and drift.relearn:
+        typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(drift.reasons)}.")
+    elif drift and drift.words:
+        typer.echo(f"New words, counted at the next motiondb learn: {', '.join(drift.words)}.")
 
 
 def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
@@ -154,20 +154,6 @@ def note_sources(sources: Sequence[WordSource]) -> None:
             "caption has checked their probabilities",
             err=True,
         )
-
-
-def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
-    """What words were taken as, for JSON.
-
-    Parameters
-    ----------
-    taken : mapping of str to Taking
-        Words that are taken as known ones.
-    """
-    return {
-        word: [{"word": known, "probability": p} for known, p in taking.words]
-        for word, taking in taken.items()
-    }
 
 
 def print_json(value: object) -> None:

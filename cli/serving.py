@@ -33,7 +33,7 @@ def serve(
         int, typer.Option("--port", min=0, max=65_535, help="Port to listen at; 0 for a free one.")
     ] = 8765,
     read_only: Annotated[
-        bool, typer.Option("--read-only", help="Let the page change nothing.")
+        bool, typer.Option("--read-only", help="The page cannot change anything.")
     ] = False,
     folders: Annotated[
         list[Path] | None,

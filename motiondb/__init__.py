@@ -1,7 +1,7 @@
 """motiondb: a motion-capture database that understands what is in it.
 
 Open a database with :func:`open`; everything that the commands do is a method of the
-:class:`MotionDB` that it gives, or a function here where it needs no open database. The commands
+:class:`MotionDB` that it gives, or a function here if it needs no open database. The commands
 use nothing but these names.
 
 >>> import motiondb
@@ -55,7 +55,16 @@ if TYPE_CHECKING:
     from motiondb.page.serving.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
-    from motiondb.records import Caption, CaptureInfo, Clip, Event, Match, Motion, Relation
+    from motiondb.records import (
+        Caption,
+        CaptureInfo,
+        Clip,
+        Event,
+        Match,
+        Motion,
+        MotionSymbols,
+        Relation,
+    )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
     from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
@@ -96,6 +105,7 @@ __all__ = [
     "MotionDB",
     "MotionDBError",
     "MotionGrammar",
+    "MotionSymbols",
     "NotLearnedError",
     "NotUsed",
     "PageSettings",
@@ -170,7 +180,7 @@ _PLACES = {
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.learning.written_words": "WrittenWord",
-    "motiondb.records": "Caption CaptureInfo Clip Event Match Motion Relation",
+    "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
@@ -199,8 +209,8 @@ def open(
     Raises
     ------
     MotionDBError
-        When another process holds the file, or it is no database of motiondb, or one of a newer
-        motiondb.
+        When another process holds the file, or it is not a database of motiondb, or was written by
+        a newer motiondb.
     """
     from motiondb.database import MotionDB
 
@@ -213,7 +223,7 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     Parameters
     ----------
     path : str or Path
-        The DuckDB file; nobody may have it open.
+        The DuckDB file; no process may have it open.
     wait : float
         Seconds to wait for another process that holds the file.
 
@@ -225,7 +235,7 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
     Raises
     ------
     MotionDBError
-        When the file is held, or is no database of motiondb.
+        When another process holds the file, or it is not a database of motiondb.
     """
     from motiondb import store
 
@@ -285,7 +295,7 @@ def _to_clip(motion: object) -> Clip:
         return motion
     raise MotionDBError(
         f"motion: expected a motiondb.Clip or a motiondb.Motion, found {type(motion).__name__}. "
-        "What db.generate gives is written by its own method write, or by its attribute motion."
+        "Write what db.generate returns by its method write, or pass its attribute motion."
     )
 
 

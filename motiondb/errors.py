@@ -11,7 +11,7 @@ from difflib import get_close_matches
 
 
 class MotionDBError(Exception):
-    """Base class of all errors; the message says what was expected, what was found, what to do."""
+    """Base class of all errors; messages say what was expected and found, and what to do."""
 
 
 class CaptureError(MotionDBError):
@@ -58,7 +58,7 @@ class HeldError(StoreError):
 
 
 class NotLearnedError(MotionDBError):
-    """A question that needs what ``learn`` derives, before ``learn`` has run."""
+    """A question that needs the learned model, before ``learn`` was run."""
 
 
 class QueryError(MotionDBError):

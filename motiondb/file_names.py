@@ -67,7 +67,7 @@ def check_file_name(path: Path) -> None:
         path.exists()
         path.with_name(f".{path.name}.{os.getpid()}.compact").exists()  # of drafts beside it
     except OSError as error:
-        found = (error.strerror or "an error").lower()
+        reason = (error.strerror or "an error").lower()
         raise StoreError(
-            f"{str(path)[:100]}: expected the name of a file, found: {found}. Give another name."
+            f"{str(path)[:100]}: expected the name of a file, found: {reason}. Give another name."
         ) from None

@@ -152,10 +152,10 @@ def _check(number: int, model: GaussianHMM, n_dims: int) -> None:
             f"{where}: expected diagonal covariances, found {model.covariance_type!r}. "
             "Fit a GaussianHMM with covariance_type='diag'."
         )
-    found = np.asarray(model.means_).shape[1]
-    if found != n_dims:
+    n_features = np.asarray(model.means_).shape[1]
+    if n_features != n_dims:
         raise MotionDBError(
-            f"{where}: expected {n_dims} dimensions as in model 0, found {found}. "
+            f"{where}: expected {n_dims} dimensions as in model 0, found {n_features}. "
             "Fit all models in one feature space."
         )
     moves = np.asarray(model.transmat_)

@@ -13,12 +13,12 @@ Move = tuple[str, dict[str, object]]
 
 def _side(take: Take, side: object = None) -> str:
     """A named side ("own", "off" of the acting hand, "l", "r"), or one drawn: mostly the own."""
-    own = take.person.hand
+    hand = take.person.hand
     if side in ("l", "r"):
         return str(side)
     if side == "off" or (side is None and take.random.uniform() < 0.3):
-        return locomotion.other_side(own)
-    return own
+        return locomotion.other_side(hand)
+    return hand
 
 
 def _wave(take: Take, side: object = None, times: int = 4) -> None:

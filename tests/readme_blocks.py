@@ -36,7 +36,7 @@ class Example:
 def blocks(language: str, text: str | None = None) -> list[str]:
     """The fenced blocks of a language, in order."""
     text = README.read_text(encoding="utf-8") if text is None else text
-    return [body for found, body in _BLOCK.findall(text) if found == language]
+    return [body for actual, body in _BLOCK.findall(text) if actual == language]
 
 
 def examples(block: str) -> list[Example]:

@@ -93,7 +93,7 @@ def test_a_sequence_that_never_occurred_is_answered_and_says_so(db: MotionDB) ->
         assert answer.decoding.certificate == "optimal"
         assert answer.matches
         occurs = _occurs(db, answer.decoding.symbols)
-        says = ["this sequence of symbols never occurred" in m.reason for m in answer.matches]
+        says = ["this sequence of symbols does not occur" in m.reason for m in answer.matches]
         assert says == [not occurs] * len(answer.matches)
         seen.append(occurs)
     assert not all(seen)
@@ -178,10 +178,10 @@ def test_every_generated_frame_knows_its_source_and_licence(
     """X2: in memory, and in the file beside the motion, whose runs tile the frames."""
     durations = {info.name: info.duration for info in db.captures()}
     for words, one in made.items():
-        found = one.provenance
-        assert len(found.source_numbers) == one.motion.n_frames == len(found.edits)
-        assert (found.source_numbers >= 0).all()
-        assert set(found.licences) == {"CC0-1.0"}
+        actual = one.provenance
+        assert len(actual.source_numbers) == one.motion.n_frames == len(actual.edits)
+        assert (actual.source_numbers >= 0).all()
+        assert set(actual.licences) == {"CC0-1.0"}
         one.write(tmp_path / "made.bvh")
         told = json.loads((tmp_path / "made.provenance.json").read_text())
         assert (told["words"], told["seed"], told["method"]) == (words, 7, "stitched")

@@ -108,11 +108,11 @@ def test_transitions_are_distributions(db: MotionDB, learned: Learned, space: Sy
 def test_decoding_carries_its_certificate(learned: Learned) -> None:
     """A10: cost, nodes, and whether it is the best there is."""
     for first, second in pairwise(WORDS):
-        found = decode(learned, [first, second])
-        assert found is not None
-        assert found.certificate == "optimal"
-        assert found.nodes_expanded >= 0
-        assert -np.inf < found.log_probability <= found.bound + 1e-9
+        decoded = decode(learned, [first, second])
+        assert decoded is not None
+        assert decoded.certificate == "optimal"
+        assert decoded.nodes_expanded >= 0
+        assert -np.inf < decoded.log_probability <= decoded.bound + 1e-9
 
 
 def test_distances_between_symbols(space: SymbolSpace) -> None:
@@ -130,9 +130,9 @@ def test_the_space_keeps_distances(space: SymbolSpace) -> None:
     """A14: stress falls with dimensions; the stored coordinates have the stored stress."""
     assert (np.diff(space.stress) <= 1e-9).all()
     x = space.coordinates
-    found = np.linalg.norm(x[:, None] - x[None], axis=2)
+    actual = np.linalg.norm(x[:, None] - x[None], axis=2)
     upper = np.triu_indices(len(x), 1)
-    gap, size = found[upper] - space.distances[upper], space.distances[upper]
+    gap, size = actual[upper] - space.distances[upper], space.distances[upper]
     stress = np.sqrt(np.sum(gap**2) / np.sum(size**2))
     assert stress == pytest.approx(space.stress[x.shape[1] - 1], abs=1e-6)
 
@@ -146,11 +146,11 @@ def test_every_symbol_belongs_to_one_cluster(learned: Learned, space: SymbolSpac
 
 def _is_usable(learned: Learned, words: list[str], clustered: bool) -> bool:
     """Whether each word is spoken by one of the symbols that the words decode to."""
-    found = decode(learned, words, clustered=clustered)
-    if found is None:
+    decoded = decode(learned, words, clustered=clustered)
+    if decoded is None:
         return False
     number = [learned.association.words.index(word) for word in words]
-    t = learned.association.translation[1:][np.ix_(found.symbols, number)]
+    t = learned.association.translation[1:][np.ix_(decoded.symbols, number)]
     return bool((t.max(axis=0) > 0.1).all())
 
 

@@ -114,4 +114,4 @@ def test_a_sound_section_has_no_faults() -> None:
     ],
 )
 def test_each_fault_is_found(entries: tuple[str, ...], fault: str) -> None:
-    assert any(fault in found for found in faults(section(*entries), {"a", "b"}))
+    assert any(fault in actual for actual in faults(section(*entries), {"a", "b"}))

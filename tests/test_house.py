@@ -77,9 +77,9 @@ def test_every_package_is_installed() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     listed = set(project["tool"]["setuptools"]["packages"])
     packages = [*ROOT.glob("motiondb/**/__init__.py"), *ROOT.glob("cli/**/__init__.py")]
-    found = {short(p.parent).replace("/", ".") for p in packages} | {"motiondb.schema"}
-    found = {re.sub(r"^cli\b", "motiondb.cli", name) for name in found}
-    assert found <= listed
+    actual = {short(p.parent).replace("/", ".") for p in packages} | {"motiondb.schema"}
+    actual = {re.sub(r"^cli\b", "motiondb.cli", name) for name in actual}
+    assert actual <= listed
 
 
 @pytest.mark.parametrize("path", MODULES, ids=short)
@@ -208,14 +208,14 @@ MEMOS = {
 
 
 def test_memos_are_of_functions_without_a_database() -> None:
-    found = {
+    actual = {
         short(path)
         for path in PURE_MODULES
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Name) and node.id in ("cache", "lru_cache")
         and isinstance(node.ctx, ast.Load)
     }  # fmt: skip
-    assert found <= MEMOS.keys()
+    assert actual <= MEMOS.keys()
 
 
 CHANGING = {
@@ -234,7 +234,7 @@ def changes_of_module_level_state(tree: ast.Module) -> list[str]:
         for name in ast.walk(target)
         if isinstance(name, ast.Name)
     }
-    found = []
+    actual = []
     for function in ast.walk(tree):
         if not isinstance(function, ast.FunctionDef):
             continue
@@ -247,7 +247,7 @@ def changes_of_module_level_state(tree: ast.Module) -> list[str]:
         for node in ast.walk(function):
             changed: ast.expr | None = None
             if isinstance(node, ast.Global):
-                found.append(ast.unparse(node))
+                actual.append(ast.unparse(node))
             if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(
                 node.ctx, ast.Load
             ):
@@ -255,8 +255,8 @@ def changes_of_module_level_state(tree: ast.Module) -> list[str]:
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
                 changed = node.func.value if node.func.attr in CHANGING else None
             if isinstance(changed, ast.Name) and changed.id in held - local:
-                found.append(ast.unparse(node))
-    return found
+                actual.append(ast.unparse(node))
+    return actual
 
 
 @pytest.mark.parametrize("path", PURE_MODULES, ids=short)

@@ -24,7 +24,7 @@ def test_every_figure_of_the_table_stands_in_a_section() -> None:
     table, rest = targets.section(text), targets._SECTION.sub("", text)
     rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ")][2:]
     assert len(rows) > 20
-    figures = [found for row in rows for found in re.findall(r"-?\d*\.\d{3}\b", row[1])]
+    figures = [actual for row in rows for actual in re.findall(r"-?\d*\.\d{3}\b", row[1])]
     assert len(figures) > 60
     assert [figure for figure in figures if figure not in rest] == []
 
@@ -44,6 +44,6 @@ def test_a_difference_is_judged_by_its_interval(ours: str, best: str, ahead: str
         ("other", best, ahead), ("worse", ".100", ".400 (.300 to .500)"),
         ("random", ".990", "-.490 (-.500 to -.480)"),
     )  # fmt: skip
-    figure, found = targets.beaten(targets.Table(("method", "x", "motiondb better by"), rows), "x")
-    assert found == met
+    figure, actual = targets.beaten(targets.Table(("method", "x", "motiondb better by"), rows), "x")
+    assert actual == met
     assert figure == f"{ours}; other {best}, motiondb better by {ahead}"

@@ -36,13 +36,13 @@ def place(learned_file: Path) -> Iterator[Path]:
 DECIMAL = re.compile(r"[-+]?\d+\.\d+")
 
 
-def _differences(expected: str, found: str) -> list[str]:
+def _differences(expected: str, actual: str) -> list[str]:
     """Lines in which an output differs from README's, the whole of it, word by word.
 
     Decimals may differ by 0.02 or by 2 %: sums of floating point numbers do between processors.
     Everything else is the same: names, whole numbers, the number of lines and columns.
     """
-    shown, came = expected.splitlines(), found.splitlines()
+    shown, came = expected.splitlines(), actual.splitlines()
     if shown and shown[-1] == "...":
         shown = shown[:-1]
         came = came[: len(shown)]
@@ -139,7 +139,7 @@ def test_every_command_stands_in_the_table() -> None:
     rows = "\n".join(line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| `"))
     told = set(re.findall(r"`([a-z]+(?: [a-z]+)?)", rows))
     known: set[str] = set()
-    for name, command in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+    for name, command in typer.main.get_command(app).commands.items():
         known |= {f"{name} {sub}" for sub in getattr(command, "commands", {})} or {name}
     assert known - told == set()
 

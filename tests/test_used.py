@@ -28,26 +28,26 @@ FOR_READERS = {
 
 def modules(root: Path) -> dict[str, ast.Module]:
     """Modules of the program by their dotted names."""
-    found = {}
+    parsed = {}
     for folder, package in (("motiondb", "motiondb"), ("cli", "motiondb.cli")):
         for path in root.glob(f"{folder}/**/*.py"):
             parts = path.relative_to(root / folder).with_suffix("").parts
             name = ".".join([package, *(part for part in parts if part != "__init__")])
-            found[name] = ast.parse(path.read_text(encoding="utf-8"))
-    return found
+            parsed[name] = ast.parse(path.read_text(encoding="utf-8"))
+    return parsed
 
 
 def defined(trees: dict[str, ast.Module]) -> set[Name]:
     """Functions, classes and constants at the top of the modules."""
-    found = set()
+    actual = set()
     for module, tree in trees.items():
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef):
-                found.add((module, node.name))
+                actual.add((module, node.name))
             elif isinstance(node, ast.Assign | ast.AnnAssign):
                 targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-                found |= {(module, t.id) for t in targets if isinstance(t, ast.Name)}
-    return found
+                actual |= {(module, t.id) for t in targets if isinstance(t, ast.Name)}
+    return actual
 
 
 class Uses:
@@ -83,14 +83,14 @@ class Uses:
     def of(self, module: str) -> set[Name]:
         """Definitions that a module uses, its own ones included."""
         whole, single = self.imported(module)
-        found: set[Name | None] = set()
+        actual: set[Name | None] = set()
         for node in ast.walk(self.trees[module]):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
-                found.add(single.get(node.id, (module, node.id)))
+                actual.add(single.get(node.id, (module, node.id)))
             elif isinstance(node, ast.Attribute):
                 module_of = whole.get(getattr(node.value, "id", ""))
-                found.add(self.origin(module_of, node.attr) if module_of else None)
-        return {name for name in found if name in self.names}
+                actual.add(self.origin(module_of, node.attr) if module_of else None)
+        return {name for name in actual if name in self.names}
 
 
 def unused(root: Path) -> list[Name]:
@@ -108,14 +108,14 @@ def unused(root: Path) -> list[Name]:
 def test_no_function_is_used_by_tests_alone() -> None:
     commands = {"register", "_options", "main"}  # called by cli.main, Typer and the entry point
     allowed = FOR_BENCHMARKS.keys() | FOR_READERS.keys()
-    found = [
+    actual = [
         (module, name)
         for module, name in unused(ROOT)
         if name not in allowed
         and not (module.startswith("motiondb.cli") and name in commands)
         and not (module.startswith("motiondb.page.routes") and name == "router")
     ]
-    assert found == []
+    assert actual == []
 
 
 @pytest.mark.parametrize("name", sorted(FOR_BENCHMARKS))

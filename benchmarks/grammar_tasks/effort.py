@@ -26,7 +26,10 @@ from motiondb.grammar.induction.induction import induce_with_bits
 from motiondb.grammar.rules.description_length import description_length
 
 LEAST_STRINGS, MOST_STRINGS, LONGEST = 60, 200_000, 20
+"""Strings of a random language at least and at most, and symbols of its longest string. Chosen by
+hand, so that a language can be enumerated; not tuned."""
 OF_RANDOM = 40
+"""Sentences drawn from every random language. Chosen by hand; not tuned."""
 
 
 def random_grammar(seed: int) -> Grammar:
@@ -69,16 +72,16 @@ def judged(name: str, truth: Grammar, n: int, seed: int) -> float:
     rng = np.random.default_rng(seed)
     sentences = [derive(truth, rng).leaves() for _ in range(n)]
     started = time.process_time()
-    found = induce_with_bits(sentences)
+    induced = induce_with_bits(sentences)
     spent = time.process_time() - started
-    match = match_languages(found.grammar, truth, np.random.default_rng(0))
+    match = match_languages(induced.grammar, truth, np.random.default_rng(0))
     bits = description_length(truth, sentences).total
     print(
-        f"{name:>10} {n:>4} {seed:>5} {bits:9.1f} {found.bits.total:9.1f}"
+        f"{name:>10} {n:>4} {seed:>5} {bits:9.1f} {induced.bits.total:9.1f}"
         f" {match.precision:9.2f} {match.recall:6.2f} {spent:8.2f}",
         flush=True,
     )
-    return max(0.0, found.bits.total / bits - 1.0)
+    return max(0.0, induced.bits.total / bits - 1.0)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

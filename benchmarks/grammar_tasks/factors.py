@@ -1,7 +1,7 @@
 """Two languages compared by their passages, wherever sentences are cut.
 
 A *passage* of a grammar is one or more of its sentences, one after another: a string of L+. Its
-*factors* are the strings that stand somewhere in passages. Two grammars that cut the same movement
+*factors* are the strings that occur somewhere in passages. Two grammars that cut the same movement
 into sentences at other places have other sentences, but the same passages but for the ends, and so
 the same factors. So
 
@@ -31,6 +31,7 @@ from motiondb.grammar.derivation.derive import derive
 
 String = tuple[str, ...]
 _MOST_SENTENCES = 1000
+"""Windows drawn at most. Chosen by hand; not tuned."""
 
 
 def factor_grammar(grammar: Grammar) -> Grammar:
@@ -104,7 +105,7 @@ def windows(grammar: Grammar, width: int, n: int, rng: np.random.Generator) -> l
     Shorter ones only where a thousand sentences do not fill one: the grammar says next to nothing.
     """
     compiled = compiled_form(grammar)
-    found = []
+    sentences = []
     for _ in range(n):
         passage = derive(compiled, rng).leaves()
         start = int(rng.integers(max(1, len(passage))))
@@ -112,8 +113,8 @@ def windows(grammar: Grammar, width: int, n: int, rng: np.random.Generator) -> l
             if len(passage) >= start + width:
                 break
             passage += derive(compiled, rng).leaves()
-        found.append(tuple(passage[start : start + width]))
-    return found
+        sentences.append(tuple(passage[start : start + width]))
+    return sentences
 
 
 def match_factors(

@@ -1,4 +1,5 @@
-"""Repeats, description length and the search of sentences: times, growth, random search beside it.
+"""Repeats, description length and the search of sentences: times, growth, comparison with random
+search.
 
 Run as ``PYTHONPATH=benchmarks python -m grammar_tasks.made_up_strings``. Strings are drawn from a
 chain in which each symbol is followed by few others, so that there are repeats; seeds are fixed.
@@ -16,7 +17,9 @@ from motiondb.grammar.rules.repeats import cover_repeats, maximal_repeats, suffi
 from motiondb.grammar.sentences.cutting import Room, cutting_room, draw_best, search_cuts
 
 LENGTHS = (125_000, 250_000, 500_000, 1_000_000)
+"""Symbols of the strings: doubled from row to row, so that the growth of the time can be read."""
 N_SENTENCES = 40
+"""Sentences into which a string is cut. Chosen by hand; not tuned."""
 
 
 def chain_symbols(n: int, k: int, seed: int) -> np.ndarray:
@@ -24,10 +27,10 @@ def chain_symbols(n: int, k: int, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     ladder = np.cumsum(rng.dirichlet(np.full(k, 0.1), k), axis=1)
     draws = rng.random(n)
-    found = np.zeros(n, dtype=np.int64)
+    symbols = np.zeros(n, dtype=np.int64)
     for i in range(1, n):
-        found[i] = min(k - 1, np.searchsorted(ladder[found[i - 1]], draws[i]))
-    return found
+        symbols[i] = min(k - 1, np.searchsorted(ladder[symbols[i - 1]], draws[i]))
+    return symbols
 
 
 def chain_string(n: int, k: int, seed: int) -> tuple[str, ...]:
@@ -37,12 +40,12 @@ def chain_string(n: int, k: int, seed: int) -> tuple[str, ...]:
 
 def seconds(work: Callable[[], object], times: int = 3) -> float:
     """Processor seconds, the least of several runs."""
-    found = []
+    durations = []
     for _ in range(times):
         start = time.process_time()
         work()
-        found.append(time.process_time() - start)
-    return min(found)
+        durations.append(time.process_time() - start)
+    return min(durations)
 
 
 def repeat_times(k: int = 20) -> list[tuple[int, float, float, float]]:

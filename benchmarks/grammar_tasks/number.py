@@ -20,7 +20,9 @@ from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.terminals import find_terminals, strings_of
 
 SEEDS, FIRST_SEED = 2, 100
+"""Number of seeds, and the first one. Chosen by hand; not tuned."""
 NUMBERS, TRIES = (5, 6, 7, 8, 10, 12), 5
+"""Numbers of terminals whose bits are measured several times, and how often. Chosen by hand."""
 
 
 def number_rows() -> str:
@@ -32,12 +34,12 @@ def number_rows() -> str:
         ("held out", slice(1, None)),
         ("both takes", slice(None)),
     ):
-        for name, own in takes.items():
-            rows.append([f"{name}, {what}", *_chosen(own[part])])
+        for name, motions in takes.items():
+            rows.append([f"{name}, {what}", *_chosen(motions[part])])
             print(" ", *rows[-1], flush=True)
     heads = ["takes", "kinds of action", "of fewest bits", "auto", "noise, bits",
              "adjusted Rand index, fewest", "auto"]  # fmt: skip
-    spread = [[name, *_spread(own[:1])] for name, own in takes.items()]
+    spread = [[name, *_spread(motions[:1])] for name, motions in takes.items()]
     said = (
         f"{SEEDS} seeds each. Below: mean and standard deviation of the bits of one number over"
         f" {TRIES} seeds, on the takes that were chosen on."
@@ -61,8 +63,8 @@ def _chosen(takes: Sequence[TrueTake]) -> list[str]:
 
 
 def _index(takes: Sequence[TrueTake], trial: Trial) -> float:
-    found = trial.terminals
-    return judge_segments(takes, Found(found.takes, found.starts, found.labels))[1]
+    terminals = trial.terminals
+    return judge_segments(takes, Found(terminals.takes, terminals.starts, terminals.labels))[1]
 
 
 def _spread(takes: Sequence[TrueTake]) -> list[str]:

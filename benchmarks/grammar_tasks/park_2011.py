@@ -38,11 +38,16 @@ from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from quality_protocol.captures import load_cmu
 
 GRID = 30
+"""Frames between candidate cuts, as in the paper."""
 POPULATION, GENERATIONS, TUNING_STEPS = 100, 500, 1000
+"""Solutions, generations and steps of tuning, as in the paper."""
 CROSSED = 0.7
+"""Probability that a pair is crossed. The paper gives none; chosen by hand."""
 KEPT = 8  # places that a segment spans at most for its distances to be kept
 STEPS = (15, 8, 4, 2, 1)
+"""d in frames, from the first fifth of the steps to the last. The paper gives none."""
 N_FRAMES = 8677
+"""Length of the paper's break-dance in frames."""
 NAMES = ("14/14_02", "17/17_10", "60/60_01", "60/60_02")
 
 
@@ -117,7 +122,7 @@ def paper_objective(
     at: IntArray,
     known: Float32Array,
 ) -> float:
-    """F after grouping; 0 where there are fewer segments than groups.
+    """F after grouping; 0 if there are fewer segments than groups.
 
     scale : w, d_max. at : numbers of the cuts among all places. known : distances between segments
     of up to ``KEPT`` places, filled here.
@@ -203,12 +208,12 @@ def table_distance(table: Float32Array, a: int, b: int, a2: int, b2: int) -> flo
 def table_distances(table: Float32Array, cuts: IntArray) -> FloatArray:
     """D of all pairs of segments."""
     n = len(cuts) - 1
-    found = np.zeros((n, n))
+    distances = np.zeros((n, n))
     for i in range(n):
         for j in range(i):
-            found[i, j] = table_distance(table, cuts[i], cuts[i + 1], cuts[j], cuts[j + 1])
-            found[j, i] = found[i, j]
-    return found
+            distances[i, j] = table_distance(table, cuts[i], cuts[i + 1], cuts[j], cuts[j + 1])
+            distances[j, i] = distances[i, j]
+    return distances
 
 
 def accept_if_better(
@@ -233,9 +238,9 @@ def accept_if_better(
         if np.isin(cuts[first : i + 2], poses.bounds).any() or (np.diff(moved) < 1).any():
             continue
         state = _moved(table, distances, moved, medoids, labels, (first - 1, i + 2))
-        found = objective_of(state[0], moved, state[1], state[2], weight, poses.largest)
-        if found > best:
-            best, cuts, (distances, medoids, labels) = found, moved, state
+        objective = objective_of(state[0], moved, state[1], state[2], weight, poses.largest)
+        if objective > best:
+            best, cuts, (distances, medoids, labels) = objective, moved, state
     return cuts, medoids, labels, best
 
 
@@ -270,8 +275,10 @@ def rescored(poses: Poses, terminals: Terminals, weight: float) -> float:
     starts, ends = offsets + terminals.starts, offsets + terminals.ends
     gaps = np.empty(len(starts))
     for label, m in enumerate(terminals.medoids):
-        own = np.flatnonzero(terminals.labels == label)
-        gaps[own] = distances_to(poses.values, starts[m], ends[m], starts[own], ends[own])
+        members = np.flatnonzero(terminals.labels == label)
+        gaps[members] = distances_to(
+            poses.values, starts[m], ends[m], starts[members], ends[members]
+        )
     return score(ends - starts, terminals.medoids, gaps, poses.largest, weight).objective
 
 
@@ -291,8 +298,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for seed in range(chosen.seeds):
         rng = np.random.default_rng(seed)
         started = time.perf_counter(), time.process_time()
-        found = find_terminals(takes, k, rng, settings=TerminalSettings(weight=weight))
-        _tell("motiondb", rescored(poses, found, weight), len(found.starts), started)
+        terminals = find_terminals(takes, k, rng, settings=TerminalSettings(weight=weight))
+        _tell("motiondb", rescored(poses, terminals, weight), len(terminals.starts), started)
         rng = np.random.default_rng(seed)
         started = time.perf_counter(), time.process_time()
         table = pose_table(poses.values)

@@ -22,7 +22,9 @@ from motiondb.grammar.derivation.derive import derive
 from quality_protocol.captures import Capture, load_cmu
 
 N_TERMINALS = 20
+"""Terminals of every style. Chosen by hand; not tuned."""
 LENGTH, N_SEQUENCES, SEEDS = 12, 8, 100
+"""Terminals of a generated sequence, sequences of a style, and seeds. Chosen by hand; not tuned."""
 TREES = ("break-dance", "basketball")
 
 
@@ -32,8 +34,8 @@ def pictures(data: Path, styles: Sequence[str], folder: Path) -> str:
     rows, shown = [], []
     with tempfile.TemporaryDirectory() as place, motiondb.open(Path(place) / "g.duckdb") as base:
         for style in styles:
-            own = [capture for capture in captures if STYLES[style](capture)]
-            rows.append([style, *_drawn(base, data, style, own, folder)])
+            of_style = [capture for capture in captures if STYLES[style](capture)]
+            rows.append([style, *_drawn(base, data, style, of_style, folder)])
             names = ["strings", *(["trees"] if style in TREES else []), "sequence"]
             shown += [f"![{style}: {name}](pictures/grammar-{style}-{name}.png)" for name in names]
     heads = ["take", "seams, cost by dynamic programming", "greedily as printed",

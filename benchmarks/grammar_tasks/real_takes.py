@@ -1,8 +1,8 @@
 """Task ``real`` of ``benchmarks/grammar.py``: break-dance, boxing, salsa and basketball.
 
-Every take of a style goes into one grammar; sentences never cross the end of a capture. For each
-number of terminals the ledger's bits are told, and which of them ``auto`` is. Basketball's captures
-are one sentence each, as the clips of the paper are.
+All takes of a style are used for one grammar; sentences never cross the end of a capture. For each
+number of terminals, the ledger's bits are listed, and the choice of ``auto`` is marked.
+Basketball's captures are one sentence each, as the clips of the paper are.
 """
 
 from __future__ import annotations
@@ -34,7 +34,10 @@ from motiondb.records import IntArray
 from quality_protocol.captures import Capture, load_cmu
 
 STRINGS, FOLDS, LIMIT = 500, 5, 10_000
+"""Strings drawn from a grammar, parts of the cross-validation, and strings at most that are
+counted in a language. Chosen by hand; not tuned."""
 ABOVE_HEAD = 0.0
+"""Metres that a wrist must be above the head at the top of a shot."""
 STYLES: dict[str, Callable[[Capture], bool]] = {
     "break-dance": lambda capture: capture.performer == "85",
     "boxing": lambda capture: capture.name in ("14/14_02", "17/17_10"),
@@ -45,12 +48,12 @@ STYLES: dict[str, Callable[[Capture], bool]] = {
 
 def real(data: Path, style: str, candidates: Sequence[int] = CANDIDATES) -> str:
     """The section of a style."""
-    own = [capture for capture in load_cmu(data) if STYLES[style](capture)]
-    return style_rows(own, style == "basketball", candidates)
+    of_style = [capture for capture in load_cmu(data) if STYLES[style](capture)]
+    return style_rows(of_style, style == "basketball", candidates)
 
 
 def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> str:
-    """Sizes and bits by K; the grammar of fewest bits beside simpler ones; shots."""
+    """Sizes and bits by K; the grammar of fewest bits compared with simpler ones; shots."""
     choice = try_all(captures, are_sentences, candidates)
     tried = choice.trials
     n_frames = sum(capture.motion.n_frames for capture in captures)
@@ -85,23 +88,23 @@ def try_all(captures: Sequence[Capture], are_sentences: bool, candidates: Sequen
     def learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
         strings = strings_of(terminals)
         if are_sentences:
-            found = sentences_between(strings, [[] for _ in strings])
+            sentences = sentences_between(strings, [[] for _ in strings])
         else:
-            found = find_sentences(strings, rng)
+            sentences = find_sentences(strings, rng)
         print(f"  {len(terminals.names)} terminals, {len(terminals.starts)} segments", flush=True)
-        return found
+        return sentences
 
     rng = np.random.default_rng(0)
     motions = [capture.motion for capture in captures]
     return choose_terminals(motions, rng, candidates=candidates, learn=learn)
 
 
-def kind_rows(found: Sentences) -> str:
-    """The grammar beside a finite state machine, Sequitur and flat rules."""
-    sentences = list(found.sentences)
+def kind_rows(partition: Sentences) -> str:
+    """The grammar compared with a finite state machine, Sequitur and flat rules."""
+    sentences = list(partition.sentences)
     known, rows = set(sentences), []
     for kind, learn in KINDS.items():
-        grammar = found.grammar if kind == "motiondb" else learn(sentences)
+        grammar = partition.grammar if kind == "motiondb" else learn(sentences)
         strings = derived_strings(grammar, np.random.default_rng(0), STRINGS)
         language = finite_language(grammar, LIMIT)
         held = _held_out(learn, sentences)
@@ -109,7 +112,7 @@ def kind_rows(found: Sentences) -> str:
             [kind, str(len(grammar.nonterminals)), str(len(grammar.rules)),
              "no end" if language is None else str(len(language)), held,
              f"{sum(s not in known for s in strings) / STRINGS:.0%}",
-             f"{1.0 - coverage(found.grammar, strings):.0%}",
+             f"{1.0 - coverage(partition.grammar, strings):.0%}",
              f"{share_with_unseen_pairs(strings, sentences):.0%}",
              f"{np.mean([len(s) for s in strings]):.1f}"]
         )  # fmt: skip
@@ -154,13 +157,13 @@ def shot_rows(captures: Sequence[Capture], tried: dict[int, Trial]) -> str:
 
 def shot_terminals(terminals: Terminals, high: Sequence[IntArray]) -> set[str]:
     """Terminals with a segment that holds a frame of ``high``."""
-    found = set()
+    shots = set()
     for take, start, end, label in zip(
         terminals.takes, terminals.starts, terminals.ends, terminals.labels
     ):
         if ((high[take] >= start) & (high[take] < end)).any():
-            found.add(terminals.names[label])
-    return found
+            shots.add(terminals.names[label])
+    return shots
 
 
 def _hands_up(capture: Capture) -> IntArray:

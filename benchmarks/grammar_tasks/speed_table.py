@@ -1,7 +1,7 @@
 """Task ``speed`` of ``benchmarks/grammar.py``: times on a take of the paper's length.
 
-Wall clock and processor seconds are both told: on a machine that does other work only the latter
-can be compared.
+Elapsed and processor seconds are both listed: on a machine with other load, only the latter can be
+compared.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from motiondb.records import Motion
 
 K = 20
 N_RULES, N_NONTERMINALS, SENTENCE_LENGTH = 150, 30, 20
+"""Rules and nonterminals of the grammar, and terminals of the sentence, of the stated target."""
 EVALUATIONS, SEARCH_SEEDS = 1000, 8
+"""Partitions tried by each search, and searches. Chosen by hand; not tuned."""
 
 
 def speed(data: Path) -> str:
@@ -41,20 +43,28 @@ def speed(data: Path) -> str:
 def measured(work: Callable[[], object]) -> tuple[object, float, float]:
     """What it gives, its seconds and its processor seconds."""
     started = time.perf_counter(), time.process_time()
-    found = work()
-    return found, time.perf_counter() - started[0], time.process_time() - started[1]
+    result = work()
+    return result, time.perf_counter() - started[0], time.process_time() - started[1]
 
 
 def terminal_rows(takes: Sequence[Motion], poses: Poses) -> str:
     """Terminals as the paper finds them and as motiondb does, seed 0."""
     weight = terminals.REPETITION_WEIGHT
     terminals.find_terminals(takes[:2], 2, np.random.default_rng(0))  # compiled before
-    found, wall, processor = measured(
+    segmentation, wall, processor = measured(
         lambda: terminals.find_terminals(takes, K, np.random.default_rng(0))
     )
-    assert isinstance(found, terminals.Terminals)
-    own = paper.rescored(poses, found, weight)
-    rows = [["motiondb", f"{own:.2f}", str(len(found.starts)), f"{wall:.1f}", f"{processor:.1f}"]]
+    assert isinstance(segmentation, terminals.Terminals)
+    theirs = paper.rescored(poses, segmentation, weight)
+    rows = [
+        [
+            "motiondb",
+            f"{theirs:.2f}",
+            str(len(segmentation.starts)),
+            f"{wall:.1f}",
+            f"{processor:.1f}",
+        ]
+    ]
     ours, wall, processor = measured(lambda: _of_paper(poses, weight))
     assert isinstance(ours, tuple)
     rows.append(
@@ -76,10 +86,10 @@ def _of_paper(poses: Poses, weight: float) -> tuple[int, float]:
 def step_rows(takes: Sequence[Motion], poses: Poses) -> str:
     """One step of tuning, one description length, one parse."""
     settings = terminals.TerminalSettings(n_starts=4, n_trials=400)
-    found = terminals.find_terminals(takes, K, np.random.default_rng(0), settings=settings)
-    starts = poses.bounds[found.takes] + found.starts
+    segmentation = terminals.find_terminals(takes, K, np.random.default_rng(0), settings=settings)
+    starts = poses.bounds[segmentation.takes] + segmentation.starts
     cuts = np.append(starts, poses.n_frames)
-    grouping = tuning.Grouping(cuts, found.labels, found.medoids)
+    grouping = tuning.Grouping(cuts, segmentation.labels, segmentation.medoids)
     costs = terminals.cut_costs(poses, settings)
     told, _, processor = measured(lambda: tuning.tune(grouping, costs, np.random.default_rng(0)))
     assert isinstance(told, tuple)

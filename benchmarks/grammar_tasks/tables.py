@@ -1,4 +1,4 @@
-"""Markdown for ``benchmarks/grammar.py``: tables, and sections of a page that are written anew."""
+"""Markdown for ``benchmarks/grammar.py``: tables, and sections of a page that are replaced."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ def table_rows(text: str) -> list[list[str]]:
 
 
 def sections(text: str) -> dict[str, str]:
-    """Heading ("## ...") -> what stands under it; the head of the page under "".
+    """Heading ("## ...") -> its text; the head of the page under "".
 
     >>> sections("top\\n## a\\n1\\n")
     {'': 'top', 'a': '1'}
     """
     head, *blocks = re.split(r"^## ", text, flags=re.MULTILINE)
-    found = {"": head.strip()}
+    texts = {"": head.strip()}
     for block in blocks:
         title, _, body = block.partition("\n")
-        found[title.strip()] = body.strip()
-    return found
+        texts[title.strip()] = body.strip()
+    return texts
 
 
 def write_sections(path: Path, head: str, order: Sequence[str], new: dict[str, str]) -> None:
-    """Put sections into a page; those that are not made anew stay as they are."""
+    """Put sections into a page; other sections do not change."""
     known = sections(path.read_text(encoding="utf-8")) if path.exists() else {}
     known |= new
     parts = [head.strip()]

@@ -38,9 +38,13 @@ from motiondb.records import IntArray, Motion
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
 SEEDS = 3
+"""Seeds over which a figure is averaged."""
 TOLERANCE = 5
+"""Frames by which a border may differ from the true one."""
 GIVEN = (10, 20, 40)
+"""Numbers of true sentences from which a grammar is learned."""
 ORDERS = 24
+"""Orders of the six sentences of the paper that are tried."""
 PARTS = (
     "boundaries",
     "languages of takes",
@@ -123,7 +127,7 @@ def boundary_rows(takes: dict[str, list[TrueTake]]) -> str:
     """Boundaries and groups of single takes, K as many as labels."""
     rows = []
     for place, what in ((0, "takes the price was chosen on"), (1, "held-out takes")):
-        chosen = [[own[place]] for own in takes.values()]
+        chosen = [[takes_of_kind[place]] for takes_of_kind in takes.values()]
         ours = np.array([judge_segments(t, _ours(t, s)) for t in chosen for s in range(SEEDS)])
         theirs = np.array([judge_segments(t, _papers(t, 0)) for t in chosen])
         for name, scores in (("motiondb", ours), ("the paper's procedure", theirs)):
@@ -143,8 +147,8 @@ def label_names(takes: Sequence[TrueTake]) -> list[str]:
 
 def _ours(takes: Sequence[TrueTake], seed: int) -> Found:
     motions = [take.motion for take in takes]
-    found = find_terminals(motions, len(label_names(takes)), np.random.default_rng(seed))
-    return Found(found.takes, found.starts, found.labels)
+    terminals = find_terminals(motions, len(label_names(takes)), np.random.default_rng(seed))
+    return Found(terminals.takes, terminals.starts, terminals.labels)
 
 
 def _papers(takes: Sequence[TrueTake], seed: int) -> Found:
@@ -158,33 +162,37 @@ def _papers(takes: Sequence[TrueTake], seed: int) -> Found:
     return Found(numbers, cuts[:-1] - poses.bounds[numbers], labels)
 
 
-def judge_segments(takes: Sequence[TrueTake], found: Found) -> tuple[float, float, float]:
+def judge_segments(takes: Sequence[TrueTake], segmentation: Found) -> tuple[float, float, float]:
     """F1 of boundaries, adjusted Rand index of frames, segments found for a true one."""
     from sklearn.metrics import adjusted_rand_score
 
     hits = wanted = 0
     for number, take in enumerate(takes):
-        free = [int(start) for start in found.starts[found.takes == number] if start > 0]
+        free = [
+            int(start) for start in segmentation.starts[segmentation.takes == number] if start > 0
+        ]
         wanted += len(free) + len(take.cuts) - 2
         for cut in take.cuts[1:-1]:
             near = [start for start in free if abs(start - cut) <= TOLERANCE]
             if near:
                 free.remove(min(near, key=lambda start: abs(start - cut)))
                 hits += 1
-    names, said = _frames(takes, found)
+    names, said = _frames(takes, segmentation)
     n_true = sum(len(take.labels) for take in takes)
-    return 2.0 * hits / wanted, adjusted_rand_score(names, said), len(found.starts) / n_true
+    return 2.0 * hits / wanted, adjusted_rand_score(names, said), len(segmentation.starts) / n_true
 
 
-def _frames(takes: Sequence[TrueTake], found: Found) -> tuple[list[str], list[int]]:
+def _frames(takes: Sequence[TrueTake], segmentation: Found) -> tuple[list[str], list[int]]:
     """The true label and the terminal of every frame."""
     names: list[str] = []
     said: list[int] = []
     for number, take in enumerate(takes):
         names += np.repeat(take.labels, np.diff(take.cuts)).tolist()
-        own = found.takes == number
-        ends = np.append(found.starts[own][1:], take.motion.n_frames)
-        said += np.repeat(found.labels[own], ends - found.starts[own]).tolist()
+        of_take = segmentation.takes == number
+        ends = np.append(segmentation.starts[of_take][1:], take.motion.n_frames)
+        said += np.repeat(
+            segmentation.labels[of_take], ends - segmentation.starts[of_take]
+        ).tolist()
     return names, said
 
 
@@ -192,15 +200,18 @@ def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]
     """Languages learned from both takes of a grammar: from true labels and from their motion, the
     sentences found, or given."""
     rows = []
-    for name, own in takes.items():
-        begins = _true_begins(name, own)
-        for what, strings, starts, meaning in (true_strings(own), found_strings(own)):
-            found = find_sentences(strings, np.random.default_rng(0))
+    for name, takes_of_kind in takes.items():
+        begins = _true_begins(name, takes_of_kind)
+        for what, strings, starts, meaning in (
+            true_strings(takes_of_kind),
+            found_strings(takes_of_kind),
+        ):
+            partition = find_sentences(strings, np.random.default_rng(0))
             given = given_sentences(strings, starts, begins)
-            for how, sentences in (("found", found.sentences), ("given", given)):
+            for how, sentences in (("found", partition.sentences), ("given", given)):
                 for kind, learn in KINDS.items():
                     whole = kind == "motiondb" and how == "found"
-                    grammar = found.grammar if whole else learn(sentences)
+                    grammar = partition.grammar if whole else learn(sentences)
                     learned = as_labels(grammar, meaning, grammars[name])
                     from_what = f"{name}: {what}, sentences {how}"
                     rows.append([from_what, kind, *match_row([learned], grammars[name])])
@@ -210,10 +221,11 @@ def language_rows(grammars: dict[str, Grammar], takes: dict[str, list[TrueTake]]
 def given_sentences(
     strings: Sequence[tuple[str, ...]], starts: Sequence[IntArray], begins: Sequence[list[int]]
 ) -> tuple[tuple[str, ...], ...]:
-    """The true sentences, as found segments tell them; what stands before the first is none."""
+    """The true sentences in terms of the found segments; segments before the first belong to
+    none."""
     told, cuts = [], []
-    for string, own, wanted in zip(strings, starts, begins, strict=True):
-        first, *others = (int(np.argmin(np.abs(own - frame))) for frame in wanted)
+    for string, symbols, wanted in zip(strings, starts, begins, strict=True):
+        first, *others = (int(np.argmin(np.abs(symbols - frame))) for frame in wanted)
         told.append(string[first:])
         cuts.append(sorted({place - first for place in others if place > first}))
     return sentences_between(told, cuts).sentences
@@ -243,8 +255,8 @@ def sentence_begins(take: TrueTake, sentences: Sequence[Sequence[str]]) -> list[
 def true_strings(takes: Sequence[TrueTake]) -> Strings:
     """Each label a terminal."""
     labels = [take.labels for take in takes]
-    own: dict[str, tuple[str, ...]] = {label: (label,) for label in label_names(takes)}
-    return "true labels", labels, [take.cuts[:-1] for take in takes], own
+    strings: dict[str, tuple[str, ...]] = {label: (label,) for label in label_names(takes)}
+    return "true labels", labels, [take.cuts[:-1] for take in takes], strings
 
 
 def found_strings(takes: Sequence[TrueTake], share: float = 1.0) -> Strings:
@@ -256,8 +268,8 @@ def found_strings(takes: Sequence[TrueTake], share: float = 1.0) -> Strings:
     starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]
     strings = list(strings_of(terminals))
     held: dict[str, Counter[tuple[str, ...]]] = {name: Counter() for name in terminals.names}
-    for take, own, string in zip(takes, starts, strings, strict=True):
-        for name, labels in zip(string, _held_labels(take, own), strict=True):
+    for take, motion, string in zip(takes, starts, strings, strict=True):
+        for name, labels in zip(string, _held_labels(take, motion), strict=True):
             held[name][labels] += 1
     meaning = {name: counts.most_common(1)[0][0] for name, counts in held.items()}
     return "motion", strings, starts, meaning
@@ -289,10 +301,10 @@ def as_labels(grammar: Grammar, meaning: Meaning, truth: Grammar) -> Grammar:
 def match_row(learned: Sequence[Grammar], truth: Grammar) -> list[str]:
     """Precision, recall and their F1, means over grammars."""
     rng = np.random.default_rng(0)
-    found = [match_languages(grammar, truth, rng) for grammar in learned]
-    precision = float(np.mean([one.precision for one in found]))
-    recall = float(np.mean([one.recall for one in found]))
-    both = [2 * m.precision * m.recall / max(m.precision + m.recall, 1e-12) for m in found]
+    matches = [match_languages(grammar, truth, rng) for grammar in learned]
+    precision = float(np.mean([one.precision for one in matches]))
+    recall = float(np.mean([one.recall for one in matches]))
+    both = [2 * m.precision * m.recall / max(m.precision + m.recall, 1e-12) for m in matches]
     return [f"{precision:.2f}", f"{recall:.2f}", f"{np.mean(both):.2f}"]
 
 

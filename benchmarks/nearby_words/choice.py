@@ -16,7 +16,9 @@ from motiondb.words.lexicon.vocabulary import STOP_WORDS
 from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 24_000
+"""Words of the table, the most common first. Chosen by hand for the size of the file."""
 N_ANSWERS = 12_000
+"""The most common words, which may be given as answers. Chosen by hand; not tuned."""
 FIELDS = {
     **dict.fromkeys(
         (29, 33, 34, 35, 38), 4.0
@@ -47,8 +49,8 @@ def by_use(wordnet: WordNet) -> list[str]:
 
 def answers(ordered: Sequence[str]) -> list[str]:
     """The lemmas that may be answered, sorted: of the most usual words, and all of motion."""
-    found = {lemma(w) for w in ordered[:N_ANSWERS]} | VERBS | FIXED
-    return sorted(w for w in found if is_plain(w) and w not in STOP_WORDS and lemma(w) == w)
+    lemmas = {lemma(w) for w in ordered[:N_ANSWERS]} | VERBS | FIXED
+    return sorted(w for w in lemmas if is_plain(w) and w not in STOP_WORDS and lemma(w) == w)
 
 
 def _weight(word: str, wordnet: WordNet, named: Counter[str]) -> float:

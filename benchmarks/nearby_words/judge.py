@@ -12,12 +12,13 @@ from nearby_words.methods import Method
 from nearby_words.pairs import base
 
 DRAWS = 2000
+"""Bootstrap samples of an interval. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a method said of a word of the key: its first answer (None: nothing) with its
-    probability, whether it is right, and whether the vocabulary holds anything right at all."""
+    """The answer of a method to a word of the key: its first answer (None: no answer) with its
+    probability, whether it is right, and whether the vocabulary has a right answer."""
 
     word: str
     first: str | None
@@ -30,14 +31,14 @@ def ask_all(
     method: Method, key: Mapping[str, frozenset[str]], known: frozenset[str]
 ) -> list[Answer]:
     """Ask for every word of the key that the vocabulary lacks."""
-    found = []
+    answers = []
     for word, right in key.items():
         if word in known or base(word) in known:
             continue
         told = method(word, known)
         first, chance = told[0] if told else (None, 0.0)
-        found.append(Answer(word, first, chance, first in right, bool(right & known)))
-    return found
+        answers.append(Answer(word, first, chance, first in right, bool(right & known)))
+    return answers
 
 
 Share = Callable[[Sequence[Answer]], tuple[int, int]]

@@ -66,8 +66,8 @@ def by_model(
     facts = target_facts(vocabulary, lexicon)
 
     def answer(word: str, known: frozenset[str]) -> list[tuple[str, float]]:
-        found = {t: e for t, e in evidence(word, lexicon).items() if t in known}
-        targets, rows = pair_features(word, found, lexicon, none, facts)
+        evidence_of = {t: e for t, e in evidence(word, lexicon).items() if t in known}
+        targets, rows = pair_features(word, evidence_of, lexicon, none, facts)
         return _ordered(dict(zip(targets, map(float, model.probabilities(rows)))))
 
     return answer

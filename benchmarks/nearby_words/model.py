@@ -21,6 +21,7 @@ from nearby_words.pairs import CHANNELS, Lexicon, evidence
 PENALTY = 0.5
 """C of scikit-learn; 0.2, 0.5 and 1 were alike on the tuning list, cross-validated."""
 MOST_EVIDENCE = 1.5
+"""Evidence of one channel at most. Chosen by hand; not tuned."""
 MOTION = frozenset({4, 29, 33, 35, 38})
 """noun.act; verbs of body, sport, contact, motion."""
 N_SENSES = 4
@@ -57,7 +58,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Targets:
-    """What depends on a target alone: from each to (how general, how frequent, how much motion)."""
+    """Features of a target: target -> (how general, how frequent, how much motion)."""
 
     facts: Mapping[str, tuple[float, float, float]]
 
@@ -77,20 +78,20 @@ def target_facts(words: Iterable[str], lexicon: Lexicon) -> Targets:
 
 def pair_features(
     word: str,
-    found: Mapping[str, FloatArray],
+    evidence_of: Mapping[str, FloatArray],
     lexicon: Lexicon,
     similarity: Similarity,
     known: Targets,
 ) -> tuple[list[str], FloatArray]:
     """The targets that have evidence, sorted, and array (targets, features)."""
-    targets = sorted(found)
+    targets = sorted(evidence_of)
     if not targets:
         return [], np.zeros((0, n_features(similarity)))
-    channels = np.stack([found[t] for t in targets])
+    channels = np.stack([evidence_of[t] for t in targets])
     moving, senses = _motion(word, lexicon), len(lexicon.wordnet.senses.get(word, ()))
     frequent = np.log1p(lexicon.wordnet.counts.get(word, 0)) / 8.0
     facts = np.array([known.facts[t] for t in targets])
-    own = np.array([frequent, moving, np.sqrt(senses) / 5.0])
+    of_word = np.array([frequent, moving, np.sqrt(senses) / 5.0])
     cosines, total = similarity.cosines(word, targets), np.log(0.02 + channels.sum(axis=1))
     n_kinds = (channels > 0.02).sum(axis=1) / 5.0
     features = np.column_stack([
@@ -101,7 +102,7 @@ def pair_features(
         cosines,
         facts,
         facts[:, 2] * moving,
-        np.broadcast_to(own, (len(targets), 3)),
+        np.broadcast_to(of_word, (len(targets), 3)),
         products(cosines, total, n_kinds, moving),
     ])  # fmt: skip
     return targets, features
@@ -141,8 +142,8 @@ def training_pairs(
     known = target_facts(vocabulary, lexicon)
     rows, right, pairs = [], [], []
     for word in sorted(tuning):
-        found = {t: e for t, e in evidence(word, lexicon).items() if t in vocabulary}
-        targets, features = pair_features(word, found, lexicon, similarity, known)
+        evidence_of = {t: e for t, e in evidence(word, lexicon).items() if t in vocabulary}
+        targets, features = pair_features(word, evidence_of, lexicon, similarity, known)
         rows.append(features)
         right += [t in tuning[word] for t in targets]
         pairs += [(word, t) for t in targets]

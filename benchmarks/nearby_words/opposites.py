@@ -2,7 +2,7 @@
 
 WordNet's antonyms hold between words; here they hold between the words of their synsets, of
 adjectives like them, and of the verbs one step below, where these are usual senses of the words.
-What WordNet lacks stands in ``never.tsv``: body parts of another place, and a few movements.
+Pairs that WordNet lacks are in ``never.tsv``: body parts of another place, and a few movements.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from nearby_words.pairs import base, opposites
 from nearby_words.wordnet import WordNet, is_plain
 
 LEAST = 0.15
-"""A word stands for a synset if it is meant this often where the word is used."""
+"""A word represents a synset if at least this share of its uses has this meaning."""
 
 
 def vetoes(wordnet: WordNet, more: Iterable[tuple[str, str]]) -> frozenset[tuple[str, str]]:
     """Pairs of lemmas, both ways round."""
-    found: set[tuple[str, str]] = set()
+    pairs: set[tuple[str, str]] = set()
     for key, other in opposites(wordnet):
         ones, others = _words(_around(key, wordnet), wordnet), _words([other], wordnet)
-        found |= {(one, two) for one in ones for two in others}
+        pairs |= {(one, two) for one in ones for two in others}
     for synset in wordnet.synsets.values():
         for symbol, other, here, there in synset.pointers:
             if symbol == "!" and here:
                 one, two = synset.words[here - 1], wordnet.synsets[other].words[there - 1]
-                found |= {(a, b) for a in (one, base(one)) for b in (two, base(two))}
-    found |= {(base(one), base(two)) for one, two in more}
-    found |= {(two, one) for one, two in found}
-    return frozenset((one, two) for one, two in found if one != two)
+                pairs |= {(a, b) for a in (one, base(one)) for b in (two, base(two))}
+    pairs |= {(base(one), base(two)) for one, two in more}
+    pairs |= {(two, one) for one, two in pairs}
+    return frozenset((one, two) for one, two in pairs if one != two)
 
 
 def _around(key: str, wordnet: WordNet) -> list[str]:
@@ -39,9 +39,9 @@ def _around(key: str, wordnet: WordNet) -> list[str]:
 
 
 def _words(keys: Iterable[str], wordnet: WordNet) -> set[str]:
-    found = set()
+    words = set()
     for key in keys:
         for word in wordnet.synsets[key].words:
             if is_plain(word) and dict(wordnet.senses.get(word, ())).get(key, 0.0) >= LEAST:
-                found |= {word, base(word)}
-    return found
+                words |= {word, base(word)}
+    return words

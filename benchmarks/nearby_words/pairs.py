@@ -83,7 +83,7 @@ def make_lexicon(wordnet: WordNet) -> Lexicon:
         targets[key].append((word, math.sqrt(chance)))
     return Lexicon(
         wordnet,
-        {key: tuple(sorted(found)) for key, found in targets.items()},
+        {key: tuple(sorted(words)) for key, words in targets.items()},
         glosses,
         {w: tuple(keys) for w, keys in heads_in.items()},
         {w: tuple(keys) for w, keys in others_in.items()},
@@ -93,7 +93,7 @@ def make_lexicon(wordnet: WordNet) -> Lexicon:
 
 def evidence(word: str, lexicon: Lexicon) -> dict[str, FloatArray]:
     """From each word that a word might be taken as to its evidence, array (channels,)."""
-    found: dict[str, FloatArray] = defaultdict(lambda: np.zeros(len(CHANNELS)))
+    channels_of: dict[str, FloatArray] = defaultdict(lambda: np.zeros(len(CHANNELS)))
     wordnet = lexicon.wordnet
     for key, chance in wordnet.senses.get(word, ()):
         if chance < LEAST_SENSE:
@@ -101,18 +101,18 @@ def evidence(word: str, lexicon: Lexicon) -> dict[str, FloatArray]:
 
         def say(channel: str, other: str, share: float = 1.0, p: float = chance) -> None:
             for target, typical in lexicon.targets.get(other, ()):
-                found[target][_NUMBER[channel]] += p * share * typical
+                channels_of[target][_NUMBER[channel]] += p * share * typical
 
         def name(channel: str, target: str, share: float, p: float = chance) -> None:
             if target in wordnet.senses:
-                found[target][_NUMBER[channel]] += p * share
+                channels_of[target][_NUMBER[channel]] += p * share
 
         _follow(key, lexicon, say, name)
-    own = base(word)
-    _reverse(own, lexicon, found)
-    found.pop(own, None)
-    found.pop(word, None)
-    return dict(found)
+    base_form = base(word)
+    _reverse(base_form, lexicon, channels_of)
+    channels_of.pop(base_form, None)
+    channels_of.pop(word, None)
+    return dict(channels_of)
 
 
 Say = Callable[..., None]
@@ -188,13 +188,13 @@ def _name_gloss(
         name(rest, word, lexicon.rarity.get(word, 0.0) / math.sqrt(len(others)))
 
 
-def _reverse(own: str, lexicon: Lexicon, found: dict[str, FloatArray]) -> None:
-    """Words in whose glosses the word stands."""
+def _reverse(base_form: str, lexicon: Lexicon, channels_of: dict[str, FloatArray]) -> None:
+    """Words whose glosses contain the word."""
     for channel, table in (("head of", lexicon.named_as_head), ("gloss of", lexicon.named)):
-        keys = table.get(own, ())
+        keys = table.get(base_form, ())
         for key in keys:
             for target, typical in lexicon.targets.get(key, ()):
-                found[target][_NUMBER[channel]] += typical**2 * lexicon.rarity[own]
+                channels_of[target][_NUMBER[channel]] += typical**2 * lexicon.rarity[base_form]
 
 
 def _others(synset: Synset, symbols: Iterable[str]) -> list[str]:

@@ -1,9 +1,9 @@
-"""Words hidden from the captions, asked for all the same: does what they are taken as find them?
+"""Search for words that are hidden from the captions, by the known words that replace them.
 
 Folds, captures and word map are those of ``quality_tasks/words.py``: five folds by performer,
 symbols learned once from all motion without words. A word of the gallery's captions is hidden from
-the training captions; it is asked by the table, with all the other words known, and the gallery is
-ranked by the virtual word. Words that the table does not take are not asked. Ranks are of whole
+the training captions; it is searched through the table, with all other words known, and the gallery
+is ranked by the virtual word. Words that the table does not take are not asked. Ranks are of whole
 captures.
 """
 
@@ -24,6 +24,7 @@ from quality_protocol.captures import Capture, load_cmu, performer_folds, withou
 from quality_protocol.recognition import recognise
 
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
+"""Captures of a word that must be trained and shown, as in quality_tasks/words.py."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +72,7 @@ def load_shown(data: Path, seed: int) -> Shown:
 def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
     """Hide every word of every fold's gallery in turn."""
     rng = np.random.default_rng(seed)
-    found = []
+    hidden = []
     for fold in np.unique(shown.folds):
         test = shown.folds == fold
         fit = fit_word_map(shown.vectors[~test], shown.presence[~test], shown.groups[~test])
@@ -94,14 +95,14 @@ def hide_words(shown: Shown, table: NearbyTable, seed: int) -> list[Hidden]:
             scores = _ask(taking, fit, shown, test)
             itself = fit.evidence(shown.vectors[test])[:, word]
             drawn = rng.integers(0, len(every), 20)
-            found.append(Hidden(
+            hidden.append(Hidden(
                 shown.names[word], taking, precision(scores, right),
                 precision(itself, right) if trained[word] >= LEAST_TRAINED else float("nan"),
                 float(np.mean([precision(rng.random(len(right)), right) for _ in range(200)])),
                 float(np.mean([precision(_ask(every[d], fit, shown, test), right) for d in drawn])),
                 int(right.sum()), len(right),
             ))  # fmt: skip
-    return found
+    return hidden
 
 
 def precision(scores: FloatArray, right: NDArray[np.bool_]) -> float:

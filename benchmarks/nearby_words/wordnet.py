@@ -1,6 +1,6 @@
 """WordNet's files as records: synsets, senses with their probability, words of glosses, opposites.
 
-A *synset* is a set of words with one meaning; a word's *senses* are the synsets that it stands in.
+A *synset* is a set of words with one meaning; a word's *senses* are the synsets that contain it.
 How likely a sense is meant is estimated by how often it was counted in texts (``cntlist.rev``),
 each count raised by a half that shrinks with the rank of the sense, and weighted by the field
 (``lexnames``) of the synset: in questions about motion, ``run`` is seldom to manage a company. The
@@ -54,7 +54,7 @@ class Synset:
     field : number of its lexicographer's file, as in lexnames(5WN).
     words : its words in lower case, with _ between the parts of a phrase.
     pointers : (symbol, key of the other synset, number of the word here, number there); numbers
-        count from 1, 0 where the relation holds between the synsets.
+        count from 1, 0 if the relation holds between the synsets.
     definition : the gloss without examples.
     gloss : the definition and the examples.
     """

@@ -1,7 +1,7 @@
 """An outside recogniser of actions: one logistic regression for each word, on real captures.
 
 It shares no symbols, places and words with motiondb: its words are those of the captions as
-written, its features are pooled over windows of three seconds, and it is trained anew without the
+written, its features are pooled over windows of three seconds, and it is trained again without the
 captures, or without all captures of the performers, that a motion was made from. Captures are dealt
 out to folds; what is made from a capture is judged by the models without its fold.
 """
@@ -21,6 +21,7 @@ from quality_protocol.captures import Capture
 from quality_protocol.judge import cut, pool
 
 N_FOLDS = 8
+"""Parts of the cross-validation that fits the calibration. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from quality_protocol.kept import kept
 
 Words = NDArray[np.bool_]
 QUANTILES = (0.1, 0.5, 0.9)
+"""Quantiles of the features over time. Chosen by hand; not tuned."""
 WINDOW = 45
 """Feature frames (3 s) of the windows."""
 
@@ -117,7 +118,7 @@ def _statistics(x: Float32Array) -> FloatArray:
 
 
 @njit(cache=True, fastmath=True)
-def _warp(a, b):  # type: ignore[no-untyped-def]
+def _warp(a: Float32Array, b: Float32Array) -> float:
     far = np.float32(1e30)
     cost = np.full(len(b) + 1, far)
     steps = np.zeros(len(b) + 1, np.int64)
@@ -141,7 +142,7 @@ def _warp(a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, parallel=True)
-def _warp_all(frames, bounds):  # type: ignore[no-untyped-def]
+def _warp_all(frames: Float32Array, bounds: NDArray[np.int64]) -> FloatArray:
     n = len(bounds) - 1
     distances = np.zeros((n, n))
     for i in prange(n):

@@ -25,6 +25,7 @@ from motiondb.records import Float32Array, IntArray, Motion
 from motiondb.search import copies
 
 N_FOLDS = 5
+"""Parts of the performers; each part is unseen once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +54,8 @@ def load_bandai(data: Path) -> list[Capture]:
 def without_copies(captures: Sequence[Capture]) -> list[Capture]:
     """The captures less those that repeat an earlier one, or its mirror image, as a whole."""
     library = copies.build_library([copies.copy_poses(c.motion) for c in captures])
-    found = copies.find_copies(library, range(len(captures)))
-    twice = {max(c.query, c.take) for c in found if c.kind in ("same", "mirror")}
+    relations = copies.find_copies(library, range(len(captures)))
+    twice = {max(c.query, c.take) for c in relations if c.kind in ("same", "mirror")}
     return [c for n, c in enumerate(captures) if n not in twice]
 
 

@@ -2,7 +2,7 @@
 
 The unit that is drawn again is what the caller gives one value per: a capture, a word's query, a
 take. A paired interval is that of the difference of two methods on the same units; a difference
-whose interval holds 0 is no difference.
+whose interval contains 0 does not count.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from motiondb.records import FloatArray, IntArray
 from quality_protocol.report import Measure
 
 N_DRAWS = 2000
+"""Bootstrap samples of an interval. Chosen by hand; not tuned."""
 
 
 def mean_of(values: Sequence[float] | FloatArray, seed: int = 0) -> Measure:
@@ -59,7 +60,7 @@ def weighted_draws(n_units: int, seed: int = 0, n_draws: int = 1000) -> FloatArr
 def weighted_measure(values: FloatArray) -> Measure:
     """A statistic of every draw of :func:`weighted_draws`: its value and interval.
 
-    Captures drawn twice stand beside themselves in a ranking, which raises every precision; the
+    Captures drawn twice are adjacent in a ranking, which raises every precision; the
     interval is therefore moved to where the draws' mean is the value.
     """
     low, high = np.nanquantile(values[1:] - np.nanmean(values[1:]), [0.025, 0.975])

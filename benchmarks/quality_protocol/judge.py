@@ -85,8 +85,8 @@ class Judge:
 def make_judge(captures: Sequence[Capture], space: FeatureSpace) -> Judge:
     """A judge from the captures whose captions name exactly one class."""
     labels = [classes_of(c) for c in captures]
-    chosen = [c for c, found in zip(captures, labels) if len(found) == 1]
-    classes = np.array([found[0] for found in labels if len(found) == 1])
+    chosen = [c for c, words in zip(captures, labels) if len(words) == 1]
+    classes = np.array([words[0] for words in labels if len(words) == 1])
     features = tuple(space.project(c.features) for c in chosen)
     rows, owners = [], []
     for number, values in enumerate(features):
@@ -106,7 +106,7 @@ def classes_of(capture: Capture) -> list[int]:
 
 
 def cut(features: Float32Array) -> list[Float32Array]:
-    """Windows of three seconds with half overlap; one where there is less."""
+    """Windows of three seconds with half overlap; one if there is less."""
     starts = range(0, max(len(features) - WINDOW, 0) + 1, WINDOW // 2)
     return [features[a : a + WINDOW] for a in starts]
 

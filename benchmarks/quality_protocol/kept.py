@@ -1,7 +1,7 @@
 """Results that are kept on disk between runs: what takes minutes, for the same input and code.
 
 A result is kept under the digest of its arguments and of the source of the packages that it
-depends on, so that it is computed anew when either changes. The folder may be deleted at any time.
+depends on, so that it is computed again when either changes. The folder may be deleted at any time.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def kept(name: str, parts: Sequence[str | NDArray[np.generic]], compute: Callabl
     name : str
         First part of the name of the file.
     parts : sequence of str or array
-        Everything that the result depends on, beside the source of the package.
+        Everything that the result depends on, in addition to the source of the package.
     compute : callable
         Computes the result, which can be pickled.
     """

@@ -15,7 +15,7 @@ from motiondb.learning.symbol_fitting import LearnSettings
 
 @cache
 def learned_database(data: Path, seed: int) -> Path:
-    """Add and learn; the file goes when the process ends."""
+    """Add and learn; the file is deleted when the process ends."""
     folder = Path(tempfile.mkdtemp(prefix="motiondb-quality-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     path = folder / "cmu.duckdb"

@@ -104,10 +104,12 @@ def _standardised(
     whitened: tuple[Float32Array, ...],
     known: NDArray[np.bool_],
 ) -> Recognised:
-    own = known[table.capture_ids]
+    features = known[table.capture_ids]
     moving = table.movement if table.movement.shape[1] else None
     space = score_vectors.fit_score_space(
-        table.scores[own], (table.ends - table.starts)[own], None if moving is None else moving[own]
+        table.scores[features],
+        (table.ends - table.starts)[features],
+        None if moving is None else moving[features],
     )
     rows = space.standardise(table.scores, moving)
     n_captures = len(whitened)

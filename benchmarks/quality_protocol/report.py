@@ -1,8 +1,8 @@
-"""What a task of the quality benchmark hands back, and how it is written down.
+"""The report of a task of the quality benchmark, and its form in Markdown.
 
-A task is a module ``benchmarks/quality_NAME.py`` with ``run(data: Path, seed: int) -> TaskReport``.
-Reports become sections of ``docs/quality.md``; a section stands between two marks, so that one task
-can be run again without the others.
+A task is a module ``quality_tasks/NAME.py`` with ``run(data: Path, seed: int) -> TaskReport``.
+Reports become sections of ``docs/quality.md``; a section is between two marks, so that one task can
+be run again without the others.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class TaskReport:
     Attributes
     ----------
     title : heading of the section.
-    protocol : who is trained on what and asked what, in a sentence or two.
+    protocol : training data, questions and measures, in a sentence or two.
     columns : headings, the first one for the methods.
     rows : one tuple per method, as long as ``columns``: text, numbers or :class:`Measure`.
     notes : paragraphs below the table (Markdown).

@@ -15,6 +15,7 @@ from motiondb.records import IntArray
 from quality_protocol.captures import Capture
 
 NEAR_SECONDS = 0.5
+"""Seconds by which a boundary may differ from the true one. Chosen by hand; not tuned."""
 
 Part = tuple[float, float, str]
 """start, end (seconds), label."""
@@ -50,16 +51,16 @@ def make_take(capture: Capture, parts: Sequence[Part]) -> LongTake:
     return LongTake(capture, tuple(parts), labels)
 
 
-def agreement(truth: IntArray, found: IntArray) -> tuple[float, float, float]:
+def agreement(truth: IntArray, labels: IntArray) -> tuple[float, float, float]:
     """Frame accuracy after the best one-to-one matching, purity, and boundary F1 at +-0.5 s.
 
-    truth : array (frames,), -1 where nothing is known; found : array (frames,).
+    truth : array (frames,), -1 if nothing is known; found : array (frames,).
 
     >>> agreement(np.array([0, 0, 1, 1]), np.array([5, 5, 5, 3]))
     (0.75, 0.75, 1.0)
     """
     known = truth >= 0
-    names = np.unique(found, return_inverse=True)[1]
+    names = np.unique(labels, return_inverse=True)[1]
     table = np.zeros((int(truth.max()) + 1, int(names.max()) + 1))
     np.add.at(table, (truth[known], names[known]), 1.0)
     rows, columns = linear_sum_assignment(-table)
@@ -69,16 +70,16 @@ def agreement(truth: IntArray, found: IntArray) -> tuple[float, float, float]:
     return float(table[rows, columns].sum() / total), float(table.max(axis=0).sum() / total), score
 
 
-def boundary_f1(truth: IntArray, found: IntArray) -> float:
+def boundary_f1(truth: IntArray, boundaries: IntArray) -> float:
     """F1 of cuts (feature frames): each true one takes the nearest free found one within 0.5 s."""
-    free = list(found)
+    free = list(boundaries)
     hits = 0
     for cut in truth:
         near = [c for c in free if abs(c - cut) <= NEAR_SECONDS * FEATURE_FPS]
         if near:
             free.remove(min(near, key=lambda c: abs(c - cut)))
             hits += 1
-    return 2.0 * hits / (len(truth) + len(found)) if len(truth) + len(found) else 1.0
+    return 2.0 * hits / (len(truth) + len(boundaries)) if len(truth) + len(boundaries) else 1.0
 
 
 def union_share(first: tuple[float, float], second: tuple[float, float]) -> float:

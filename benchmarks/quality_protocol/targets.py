@@ -1,4 +1,4 @@
-"""Targets and what was reached, read off the sections of ``quality.md`` and put at its top.
+"""Targets and results, taken from the sections of ``quality.md`` and put at its top.
 
 python benchmarks/quality_protocol/targets.py [docs/quality.md]
 """
@@ -39,16 +39,16 @@ def tables(text: str) -> dict[str, Table]:
     >>> tables("## A\\n\\n| m | x |\\n| --- | --- |\\n| a | .5 |\\n")["A"].cell("x", "a")
     '.5'
     """
-    found: dict[str, list[tuple[str, ...]]] = {}
+    rows_of: dict[str, list[tuple[str, ...]]] = {}
     heading, ended = "", False
     for line in text.splitlines():
         if line.startswith("#"):
             heading, ended = line.lstrip("# "), False
         elif line.startswith("| ") and not ended:
-            found.setdefault(heading, []).append(tuple(c.strip() for c in line.split("|")[1:-1]))
-        elif heading in found:
+            rows_of.setdefault(heading, []).append(tuple(c.strip() for c in line.split("|")[1:-1]))
+        elif heading in rows_of:
             ended = True
-    return {name: Table(rows[0], tuple(rows[2:])) for name, rows in found.items()}
+    return {name: Table(rows[0], tuple(rows[2:])) for name, rows in rows_of.items()}
 
 
 def number(cell: str) -> float:
@@ -57,12 +57,12 @@ def number(cell: str) -> float:
     >>> number(".488 (.445 to .533)"), number("1.000"), number("x")
     (0.488, 1.0, nan)
     """
-    found = re.match(r"-?\d*\.?\d+", cell)
-    return float(found[0]) if found else float("nan")
+    matched = re.match(r"-?\d*\.?\d+", cell)
+    return float(matched[0]) if matched else float("nan")
 
 
 def beaten(table: Table, measure: str) -> tuple[str, str]:
-    """motiondb beside the best other method, and whether that is better, worse or neither."""
+    """motiondb compared with the best other method: better, worse or no difference."""
     at = table.columns.index(measure)
     others = [r for r in table.rows if not r[0].startswith(OURS) and r[0] != CHANCE]
     best = max(others, key=lambda row: number(row[at]))
@@ -78,7 +78,7 @@ def reached(cell: str, least: float) -> tuple[str, str]:
     return cell, LEVEL if number(cell) >= least else MISSED
 
 
-def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+def targets(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     """Target, figure, met or not, heading."""
     for name, measure in (
         ("Words to motion", "mean average precision"),
@@ -90,60 +90,60 @@ def targets(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
         ("Query by example: Bandai-Namco, unseen style", "mAP"),
     ):
         yield (
-            f"at least the best other method, {measure}", *beaten(found[name], measure), name,
+            f"at least the best other method, {measure}", *beaten(tables_of[name], measure), name,
         )  # fmt: skip
-    yield from _times(found)
+    yield from _times(tables_of)
     name = "Interval in a long take"
     for column, least in (
         ("R@1, IoU 0.5", 0.92), ("R@1, IoU 0.7", 0.75),
         ("per query and take, IoU 0.5", 0.85), ("per query and take, IoU 0.7", 0.68),
     ):  # fmt: skip
-        cell = found[name].cell(column, "motiondb (like)")
+        cell = tables_of[name].cell(column, "motiondb (like)")
         yield f"by example, {column}: at least {least}", *reached(cell, least), name
     for row in ("words of whole captures", "words of the parts of the other takes"):
-        cell = found["By word"].cell("R@1, IoU 0.5", row)
+        cell = tables_of["By word"].cell("R@1, IoU 0.5", row)
         yield f"by word, {row}, R@1, IoU 0.5: at least 0.6", *reached(cell, 0.6), "By word"
-    yield from _places(found)
+    yield from _places(tables_of)
     name = "Segmentation without labels"
     for row, column, least in (
         ("true number", "frame accuracy", 0.88), ("own number", "frame accuracy", 0.82),
         ("own number", "boundary F1", 0.75), ("true number", "boundary F1", 0.75),
     ):  # fmt: skip
-        cell = found[name].cell(column, f"motiondb, {row}")
+        cell = tables_of[name].cell(column, f"motiondb, {row}")
         yield f"{column}, {row}: at least {least}", *reached(cell, least), name
-    for cells in found["Order"].rows:
+    for cells in tables_of["Order"].rows:
         yield f"order, {cells[0]}: at least 0.9", *reached(cells[2], 0.9), "Order"
     name = "Analogy: word sequences never seen"
-    for cells in found[name].rows[1::2]:
+    for cells in tables_of[name].rows[1::2]:
         asked = f"{cells[0]} words: at least twice as many usable as by the plain bigram"
         yield asked, *reached(cells[4], 2.0), name
-    yield from _generation(found["Generation"])
+    yield from _generation(tables_of["Generation"])
 
 
-def _places(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+def _places(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     """Places by captions of whole takes, with one label, and boundaries."""
     column, row = "R@1, IoU 0.5", "the same, words that the take's own captions say"
-    cell = found["By word"].cell(column, row)
+    cell = tables_of["By word"].cell(column, row)
     yield f"by word, {row}, {column}: at least 0.7", *reached(cell, 0.7), "By word"
     name = "By word, with one part labelled"
-    if name in found:
-        cell = found[name].cell(column, "the suggested part, as suggested")
+    if name in tables_of:
+        cell = tables_of[name].cell(column, "the suggested part, as suggested")
         asked = f"by word, the suggested part labelled, {column}: at least 0.7"
         yield asked, *reached(cell, 0.7), name
     name = "Boundaries of short actions"
-    for cells in found[name].rows if name in found else ():
+    for cells in tables_of[name].rows if name in tables_of else ():
         if cells[0] in ("real captures", "sample data (synthetic)"):
             met = LEVEL if number(cells[2]) <= 0.3 else MISSED
             yield f"boundaries, {cells[0]}: within 0.3 s in the median", cells[2], met, name
 
 
-def _times(found: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+def _times(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     column = "ms a query, searching"
     for name in (
         "Query by example: CMU main verb, unseen performer",
         "Query by example: Bandai-Namco, unseen style",
     ):
-        table = found[name]
+        table = tables_of[name]
         ours, warping = table.cell(column, OURS), table.cell(column, "DTW, whitened features")
         share = number(ours) / number(warping)
         met = LEVEL if share <= 0.01 else MISSED
@@ -180,8 +180,8 @@ def section(text: str) -> str:
     lines = [
         "## Targets",
         "",
-        "Read off the sections below by `benchmarks/quality_protocol/targets.py`. "
-        "*No difference*: below, but the paired interval holds 0.",
+        "Taken from the sections below by `benchmarks/quality_protocol/targets.py`. "
+        "*No difference*: motiondb is below, but the paired interval contains 0.",
         "",
         "| target | reached | met | section |",
         "| --- | --- | --- | --- |",

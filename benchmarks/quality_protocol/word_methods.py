@@ -59,7 +59,7 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
 def motiondb_answers(seen: Recognised, fold: Fold, as_captions: bool = True) -> Answers:
     """The product: word map, then search in every gallery capture.
 
-    Whole captions are asked in quotation marks, unless ``as_captions`` is False.
+    Whole captions are written in quotation marks, unless ``as_captions`` is False.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
@@ -106,26 +106,26 @@ def ridge_answers(features: FloatArray, fold: Fold) -> Answers:
     """Ridge from pooled features to the words' presence."""
     x, y = features[fold.train], fold.words[fold.train]
     strength = choose(x, y, fold, _ridge, (0.1, 0.3, 1.0, 3.0))
-    found = _ridge(x, y, features[fold.gallery], strength)
+    predicted = _ridge(x, y, features[fold.gallery], strength)
     spread = np.sqrt(y.mean(axis=0) * (1 - y.mean(axis=0))) + 1e-9
-    standard = (found - y.mean(axis=0)) / spread
-    return Answers(found, found, mean_of_words(standard), np.clip(found, 0.0, 1.0))
+    standard = (predicted - y.mean(axis=0)) / spread
+    return Answers(predicted, predicted, mean_of_words(standard), np.clip(predicted, 0.0, 1.0))
 
 
 def tf_idf_answers(features: FloatArray, fold: Fold) -> Answers:
     """Ridge from pooled features to TF-IDF; captions by cosine."""
     x, y = features[fold.train], fold.words[fold.train]
     strength = choose(x, y, fold, _tf_idf_ridge, (0.1, 0.3, 1.0, 3.0))
-    found = _tf_idf_ridge(x, y, features[fold.gallery], strength)
-    return Answers(found, found, _cosine(unit(found), base.tf_idf(y)[1]))
+    predicted = _tf_idf_ridge(x, y, features[fold.gallery], strength)
+    return Answers(predicted, predicted, _cosine(unit(predicted), base.tf_idf(y)[1]))
 
 
 def canonical_answers(features: FloatArray, fold: Fold) -> Answers:
     """CCA between pooled features and TF-IDF; captions by the mean of their words' cosines."""
     x, y = features[fold.train], fold.words[fold.train]
     n_axes = choose(x, y, fold, _tf_idf_canonical, (4, 8, 16, 32))
-    found = _tf_idf_canonical(x, y, features[fold.gallery], n_axes)
-    return Answers(found, found, _cosine(found, base.tf_idf(y)[1]))
+    predicted = _tf_idf_canonical(x, y, features[fold.gallery], n_axes)
+    return Answers(predicted, predicted, _cosine(predicted, base.tf_idf(y)[1]))
 
 
 def neighbour_answers(similarity: FloatArray, fold: Fold) -> Answers:
@@ -134,13 +134,13 @@ def neighbour_answers(similarity: FloatArray, fold: Fold) -> Answers:
     folds = performer_folds([fold.performers[t] for t in fold.train], 4)
     reached = {}
     for n in (3, 5, 10, 20):
-        found = np.zeros(y.shape)
+        predicted = np.zeros(y.shape)
         for k in np.unique(folds):
             rest = folds != k
-            found[~rest] = base.neighbours(
+            predicted[~rest] = base.neighbours(
                 inner[np.ix_(~rest, rest)], y[rest].astype(np.float64), n
             )
-        reached[n] = word_map.precision(found, y)
+        reached[n] = word_map.precision(predicted, y)
     n_best = max(reached, key=lambda n: reached[n])
     between = similarity[np.ix_(fold.gallery, fold.train)]
     votes = base.neighbours(between, y.astype(np.float64), n_best) + 1e-6 * y.mean(axis=0)
@@ -162,11 +162,11 @@ def choose(
     common = y.sum(axis=0) >= 3
     reached: Mapping[float, float] = {}
     for setting in settings:
-        found = np.zeros((len(y), int(common.sum())))
+        predicted = np.zeros((len(y), int(common.sum())))
         for k in np.unique(folds):
             rest = folds != k
-            found[~rest] = fit(x[rest], y[rest][:, common], x[~rest], setting)
-        reached = {**reached, setting: word_map.precision(found, y[:, common])}
+            predicted[~rest] = fit(x[rest], y[rest][:, common], x[~rest], setting)
+        reached = {**reached, setting: word_map.precision(predicted, y[:, common])}
     return max(reached, key=lambda s: reached[s])
 
 

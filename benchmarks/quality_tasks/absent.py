@@ -1,10 +1,10 @@
-"""Not here: are questions whose action is not in the database told from those whose action is?
+"""Absent actions: are questions whose action is not in the database distinguished from the others?
 
-Every question is asked twice, of the captures as they are and of what is left without the action
-that it asks for. A method gives the value of its best answer; the area under the ROC curve says how
-well these values tell the two apart. By words five folds by performer; by example every performer
-(or style) is left out once, and where the action is taken out, its captures and their words are
-gone from everything that learns by words.
+Every question is asked twice: with all captures, and without those that show its action. A method
+gives the value of its best answer; the area under the ROC curve measures how well these values
+distinguish the two. By words five folds by performer; by example every performer (or style) is left
+out once, and where the action is taken out, its captures and their words are gone from everything
+that learns by words.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ from quality_tasks.words import calibration_error
 OURS = "motiondb"
 BEARING = N_POSTURE + N_TRAVEL
 LEAST_TRAINED = 3
+"""Captures that must hold a word for it to be asked, as in ``words``."""
 SHOWN = 5
 """Answers of a question whose probabilities are judged: the first ones."""
 
@@ -65,7 +66,7 @@ class Asked:
 
     present, absent : method -> value of the best answer, one a question, in the same order.
     probabilities, right : of the first answers where the action is there. told : per question,
-    whether motiondb's threshold said rightly that something is there, and that nothing is.
+    whether motiondb's threshold was right with the action present, and with it absent.
     """
 
     present: dict[str, list[float]]
@@ -89,35 +90,35 @@ def run(data: Path, seed: int) -> TaskReport:
         "by example, Bandai-Namco actions": by_example(styles),
     }
     rows: list[tuple[str | float | Measure, ...]] = []
-    for name, found in asked.items():
-        n = len(found.told)
-        for method in found.present:
-            rows.append((name, method, *_areas(found, method, seed), n))
+    for name, answers in asked.items():
+        n = len(answers.told)
+        for method in answers.present:
+            rows.append((name, method, *_areas(answers, method, seed), n))
     return TaskReport(
-        "Not here: questions whose action is not in the database",
-        "Every question is asked of a database that shows its action and of the same one without "
-        "the captures that show it; area under the ROC curve of the value of the best answer, "
-        "0.5 by chance. By words: five folds by performer, words known from at least "
-        f"{LEAST_TRAINED} captures of the others, the fold's captures are the database; motiondb's "
-        "value is what the motion adds to the usual log-odds. By example: the query's performer "
-        "(CMU) or style (Bandai-Namco) is left out; without the action its captures and words are "
-        "unknown to all that learns by words, so that the word map is fitted anew; motiondb's "
-        "value is the resemblance that `like` judges by, of the window of each capture that moves "
-        "most alike. That this value decides, and not the calibrated probability, was chosen on "
-        "these results: the rows by example are slightly optimistic. Pooled and DTW: nearest "
-        "capture (by words: nearest to a training capture of the word). Logistic regression: "
-        "largest probability (by example: of any class). Symbols are learned on the motion of all "
-        "captures.",
+        "Absent actions: questions whose action is not in the database",
+        "Every question is asked twice: with a database that shows its action, and with the same "
+        "database without the captures that show it. The measure is the area under the ROC curve "
+        "of the value of the best answer (0.5 by chance). By words: five folds by performer, "
+        f"words of at least {LEAST_TRAINED} captures of the others, the captures of the fold are "
+        "the database; motiondb's value is the log-odds that the motion adds to the usual "
+        "log-odds. By example: the query's performer (CMU) or style (Bandai-Namco) is left out. "
+        "Without the action, its captures and words are also left out of everything that is "
+        "learned with words, so the word map is fitted again. motiondb's value is the resemblance "
+        "that `like` uses, for the most similar window of each capture. The choice of this value "
+        "instead of the calibrated probability was made on these results, so the rows by example "
+        "are slightly optimistic. Pooled and DTW: nearest capture (by words: nearest to a "
+        "training capture of the word). Logistic regression: largest probability (by example: of "
+        "any class). Symbols are learned from the motion of all captures.",
         ("question", "method", "area under the curve", "motiondb better by", "questions"),
         tuple(rows),
-        tuple(_note(name, found) for name, found in asked.items()),
+        tuple(_note(name, answers) for name, answers in asked.items()),
         (_reliability(asked),),
     )
 
 
 def by_words(material: Material) -> Asked:
     """Every known word, of the fold's captures with and without those that show it."""
-    found = _nothing_yet()
+    answers = _nothing_yet()
     groups, words = material.groups, material.words
     folds, has = performer_folds(list(groups)), words.any(axis=1)
     cosine = material.pooled @ material.pooled.T
@@ -144,19 +145,19 @@ def by_words(material: Material) -> Asked:
                 "logistic regression, pooled": odds[:, word],
             }
             for name, value in values.items():
-                _note_value(found, name, float(value.max()), float(value[~shown].max()))
+                _note_value(answers, name, float(value.max()), float(value[~shown].max()))
             best = np.argsort(-heard[:, word], kind="stable")[:SHOWN]
             chances = certainty.probability(sure.log_odds(heard[best, word][:, None]))
-            found.probabilities.extend(chances.tolist())
-            found.right.extend(shown[best].tolist())
+            answers.probabilities.extend(chances.tolist())
+            answers.right.extend(shown[best].tolist())
             there, gone = added[:, word].max(), added[~shown, word].max()
-            found.told.append((bool(there >= sure.threshold), bool(gone < sure.threshold)))
-    return found
+            answers.told.append((bool(there >= sure.threshold), bool(gone < sure.threshold)))
+    return answers
 
 
 def by_example(material: Material) -> Asked:
     """Every labelled capture, of the other groups' captures with and without its label."""
-    found = _nothing_yet()
+    answers = _nothing_yet()
     labels, groups = material.labels, material.groups
     has = material.words.any(axis=1)
     for group in np.unique(groups):
@@ -168,19 +169,21 @@ def by_example(material: Material) -> Asked:
         queries = queries[np.isin(labels[queries], labels[others])]
         there, clear = _values(material, queries, others)
         for label in np.unique(labels[queries]):
-            own = labels[queries] == label
+            same_label = labels[queries] == label
             gone = others[labels[others] != label]
-            without, _ = _values(material, queries[own], gone)
+            without, _ = _values(material, queries[same_label], gone)
             for name, value in there.items():
-                for a, b in zip(value[own], without[name]):
-                    _note_value(found, name, float(a.max()), float(b.max()))
-            for q, a, b in zip(queries[own], there[OURS][own], without[OURS]):
+                for a, b in zip(value[same_label], without[name]):
+                    _note_value(answers, name, float(a.max()), float(b.max()))
+            for q, a, b in zip(queries[same_label], there[OURS][same_label], without[OURS]):
                 best = np.argsort(-a, kind="stable")[:SHOWN]
                 cues = np.column_stack([a[best], np.full(len(best), clear[q])])
-                found.probabilities.extend(certainty.probability(sure.log_odds(cues)).tolist())
-                found.right.extend(_same_action(material, int(q), others[best]).tolist())
-                found.told.append((bool(a.max() >= sure.threshold), bool(b.max() < sure.threshold)))
-    return found
+                answers.probabilities.extend(certainty.probability(sure.log_odds(cues)).tolist())
+                answers.right.extend(_same_action(material, int(q), others[best]).tolist())
+                answers.told.append(
+                    (bool(a.max() >= sure.threshold), bool(b.max() < sure.threshold))
+                )
+    return answers
 
 
 def _values(
@@ -236,7 +239,7 @@ def _class_chances(
 
 
 def _same_action(material: Material, query: int, captures: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether captures were said to show an action that the query was said to show."""
+    """Whether the captions of captures share an action with those of the query."""
     actions = np.array([name not in vocabulary.MODIFIERS for name in material.names])
     shared: NDArray[np.bool_] = (material.words[captures] & material.words[query] & actions).any(1)
     return shared
@@ -270,9 +273,9 @@ def _nothing_yet() -> Asked:
     return Asked({}, {}, [], [], [])
 
 
-def _note_value(found: Asked, method: str, present: float, absent: float) -> None:
-    found.present.setdefault(method, []).append(present)
-    found.absent.setdefault(method, []).append(absent)
+def _note_value(answers: Asked, method: str, present: float, absent: float) -> None:
+    answers.present.setdefault(method, []).append(present)
+    answers.absent.setdefault(method, []).append(absent)
 
 
 def area(present: FloatArray, absent: FloatArray) -> float:
@@ -285,31 +288,32 @@ def area(present: FloatArray, absent: FloatArray) -> float:
     return float(np.mean(above + 0.5 * (present[:, None] == absent)))
 
 
-def _areas(found: Asked, method: str, seed: int) -> tuple[Measure, Measure | str]:
+def _areas(answers: Asked, method: str, seed: int) -> tuple[Measure, Measure | str]:
     """Area of a method and what motiondb's is larger by, with intervals over questions."""
-    there, gone = np.array(found.present[method]), np.array(found.absent[method])
-    first, last = np.array(found.present[OURS]), np.array(found.absent[OURS])
-    own = statistic_of(lambda units: area(there[units], gone[units]), len(there), seed)
+    there, gone = np.array(answers.present[method]), np.array(answers.absent[method])
+    first, last = np.array(answers.present[OURS]), np.array(answers.absent[OURS])
+    measure = statistic_of(lambda units: area(there[units], gone[units]), len(there), seed)
     if method == OURS:
-        return own, ""
-    return own, statistic_of(
+        return measure, ""
+    return measure, statistic_of(
         lambda units: area(first[units], last[units]) - area(there[units], gone[units]),
         len(there), seed,
     )  # fmt: skip
 
 
-def _note(name: str, found: Asked) -> str:
-    told = np.array(found.told)
-    error = calibration_error(np.array(found.probabilities), np.array(found.right, dtype=float))
+def _note(name: str, answers: Asked) -> str:
+    told = np.array(answers.told)
+    error = calibration_error(np.array(answers.probabilities), np.array(answers.right, dtype=float))
     return (
-        f"{name}: at the threshold learned inside the training part motiondb says that something "
-        f"matches for {told[:, 0].mean():.2f} of the questions whose action is there, and that "
-        f"nothing does for {told[:, 1].mean():.2f} of those whose action is not (balanced accuracy "
-        f"{told.mean():.2f}). Of the first {SHOWN} answers {np.mean(found.right):.2f} are right, "
-        f"their mean probability is {np.mean(found.probabilities):.2f}, the calibration error "
+        f"{name}: with the threshold learned within the training part, motiondb reports a match "
+        f"for {told[:, 0].mean():.2f} of the questions whose action is present, and no match for "
+        f"{told[:, 1].mean():.2f} of those whose action is absent (balanced accuracy "
+        f"{told.mean():.2f}). Of the first {SHOWN} answers {np.mean(answers.right):.2f} are right, "
+        f"their mean probability is {np.mean(answers.probabilities):.2f}, the calibration error "
         f"{error:.3f}. "
-        + ("Right: the word was said." if "words" in name else "Right: an action word was said of "
-           "both captures.")
+        + ("Right: a caption has the word." if "words" in name else "Right: the captions of both "
+                                                                    "captures have a common word "
+                                                                    "for an action.")
     )  # fmt: skip
 
 
@@ -319,8 +323,8 @@ def _reliability(asked: dict[str, Asked]) -> Picture:
     figure = Figure(figsize=(5, 4), layout="constrained")
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="0.7", lw=1)
-    for name, found in asked.items():
-        given, right = np.array(found.probabilities), np.array(found.right, dtype=float)
+    for name, answers in asked.items():
+        given, right = np.array(answers.probabilities), np.array(answers.right, dtype=float)
         bins = np.minimum((given * 10).astype(int), 9)
         there = [b for b in range(10) if (bins == b).sum() >= 10]
         axes.plot(

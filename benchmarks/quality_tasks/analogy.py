@@ -19,8 +19,11 @@ from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 
 LENGTHS = (2, 3, 4)
+"""Words of a sequence."""
 N_SEQUENCES = 1000
+"""Sequences drawn. Chosen by hand; not tuned."""
 LEAST_CAPTIONS = 4
+"""Captions that must hold a word for it to be drawn. Chosen by hand; not tuned."""
 CLEAR = 0.05
 """t(word | symbol) from which a symbol explains a word; the mean over all words is about 0.003."""
 
@@ -50,13 +53,13 @@ def measure(database: Path, seed: int) -> TaskReport:
         notes = (_left_out_note(db.learned),)
     return TaskReport(
         "Analogy: word sequences never seen",
-        f"{N_SEQUENCES} sequences of two, three and four words at random, of which no two ever "
-        f"stood in one description; each word is in at least {LEAST_CAPTIONS} descriptions. They "
-        "are decoded to as many symbols as words, with the plain bigram of symbols and with the "
-        "one that clusters interpolate. *Usable*: the probability is above 0, and every word has a "
-        f"symbol in the sequence that says it with at least {CLEAR} (learned t(word | symbol), not "
-        "smoothed: symbols that never stood beside the word have 0). *Usable in order*: the symbol "
-        "stands where its word does.",
+        f"{N_SEQUENCES} random sequences of two, three and four words that never occur together "
+        f"in one description; each word is in at least {LEAST_CAPTIONS} descriptions. They are "
+        f"decoded to as many symbols as words, with the plain bigram of symbols and with the "
+        f"bigram interpolated by clusters. *Usable*: the probability is above 0, and every word "
+        f"has a symbol in the sequence with t(word | symbol) of at least {CLEAR} (as learned, not "
+        f"smoothed: 0 for symbols that never occur with the word). *Usable in order*: the symbol "
+        f"is at the position of its word.",
         ("words", "bigram", "usable", "usable in order", "usable, times the plain bigram's"),
         tuple(rows),
         notes,
@@ -66,14 +69,14 @@ def measure(database: Path, seed: int) -> TaskReport:
 def _left_out_note(learned: Learned) -> str:
     """How probable the transitions of each capture are by those of all others: in nats."""
     n_symbols = learned.symbols.n_symbols
-    own = [
+    counted = [
         transition.count_transitions([learned.segments.symbols[rows]], n_symbols)
         for rows in learned.rows.values()
     ]
-    total = np.sum(own, axis=0)
+    total = np.sum(counted, axis=0)
     shares = (0.5, 0.7, 0.8, 0.9)
     sums = np.zeros(len(shares) + 1)
-    for counts in own:
+    for counts in counted:
         others = total - counts
         plain = np.exp(transition.log_bigram(others))
         clustered = np.exp(transition.log_clustered_bigram(others, learned.clusters))
@@ -86,28 +89,28 @@ def _left_out_note(learned: Learned) -> str:
     means = sums / total.sum()
     fixed = ", ".join(f"{share}: {mean:.3f}" for share, mean in zip(shares, means))
     return (
-        f"{learned.clusters.max() + 1} clusters. How much the plain bigram counts was chosen by "
-        "captures left out, not by this task: nats a transition, each capture by the transitions "
-        f"of all others, {means[-1]:.3f} as it is (a share by row, after Witten and Bell); with "
-        f"one share for all rows {fixed}."
+        f"{learned.clusters.max() + 1} clusters. The weight of the plain bigram was chosen by "
+        f"leaving captures out, not by this task. Nats per transition, each capture by the "
+        f"transitions of all others: {means[-1]:.3f} as used (a share for each row, after Witten "
+        f"and Bell); with one share for all rows {fixed}."
     )
 
 
 def unseen(learned: Learned, length: int, seed: int) -> list[tuple[str, ...]]:
-    """Sequences of different words, no two of which stand in one description."""
+    """Sequences of different words, no two of which occur in one description."""
     described = described_intervals(learned.segments, learned.captions, learned.synonyms)
     together = {(a, b) for d in described for a in d.words for b in d.words}
     counts = learned.association.counts
     known = [w for w, n in zip(learned.association.words, counts) if n >= LEAST_CAPTIONS]
     rng = np.random.default_rng(seed)
-    found: dict[tuple[str, ...], None] = {}
+    sequences: dict[tuple[str, ...], None] = {}
     for _ in range(100_000):
         words = tuple(known[n] for n in rng.choice(len(known), length, replace=False))
         if all((a, b) not in together for a in words for b in words if a != b):
-            found[words] = None
-        if len(found) == N_SEQUENCES:
+            sequences[words] = None
+        if len(sequences) == N_SEQUENCES:
             break
-    return list(found)
+    return list(sequences)
 
 
 def _decode(learned: Learned, words: Sequence[str]) -> Decoded:

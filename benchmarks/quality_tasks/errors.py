@@ -1,9 +1,9 @@
 """Where the answers go wrong, with pictures: the words that fail, and the changes that are missed.
 
 Words: the captures that the section ``words`` of ``docs/quality.md`` names for each word that fails
-(what stood first, and what was true, performers unseen) are drawn as strips of stick figures, two
-of each. Changes: the true and the found activities of the four long takes, as timelines. The causes
-are what a person saw in these pictures, kept in ``errors_notes.md``.
+(the first answers and the true captures, for unseen performers) are drawn as strips of stick
+figures, two of each. Changes: the true and the found activities of the four long takes, as
+timelines. The causes are what a person saw in these pictures, kept in ``errors_notes.md``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
@@ -30,7 +31,9 @@ from real_tasks.notes import Notes, read_notes
 PAGE = Path(__file__).parents[2] / "docs" / "quality.md"
 NOTES = Path(__file__).with_name("errors_notes.md")
 N_DRAWN = 2
+"""Captures drawn for each kind of failure."""
 N_FIGURES = 9
+"""Stick figures in a row."""
 _FAILED = re.compile(
     r"^- \*\*(?P<word>[^*]+)\*\*, (?P<ap>[\d.]+), fold (?P<fold>\d+): first (?P<first>.*?)\. "
     r"True: (?P<true>.*)\.$",
@@ -41,7 +44,7 @@ _CAPTURE = re.compile(r"(\S+/\S+) \(")
 
 @dataclass(frozen=True)
 class Failure:
-    """A word, its average precision in a fold, what stood first and what was true (captures)."""
+    """A word, its average precision in a fold, the first answers and the true captures."""
 
     word: str
     average_precision: float
@@ -61,10 +64,11 @@ def run(data: Path, seed: int) -> TaskReport:
     takes = load_takes(data, list(captures.values()))
     parts = (*(_show(f, captures, notes) for f in failures), _show_changes(takes, notes, seed))
     return TaskReport(
-        "Errors, seen",
-        "The words that several captures show and that still fail (section *Words to motion*), "
-        "performers unseen: what stood first against what was true, and the cause as seen in the "
-        "pictures, one of: a bad caption, too few examples, segmentation, confusion of symbols.",
+        "Causes of errors",
+        "Words that fail although several captures show them (section *Words to motion*), for "
+        "unseen performers: the first answers, the true captures, and the cause as seen in the "
+        "pictures. The causes are a bad caption, too few examples, segmentation, or confusion of "
+        "symbols.",
         ("word", "fold", "average precision", "cause"),
         rows,
         (notes["summary"].prose,) if "summary" in notes else (),
@@ -80,12 +84,12 @@ def read_failures(page: str) -> list[Failure]:
     >>> read_failures(page)[0].first
     ('1/1_02', '1/1_03')
     """
-    found: dict[str, Failure] = {}
+    failures: dict[str, Failure] = {}
     for match in _FAILED.finditer(page):
         first, true = (tuple(_CAPTURE.findall(match[key])) for key in ("first", "true"))
         failure = Failure(match["word"], float(match["ap"]), int(match["fold"]), first, true)
-        found.setdefault(failure.word, failure)
-    return list(found.values())
+        failures.setdefault(failure.word, failure)
+    return list(failures.values())
 
 
 def _cause(notes: dict[str, Notes], word: str) -> str:
@@ -103,7 +107,7 @@ def _show(failure: Failure, captures: dict[str, Capture], notes: dict[str, Notes
         if name in captures
     ]
     name = f"errors-{failure.word.replace(' ', '-')}.png"
-    picture = draw(_stack(drawn), name, f"{failure.word}: what stood first, and what is true")
+    picture = draw(_stack(drawn), name, f"{failure.word}: the first answers and the true captures")
     rows = tuple(
         (what, name, "; ".join(captures[name].captions))
         for what, names in (("first", failure.first), ("true", failure.true))
@@ -150,8 +154,12 @@ def _show_changes(takes: Sequence[LongTake], notes: dict[str, Notes], seed: int)
         n_true = int(take.labels.max()) + 1
         lanes = [truth]
         for number in (None, n_true):
-            found = activities.find_activities(features, np.random.default_rng(seed), number)
-            lanes.append([(a / FEATURE_FPS, b / FEATURE_FPS, str(k)) for a, b, k in found])
+            activities_found = activities.find_activities(
+                features, np.random.default_rng(seed), number
+            )
+            lanes.append(
+                [(a / FEATURE_FPS, b / FEATURE_FPS, str(k)) for a, b, k in activities_found]
+            )
         _draw_lanes(axes, lanes, take.capture.name)
     return TaskReport(
         "Changes of activity in the long takes",
@@ -163,7 +171,9 @@ def _show_changes(takes: Sequence[LongTake], notes: dict[str, Notes], seed: int)
     )  # fmt: skip
 
 
-def _draw_lanes(axes, lanes, title: str) -> None:  # type: ignore[no-untyped-def]
+def _draw_lanes(
+    axes: Axes, lanes: Sequence[Sequence[tuple[float, float, str]]], title: str
+) -> None:
     from matplotlib import colormaps
 
     colours = colormaps["tab10"]

@@ -31,19 +31,20 @@ from quality_protocol.report import Measure, TaskReport
 OURS = "motiondb"
 BEARING = N_POSTURE + N_TRAVEL
 CHOSEN = (
-    "How much the words count (four fifths), and that posture and travel stay out of the cosine "
-    "beside them, was chosen among twelve settings by leaving performers out within five training "
-    "parts of CMU (1-NN accuracy and mAP there .632 and .598 before, .640 and .606 with it), these "
-    "tables in view beside them: two thirds would have given CMU .726 and Bandai-Namco .906 (mAP "
-    ".664 and .864), the setting before CMU .705 and Bandai-Namco .913 (mAP .664 and .881). "
+    "The weight of the words (four fifths), and the choice to leave posture and travel out of the "
+    "cosine, were selected from twelve settings by leaving performers out within five training "
+    "parts of CMU (1-NN accuracy and mAP there: .632 and .598 before, .640 and .606 after). These "
+    "tables were known at that time. A weight of two thirds would have given .726 on CMU and .906 "
+    "on Bandai-Namco (mAP .664 and .864); the former setting gave .705 and .913 (mAP .664 and "
+    ".881). "
     "Feedback of 10 captures, and half the weight for words of direction, manner and body parts, "
-    "were chosen in the same way among 42 settings of the two and of the words' share (1-NN "
-    "accuracy and mAP in the training parts .640 and .606 without both, .646 and .620 with both; "
-    "these tables in view beside them). Pooled statistics were tried too and left out: a second "
-    "word map from means, spreads and percentiles, its likeness added to that of the first, gave "
-    "CMU .726 and .660 and Bandai-Namco .928 and .913 without feedback; joining the two rankings "
-    "by reciprocal rank .726 and .654, .935 and .907; joining with the cosine of pooled statistics "
-    "by reciprocal rank .737 and .618, .921 and .761."
+    "were selected in the same way from 42 settings of these two and of the weight of the words "
+    "(1-NN accuracy and mAP in the training parts: .640 and .606 without both, .646 and .620 with "
+    "both; these tables were known at that time). Pooled statistics were also tried and rejected. "
+    "A second word map from means, spreads and percentiles, with its similarity added to that of "
+    "the first, gave .726 and .660 on CMU and .928 and .913 on Bandai-Namco without feedback. "
+    "Joining the two rankings by reciprocal rank gave .726 and .654, .935 and .907; joining with "
+    "the cosine of pooled statistics by reciprocal rank gave .737 and .618, .921 and .761."
 )
 VERBS = {
     "walk": "walk", "run": "run", "jog": "run", "jump": "jump", "hop": "jump", "climb": "climb",
@@ -54,12 +55,13 @@ VERBS = {
 }  # fmt: skip
 """Main verb of a capture: the first of these words in its captions."""
 CCA_AXES = 16
+"""Axes of the canonical correlation. Chosen by hand; not tuned."""
 Scores = Callable[[], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """labels: array (captures,), "" where there is none; allowed: array (captures, captures), which
+    """labels: array (captures,), "" if there is none; allowed: array (captures, captures), which
     captures may be searched for which query; groups: what is left out for what learns by labels."""
 
     labels: NDArray[np.str_]
@@ -95,7 +97,7 @@ def run(data: Path, seed: int) -> TaskReport:
 
 
 def main_verb(captions: Sequence[str]) -> str:
-    """The first main verb in the captions, "" where there is none.
+    """The first main verb in the captions, "" if there is none.
 
     >>> main_verb(["basketball - forward dribble"]), main_verb(["Alaskan vacation"])
     ('dribble', '')
@@ -196,10 +198,10 @@ def _hmm_scores(whitened: Sequence[Float32Array], question: Question, seed: int)
     for group in np.unique(question.groups):
         queries = np.flatnonzero((question.groups == group) & (labels != ""))
         for label in np.unique(labels[(question.groups != group) & (labels != "")]):
-            own = [whitened[int(n)].astype(float) for n in np.flatnonzero(
+            examples = [whitened[int(n)].astype(float) for n in np.flatnonzero(
                 (labels == label) & (question.groups != group))]  # fmt: skip
             model = GaussianHMM(5, n_iter=10, covars_prior=1.0, random_state=seed)
-            model.fit(np.concatenate(own), [len(x) for x in own])
+            model.fit(np.concatenate(examples), [len(x) for x in examples])
             for q in queries:
                 x = whitened[int(q)].astype(float)
                 scores[q, labels == label] = model.score(x) / len(x)
@@ -230,21 +232,22 @@ def _table(
     asked = ~np.isnan(judged[OURS][0])
     weights = weighted_draws(len(asked), seed)[:, asked]
     rows: list[tuple[str | float | Measure, ...]] = []
-    for name, found in judged.items():
+    for name, results in judged.items():
         row: list[str | float | Measure] = [name]
-        for values, ours in zip(found, judged[OURS]):
+        for values, ours in zip(results, judged[OURS]):
             row.append(_measure(values[asked], weights))
             row.append("" if name == OURS else _measure((ours - values)[asked], weights))
         rows.append((*row, f"{times[name]:.3f}" if name in times else "-"))
     classes = len(set(question.labels[asked].tolist()))
-    own = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
+    group_name = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
     protocol = (
-        f"{int(asked.sum())} queries of {classes} classes; the query's own {own} is never "
-        "searched. motiondb judges likeness by its vectors and by the words learned from captions "
-        "of the others (never the query's group), as `like` does where words were learned; the row "
-        "below it by motion alone, as `like --by-motion-alone` does. CCA (16 axes) learns from the "
-        "same captions. HMM and logistic regression are trained on the others' labels. Times: "
-        "median processor time of comparing one query with all captures."
+        f"{int(asked.sum())} queries of {classes} classes; the query's own {group_name} is never "
+        "searched. motiondb measures similarity by its vectors and by the words learned from the "
+        "captions of the others (never of the query's group), as `like` does after words were "
+        "learned; the row below uses motion alone, as `like --by-motion-alone` does. CCA (16 "
+        "axes) learns from the same captions. The HMM and the logistic regression are trained on "
+        "the labels of the others. Times are the median processor time for comparing one query "
+        "with all captures."
     )
     columns = (
         "method", "1-NN accuracy", "motiondb better by", "mAP", "motiondb better by",
@@ -255,7 +258,7 @@ def _table(
 
 
 def _judge(scores: FloatArray, question: Question) -> tuple[FloatArray, FloatArray]:
-    """Nearest right? and average precision of every query; NaN where nothing can be found.
+    """Nearest right? and average precision of every query; NaN if nothing can be found.
 
     Among equal scores (classes) the average precision is that of a random order.
     """
@@ -268,9 +271,9 @@ def _judge(scores: FloatArray, question: Question) -> tuple[FloatArray, FloatArr
         right = question.labels[there] == question.labels[q]
         if not question.labels[q] or not right.any():
             continue
-        found = right[np.argsort(-(scores[q, there] + jitter[there]), kind="stable")]
-        nearest[q] = found[0]
-        precision[q] = (np.cumsum(found) / np.arange(1, len(found) + 1))[found].mean()
+        hits = right[np.argsort(-(scores[q, there] + jitter[there]), kind="stable")]
+        nearest[q] = hits[0]
+        precision[q] = (np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean()
     return nearest, precision
 
 
@@ -284,12 +287,12 @@ def _confusions(scores: FloatArray, question: Question) -> tuple[str, ...]:
         there = np.flatnonzero(question.allowed[q] & (np.arange(len(scores)) != q))
         if not label or not (question.labels[there] == label).any():
             continue
-        found = str(question.labels[there[np.argmax(scores[q, there])]])
-        if found != label:
-            wrong[str(label), found] = wrong.get((str(label), found), 0) + 1
+        nearest = str(question.labels[there[np.argmax(scores[q, there])]])
+        if nearest != label:
+            wrong[str(label), nearest] = wrong.get((str(label), nearest), 0) + 1
     worst = sorted(wrong.items(), key=lambda item: -item[1])[:6]
     listed = "; ".join(f"{a} taken for {b} ({n})" for (a, b), n in worst)
-    return (f"motiondb's commonest mistakes: {listed}.",) if worst else ()
+    return (f"Most frequent mistakes of motiondb: {listed}.",) if worst else ()
 
 
 def _times(
@@ -313,12 +316,12 @@ def _times(
         "pooled, cosine": lambda q: rows @ rows[q],
         "DTW, whitened features": lambda q: base.warping_row(whitened[q], whitened),
     }
-    found = {}
+    times_of = {}
     for name, action in actions.items():
         times = []
         for q in some:
             started = time.process_time()
             action(q)
             times.append(time.process_time() - started)
-        found[name] = float(np.median(times[1:])) * 1e3
-    return found
+        times_of[name] = float(np.median(times[1:])) * 1e3
+    return times_of

@@ -1,4 +1,4 @@
-"""Motion from sentences: is it what was said, does it move as real people do, is it new?"""
+"""Motion from sentences: whether it shows the actions, is as smooth as real motion, and is new."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A sentence's motion (None where there is none), its actions, and how near it is to stored
+    """A sentence's motion (None if there is none), its actions, and how near it is to stored
     takes (mean whitened feature distance of its three-second parts)."""
 
     sentence: str
@@ -97,16 +97,15 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     return TaskReport(
         "Generation",
         f"{len(SENTENCES)} sentences of one to four actions out of {len(CLASSES)} "
-        f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every action "
-        "is judged on its own frames, one class out of eight (chance "
-        f"{1 / len(CLASSES):.3f}): by motiondb (likeliest word of its word map, which has a "
-        "part in the choice of trajectories and Monte-Carlo runs only), and by an outside judge, "
-        "trained on real captures of performers other than those whose motion "
-        "went into the action (Monte-Carlo and trajectory go by no single performer: all take "
-        "part). Last row: real captures of performers whom the judge has not seen, every class as "
-        "often as the sentences ask for it. Medians over sentences; *within "
-        "95 %*: share of sentences at most at the real captures' 95th percentile in foot slip and "
-        "jerk.",
+        f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every "
+        f"action is classified from its own frames as one of eight classes (chance "
+        f"{1 / len(CLASSES):.3f}): by motiondb (the most probable word of its word map, which is "
+        f"used for the choice of trajectories and Monte-Carlo runs only), and by an independent "
+        f"judge, trained on real captures of performers other than those whose motion was used "
+        f"for the action (Monte-Carlo and trajectory use no single performer, so all take part in "
+        f"the training). Last row: real captures of performers that the judge was not trained on, "
+        f"every class as often as in the sentences. Medians over sentences; *within 95 %*: share "
+        f"of sentences whose foot slip and jerk are at most the 95th percentile of real captures.",
         (
             "method", "recognised by motiondb", "by logistic regression", "by DTW 1-NN",
             "foot slip, cm/s", "jerk, m/s³", "speed, m/s", "bone change, mm", "within 95 %",
@@ -213,7 +212,8 @@ def _recognition(
     views = [(judge.space.project(recognition_features(s.motion)), s.performers) for s in stretches]
     heard = np.array([heard_class(db, s.motion) for s in stretches])
     answers = (heard, judge.by_regression(views), judge.by_warping(views))
-    return tuple(mean_of((a == asked).astype(float), seed) for a in answers)  # type: ignore[return-value]
+    ours, regression, warping = (mean_of((a == asked).astype(float), seed) for a in answers)
+    return ours, regression, warping
 
 
 def _naturalness(

@@ -53,7 +53,7 @@ AMOUNTS = (
 )  # fmt: skip
 """Sentences with counts, durations, speeds and directions."""
 Motions = Mapping[str, Generated | None]
-"""Sentence -> its motion; None where it was refused."""
+"""Sentence -> its motion; None if it was refused."""
 SENTENCES = (*(word for word, _ in ACTIONS), *JOINED, *AMOUNTS)
 
 
@@ -130,7 +130,7 @@ def evaluate(of: Recogniser, made: Motions, again: Motions, seed: int) -> TaskRe
 
 
 def generate_or_none(db: MotionDB, sentence: str, seed: int) -> Generated | None:
-    """A motion; None where nothing shows the sentence."""
+    """A motion; None if nothing shows the sentence."""
     try:
         return db.generate(sentence, seed)
     except QueryError:
@@ -140,7 +140,7 @@ def generate_or_none(db: MotionDB, sentence: str, seed: int) -> Generated | None
 def _outcomes(of: Recogniser, sentence: str, made: Generated) -> list[Outcome]:
     numbers = {name: n for n, name in enumerate(of.names)}
     sources = [numbers.get(s.name, -1) for s in made.provenance.sources]
-    found = []
+    outcomes = []
     for one in made.shown:
         asked = [of.words.index(word) for word in one.words if word in of.words]
         if not asked or one.end <= one.start:
@@ -149,13 +149,13 @@ def _outcomes(of: Recogniser, sentence: str, made: Generated) -> list[Outcome]:
         numbers_of = made.provenance.source_numbers[one.start : one.end]
         used = {sources[int(n)] for n in numbers_of}
         main = sources[int(np.argmax(np.bincount(numbers_of)))]
-        found.append(
+        outcomes.append(
             Outcome(
                 sentence, asked[0], of.view(recognition_features(part)), frozenset(used),
                 main, one.shown, one.probability,
             )
         )  # fmt: skip
-    return found
+    return outcomes
 
 
 def _same(of: Recogniser, first: int, asked: int) -> bool:
@@ -175,7 +175,7 @@ def _first(of: Recogniser, models: Sequence[Models], folds: IntArray, one: Outco
 def _real(
     of: Recogniser, models: Sequence[Models], folds: IntArray, asked: Sequence[int]
 ) -> tuple[list[float], list[float], list[float]]:
-    """Shares of the real captures of every asked action whose first word is right.
+    """Shares of the real captures of every requested action whose first word is right.
 
     That is the action, the action or another name of it, or any word of the caption.
     """
@@ -202,7 +202,8 @@ def _say_judge(outcomes: Sequence[Outcome]) -> str:
 
 
 def _say_calibration(told: Sequence[tuple[float, bool]]) -> str:
-    """Told probabilities beside the share that the recogniser finds right (captures left out)."""
+    """Predicted probabilities compared with the share that the recogniser finds right (captures
+    left out)."""
     probability = np.array([p for p, _ in told])
     hit = np.array([h for _, h in told], dtype=float)
     parts = []

@@ -32,6 +32,8 @@ from quality_protocol.takes import LongTake, load_takes, union_share
 from quality_tasks import interval_places
 
 SHARES = (0.3, 0.5, 0.7)
+"""Overlaps (intersection over union) from which an interval counts as right, as in the literature
+on temporal grounding."""
 WORDS = {
     "JumpJack": "jumping jack", "Jog": "jog", "Squat": "squat", "KneeRaise": "raise knee",
     "SideBend": "side bend", "SideReach": "side reach", "Twist": "twist", "Box": "box",
@@ -81,10 +83,11 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     n = len(next(iter(judged.values())).overall), len(next(iter(judged.values())).per_take)
     return TaskReport(
         "Interval in a long take",
-        f"Every true part of a long take whose label other long takes have ({n[0]} parts) is the "
-        "query once; the other long takes are searched, the first answer over all of them counts. "
-        f"Per query and take: the first answer within each take that has the label ({n[1]}). No "
-        "labels are used; `like` hears what was learned from the captions of whole captures. "
+        f"Each true part of a long take whose label also occurs in other long takes ({n[0]} "
+        "parts) is a query; the other long takes are searched, and the first answer over all of "
+        "them counts. Per query and take: the first answer within each take that has the label "
+        f"({n[1]}). No labels are used; `like` uses the words that were learned from the captions "
+        "of whole captures. "
         "Intervals are over queries.",
         columns,
         rows,
@@ -121,15 +124,15 @@ def questions(
 
 
 def best_share(take: LongTake, label: str, interval: tuple[float, float]) -> float:
-    """Largest intersection over union with a part of the label; 0 where the take has none."""
+    """Largest intersection over union with a part of the label; 0 if the take has none."""
     return max((union_share(interval, p[:2]) for p in take.parts if p[2] == label), default=0.0)
 
 
 def _by_motiondb(db: MotionDB, meaning: bool | None = None) -> Finder:
     def find(take: LongTake, interval: tuple[float, float], other: LongTake) -> Found:
         where = f'name="{other.capture.name}"'
-        found = db.like(take.capture.name, *interval, where, limit=1, meaning=meaning)
-        return found[0].score, found[0].start, found[0].end
+        matches = db.like(take.capture.name, *interval, where, limit=1, meaning=meaning)
+        return matches[0].score, matches[0].start, matches[0].end
 
     return find
 
@@ -151,8 +154,8 @@ def _by_windows(whitened: Mapping[str, Float32Array]) -> Finder:
         frames = whitened[other.capture.name]
         low = np.arange(0, max(len(frames) - len(query), 0) + 1, 5)
         rows = np.array([_pooled(frames[a : a + len(query)]) for a in low])
-        own = _pooled(query)
-        cosine = rows @ own / (np.linalg.norm(rows, axis=1) * np.linalg.norm(own))
+        pooled = _pooled(query)
+        cosine = rows @ pooled / (np.linalg.norm(rows, axis=1) * np.linalg.norm(pooled))
         best = int(np.argmax(cosine))
         end = min(int(low[best]) + len(query), len(frames))
         return float(cosine[best]), low[best] / FEATURE_FPS, end / FEATURE_FPS
@@ -186,9 +189,9 @@ def _notes(judged: Mapping[str, Judged], takes: Sequence[LongTake]) -> tuple[str
     return (
         f"Below IoU {SHARES[-1]} over all takes: {', '.join(missed) or 'none'}.",
         "The window and threshold by which motiondb extends an answer to the whole activity were "
-        "chosen with these four takes in view, for there are no others with true parts; of 27 "
-        "settings tried (ranking by that step alone), the worst gave 0.87 at IoU 0.5 and at 0.7. "
-        "Without that step motiondb stands at 0.93 and 0.80, as subsequence DTW does.",
+        "chosen on these four takes, because no others have known parts. Of the 27 settings that "
+        "were tried (ranking by this step alone), the worst gave 0.87 at IoU 0.5 and at 0.7. "
+        "Without this step motiondb reaches 0.93 and 0.80, as subsequence DTW does.",
     )
 
 
@@ -206,20 +209,20 @@ def _by_word(database: Path, takes: Sequence[LongTake], seed: int) -> TaskReport
     listed = "; ".join(f"{label} in {name} {value:.2f}" for name, label, value in parts)
     return TaskReport(
         "By word",
-        "The words of a label are asked of a take that has it; the first interval counts. What is "
-        "written about the take itself is never used as evidence. *Words of whole captures*: words "
-        "are learned from the captions as they are, one list of exercises for a whole take, so "
-        "nothing says which part is which: the words of a take are laid over its segments in the "
-        "order of its captions when motiondb learns, the place in a take is told by the map "
-        "without this take. *Left out entirely*: nor did its captions take part in finding the "
-        "places of words in the other takes. *By the word map*: places are told by the map that "
-        "ranks captures, as before there was a map of places. *Words of the parts of the other "
-        "takes*: the parts of "
-        "the three other takes are captioned, all words of the asked take are left out, and "
-        "motiondb learns anew, four times; labels that nothing else has are left out.",
+        "The words of a label are searched in a take that has it; the first interval counts. "
+        "Captions of the take itself are never used as evidence. *Words of whole captures*: words "
+        "are learned from the captions as they are. A caption is one list of exercises for a "
+        "whole take and does not tell the parts apart, so `learn` aligns the words of a take with "
+        "its segments in the order of the caption. The interval in a take is determined by the "
+        "map fitted without this take. *Left out entirely*: the captions of the take were also "
+        "not used to align the words of the other takes. *By the word map*: intervals are "
+        "determined by the map that ranks captures, as before the map of places existed. *Words "
+        "of the parts of the other takes*: the parts of the three other takes have captions, all "
+        "words of the searched take are left out, and motiondb learns again, four times; labels "
+        "that no other take has are left out.",
         ("words learned from", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
         rows,
-        (f"Intersection over union of every question of the last row: {listed}.",),
+        (f"Intersection over union for each question of the last row: {listed}.",),
     )
 
 
@@ -275,10 +278,10 @@ def _ask(db: MotionDB, take: LongTake, labels: Sequence[str]) -> list[tuple[str,
     for label in labels:
         where = f'name="{take.capture.name}"'
         try:
-            found = db.search(WORDS[label], where=where, limit=1, written=False).matches
+            matches = db.search(WORDS[label], where=where, limit=1, written=False).matches
         except MotionDBError:  # none of the words is known
-            found = ()
-        value = best_share(take, label, (found[0].start, found[0].end)) if found else 0.0
+            matches = ()
+        value = best_share(take, label, (matches[0].start, matches[0].end)) if matches else 0.0
         answers.append((take.capture.name, label, value))
     return answers
 

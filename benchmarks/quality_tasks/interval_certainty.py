@@ -39,7 +39,7 @@ class PlaceData:
 
 @dataclass(frozen=True)
 class Told:
-    """One question: the probability told, whether the interval is right, and what was asked."""
+    """One question: the predicted probability, whether the interval is right, and the question."""
 
     probability: float
     right: bool
@@ -69,18 +69,18 @@ def calibration(database: Path, data: Path, seed: int) -> TaskReport:
                 rows.append((f"{name}: {kind}", *_row(of, seed)))
         rows.append((f"{name}: no probability told", unasked, "", "", "", "", ""))
     return TaskReport(
-        "How sure a place is",
-        "Short captures of one action each are put one after another; every action is asked of the "
-        "joined take, and the interval counts as right from an intersection over union of 0.5. The "
-        "same is asked of the captures as they are, where the whole is the truth. Performers (CMU) "
-        "or styles (Bandai-Namco) are divided into five folds: what is known of the other folds "
-        "gives the probability that the interval is right, and the map is fitted without the "
-        "performers of the take. *No probability told*: questions whose words no other performer's "
-        "captions hold. Expected calibration error: ten bins, weighted by their questions. Each "
-        f"capture is joined {N_DRAWS} times; *different questions* are those that differ in "
-        "performer or words, and on so few a perfect probability would not measure 0: *of a "
-        "perfect probability* is the mean error when every different question is right or wrong "
-        "as a whole with the mean probability told for it (200 draws).",
+        "Probability that an interval is right",
+        "Short captures of one action each are joined; every action is searched in the joined "
+        "take, and the interval is right if its intersection over union is at least 0.5. The same "
+        "is done with the captures as they are, where the whole capture is the true interval. "
+        "Performers (CMU) or styles (Bandai-Namco) are divided into five folds. The probability "
+        "that the interval is right is learned from the other folds, and the map is fitted without "
+        "the performers of the take. *No probability told*: questions whose words are in no other "
+        "performer's captions. Expected calibration error: ten bins, weighted by their numbers of "
+        f"questions. Each capture is joined {N_DRAWS} times; *different questions* are those that "
+        "differ in performer or words. With so few, even a perfect probability would have an error "
+        "above 0: *of a perfect probability* is the mean error if every different question is "
+        "right or wrong as a whole with the mean of its probabilities (200 draws).",
         ("asked of", "questions", "different questions", "right", "mean probability",
          "expected calibration error", "of a perfect probability"),
         tuple(rows),
@@ -101,11 +101,11 @@ def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]
     unasked = 0
     for fold in range(N_FOLDS):
         rest = [capture for capture in short if folds[capture.group] != fold]
-        own = [capture for capture in short if folds[capture.group] == fold]
+        of_fold = [capture for capture in short if folds[capture.group] == fold]
         sure = place_certainty.fit_certainty(rest, known, rng)
         if sure is None:
             continue
-        for kind, take in _takes(own, rng):
+        for kind, take in _takes(of_fold, rng):
             judged = place_certainty.judge(take, known)
             unasked += len(joined_takes.questions_of(take)) - len(judged)
             told[kind] += [
@@ -134,13 +134,17 @@ def of_learned(learned: Learned) -> PlaceData:
     return PlaceData(learned.segments, learned.standardised, written, learned.places, performers)
 
 
-def _takes(own: Sequence[ShortCapture], rng: np.random.Generator) -> list[tuple[str, JoinedTake]]:
+def _takes(
+    captures: Sequence[ShortCapture], rng: np.random.Generator
+) -> list[tuple[str, JoinedTake]]:
     """Joined takes of every draw, and every capture once as it is."""
-    takes = [("whole", joined_takes.join([each])) for each in own]
+    takes = [("whole", joined_takes.join([each])) for each in captures]
     for _ in range(N_DRAWS):
-        takes += [("joined", take) for take in joined_takes.join_captures(own, rng)]
+        takes += [("joined", take) for take in joined_takes.join_captures(captures, rng)]
         takes += [
-            ("of two", take) for take in joined_takes.join_pairs(own, rng) if len(take.groups) == 2
+            ("of two", take)
+            for take in joined_takes.join_pairs(captures, rng)
+            if len(take.groups) == 2
         ]
     return takes
 

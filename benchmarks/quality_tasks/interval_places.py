@@ -1,4 +1,5 @@
-"""Places of words learned from captions of whole takes: variants, and how sure they are told."""
+"""Places of words learned from captions of whole takes: variants, and their predicted
+certainties."""
 
 from __future__ import annotations
 
@@ -34,9 +35,9 @@ def place_answers(
         A database that has learned.
     takes : sequence of LongTake
     labels : mapping of str to sequence of str
-        Capture -> the labels asked of it.
+        Capture -> the labels searched in it.
     words : mapping of str to str
-        Label -> the words that are asked.
+        Label -> the words of the question.
     share : callable
         Take, label and interval (seconds) -> intersection over union.
     """
@@ -60,10 +61,10 @@ def place_answers(
 
 def _first(learned: Learned, text: str, capture: int) -> tuple[float, float] | None:
     try:
-        found = search_words(learned, text, [capture], limit=1, written=False).matches
+        matches = search_words(learned, text, [capture], limit=1, written=False).matches
     except MotionDBError:  # none of the words is known
         return None
-    return (found[0].start, found[0].end) if found else None
+    return (matches[0].start, matches[0].end) if matches else None
 
 
 def _written(learned: Learned, without: int | None = None) -> place_fitting.Written:
@@ -72,7 +73,7 @@ def _written(learned: Learned, without: int | None = None) -> place_fitting.Writ
 
 
 def _places_without(learned: Learned, capture: int) -> place_fitting.Places | None:
-    """Places found as if nobody had written about a capture."""
+    """Places found as if a capture had no caption."""
     return place_fitting.find_places(
         learned.segments, learned.standardised, _written(learned, capture)
     )

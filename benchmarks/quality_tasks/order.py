@@ -1,7 +1,7 @@
-"""Order: "walk, then kick" asked of a capture that shows it, against "kick, then walk".
+"""Order: "walk, then kick" compared with "kick, then walk" in a capture that shows the former.
 
 Sample-data takes with their true segments, real captures joined two by two, the long take 86_01,
-and real captions that tell of two actions or more. Words come from other performers.
+and real captions of two or more actions. Words come from other performers.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from quality_tasks.example import main_verb
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_data"
 N_JOINED = 120
+"""Pairs of captures that are joined. Chosen by hand for the time that it takes."""
 COMMON_VERBS = ("walk", "run", "jump", "dance", "climb", "kick")
 
 
@@ -58,13 +59,17 @@ def run(data: Path, seed: int) -> TaskReport:
     rows = _rows(made, len(made), _sample_sequences(made), seed) + rows
     return TaskReport(
         "Order",
-        "Sequences of two or more actions against the same actions in reversed order, asked of the "
-        "capture that shows them; words learned from other performers' captions (five folds). The "
-        "truth is known for sample data (synthetic), for joined captures and for 86_01; captions "
-        "often name actions that happen at once or in another order than told.",
+        "A sequence of two or more actions is compared with the same actions in reversed order, "
+        "in the capture that shows them. The words are learned from other performers' captions "
+        "(five folds). The true order is known for the sample data (synthetic), for joined "
+        "captures and for 86_01; captions often list actions that happen simultaneously or in "
+        "another order.",
         ("source", "questions", "motiondb", "bag of words"),
         tuple(rows),
-        ("A bag of words scores both orders alike: half of them right by chance.",),
+        (
+            "A bag of words gives both orders the same score, so half of its answers are right by "
+            "chance.",
+        ),
     )
 
 
@@ -77,8 +82,8 @@ def _rows(
     right: dict[str, list[float]] = {}
     for k in np.unique(folds):
         train = np.flatnonzero((folds != k) & known)
-        own = [q for q in questions if folds[q.capture] == k]
-        for question, value in zip(own, _answer(seen, captures, train, own)):
+        of_fold = [q for q in questions if folds[q.capture] == k]
+        for question, value in zip(of_fold, _answer(seen, captures, train, of_fold)):
             if not np.isnan(value):
                 right.setdefault(question.source, []).append(value)
     return [
@@ -162,19 +167,19 @@ def _long_take(data: Path, real: Sequence[Capture]) -> list[Told]:
 def _sample_sequences(made: Sequence[Capture]) -> list[Told]:
     """The true segments of every sample take, without standing about, in order."""
     labels = _labels(SAMPLE / "segments.tsv", "file")
-    found = []
+    told = []
     for place, capture in enumerate(made):
-        own = labels.get(f"{capture.name}.bvh", [])
-        actions = [tuple(vocabulary.words_of(label)) for label in own if label != "idle"]
+        rows = labels.get(f"{capture.name}.bvh", [])
+        actions = [tuple(vocabulary.words_of(label)) for label in rows if label != "idle"]
         actions = [a for n, a in enumerate(actions) if a and (n == 0 or a != actions[n - 1])]
         if len(actions) > 1:
-            found.append(Told(place, tuple(actions[:4]), "sample data (synthetic)"))
-    return found
+            told.append(Told(place, tuple(actions[:4]), "sample data (synthetic)"))
+    return told
 
 
 def _labels(sheet: Path, column: str) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
+    labels_of: dict[str, list[str]] = {}
     with sheet.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file, delimiter="\t"):
-            found.setdefault(row[column], []).append(row["label"].replace("_", " "))
-    return found
+            labels_of.setdefault(row[column], []).append(row["label"].replace("_", " "))
+    return labels_of

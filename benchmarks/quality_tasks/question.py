@@ -1,8 +1,8 @@
 """Questions with "not" and "or", made from real captions: the tree against the ignoring reading.
 
 Five folds by performer. Per fold, words of the other performers' captures are known; the fold's
-captures are the gallery, and their words are only used to judge. A pair of verbs a, b is asked
-where captures of the gallery tell the questions apart:
+captures are the gallery, and their words are only used to judge. A pair of verbs a, b is used if
+captures of the gallery distinguish the questions:
 
     a but not b   captures show a without b, and a with b
     a or b        captures show a without b, and b without a
@@ -45,7 +45,7 @@ from quality_tasks.words import Judged, average_precisions, calibration_error
 
 OURS = "motiondb, the tree"
 LEAST_TRAINED, LEAST_EACH = 3, 2
-"""Training captures of a verb; captures of the gallery on each side of what a question tells."""
+"""Training captures of a verb; captures of the gallery on each side of the distinction."""
 KINDS = ("a but not b", "a or b", "not a")
 FIRST = 5
 """Answers of a question whose probabilities are judged."""
@@ -53,7 +53,7 @@ FIRST = 5
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """kind, text; right: array (gallery,); verbs: columns of a and b, -1 where there is no b."""
+    """kind, text; right: array (gallery,); verbs: columns of a and b, -1 if there is no b."""
 
     kind: str
     text: str
@@ -139,7 +139,7 @@ def _written(fold: Fold, names: Sequence[str], seen: Recognised) -> asked_certai
 
 
 def _questions(fold: Fold, names: Sequence[str]) -> Iterator[Question]:
-    """All questions that the gallery tells apart, in the order of their words."""
+    """All questions that the gallery distinguishes, in the order of their words."""
     shown = fold.words[fold.gallery]
     known = fold.words[fold.train].sum(axis=0) >= LEAST_TRAINED
     verbs = [w for w, name in enumerate(names) if known[w] and name not in vocabulary.MODIFIERS]
@@ -189,7 +189,7 @@ def _by_tree(
 
 
 def _chances(kind: str, hit: QuestionHit, sure: Certainties) -> tuple[float, float]:
-    """Probability of an answer and of its part, as ``search`` tells them; 0.5 where it does not."""
+    """Probability of an answer and of its part, from ``search``; 0.5 if there is none."""
     asked, excluded = by_question.split_statements(hit.statements)
     if kind == "not a":
         if sure.words is None:
@@ -213,8 +213,8 @@ def _by_sum(
         for verb in question.verbs
     ])  # fmt: skip
     log_none = -np.logaddexp(0.0, each).sum(axis=0)
-    found: FloatArray = np.log(-np.expm1(log_none)) - log_none
-    return found
+    log_odds: FloatArray = np.log(-np.expm1(log_none)) - log_none
+    return log_odds
 
 
 def _ignored(text: str, takes: Sequence[by_words.TakeScores], names: Sequence[str]) -> FloatArray:
@@ -238,8 +238,8 @@ def _logic(question: Question, odds: FloatArray) -> FloatArray:
 
 def _asked_words(question: Question, odds: FloatArray) -> FloatArray:
     """Mean log-odds of the words, without "not" and "or"."""
-    found: FloatArray = odds[:, [verb for verb in question.verbs if verb >= 0]].mean(axis=1)
-    return found
+    scores: FloatArray = odds[:, [verb for verb in question.verbs if verb >= 0]].mean(axis=1)
+    return scores
 
 
 def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> TaskReport:
@@ -247,8 +247,8 @@ def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> Tas
     empty = np.zeros(0)
 
     def precision(method: str, kind: str) -> FloatArray:
-        found = collected.ranked[method][kind]
-        return average_precisions(Judged(found, empty, empty, empty, (empty, empty)), weights)
+        ranks = collected.ranked[method][kind]
+        return average_precisions(Judged(ranks, empty, empty, empty, (empty, empty)), weights)
 
     rows: list[tuple[str | float | Measure, ...]] = []
     for kind in KINDS:
@@ -264,20 +264,21 @@ def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> Tas
         *(f"{kind}: {_sureness(collected, kind)}" for kind in KINDS),
         f'The part of "a but not b" (a): {_sureness(collected, "a but not b, part")} The part of '
         f'"a or b" (the alternative shown best): {_sureness(collected, "a or b, part")}',
-        "How sure these answers are is learned from questions made in the same way from the "
-        "captions of the training performers, each asked of performers left out among them. Before "
-        "that the probabilities of single words were multiplied (expected calibration error .270 "
-        'for "a but not b", .124 for "a or b").',
+        "The probabilities of these answers are learned from questions that are made in the same "
+        "way from the captions of the training performers, and asked of performers among them that "
+        "are left out. "
+        "Before, the probabilities of single words were multiplied (expected calibration error "
+        '.270 for "a but not b", .124 for "a or b").',
     )
     return TaskReport(
         "Questions with not and or",
         f"{len(captures)} CMU captures, 15 performers, five folds by performer. Questions are made "
-        f"of verbs known from at least {LEAST_TRAINED} training captures, wherever at least "
-        f"{LEAST_EACH} captures of the gallery stand on each side of what the question tells "
-        "apart: \"a but not b\" where some show a with b and some a without, \"a or b\" where some "
-        "show a alone and some b alone, \"not a\" where some show a and some do not. Right is what "
-        "the captions say. Ignored: the same sentence without \"not\" and \"or\", its words looked "
-        "for together. Mean average precision over questions; intervals over captures.",
+        f"of verbs with at least {LEAST_TRAINED} training captures, if at least {LEAST_EACH} "
+        "captures of the gallery are on each side of the distinction: \"a but not b\" if some show "
+        "a with b and some a without b, \"a or b\" if some show only a and some only b, \"not a\" "
+        "if some show a and some do not. The captions decide what is right. Ignored: the same "
+        "sentence without \"not\" and \"or\", searched as one action with all its words. Mean "
+        "average precision over questions; intervals over captures.",
         ("question", "method", "mean average precision", "the tree better by", "questions"),
         tuple(rows), notes,
     )  # fmt: skip

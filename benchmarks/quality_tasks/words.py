@@ -6,8 +6,9 @@ captures are the gallery, and their words are only used to judge.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,17 +27,19 @@ from quality_protocol.word_methods import Answers, Fold
 
 OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
+"""Captures of a word that must be trained and shown. Chosen by hand; not tuned."""
 CHOSEN = (
     "How posture and travel (`motiondb/search/vectors/posture_and_travel.py`) were chosen: about "
-    "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, kernels "
-    "and ridges were compared by leaving performers out within the five training parts, the folds"
-    " themselves in view beside them. The ranking within the training parts decided (mean average"
-    " precision there 0.425 before, 0.44 with either, 0.48 with both), and Bandai-Namco's query "
-    "by example was watched: symbols, posture and travel alone are best here (0.51 on the folds) "
-    "and lose 0.25 of accuracy there, so all blocks stay. What did not help or not enough: "
-    "kernels in place of the linear map, TF-IDF targets, autocorrelations, quantiles, soft levels"
-    " of velocities; mirrored copies in training (0.01 better without travel, worse with it). As "
-    "the five training parts together hold every capture, the figures are a little optimistic."
+    "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, "
+    "kernels and ridges were compared by leaving performers out within the five training parts. "
+    "The results on the folds were known at that time. The ranking within the training parts "
+    "decided (mean average precision there: 0.425 before, 0.44 with either, 0.48 with both). "
+    "Query by example on Bandai-Namco was also considered: symbols, posture and travel alone are "
+    "best here (0.51 on the folds) but lose 0.25 of accuracy there, so all blocks are kept. The "
+    "following did not help enough: kernels instead of the linear map, TF-IDF targets, "
+    "autocorrelations, quantiles, soft levels of velocities; mirrored copies in training (0.01 "
+    "better without travel, worse with it). Because the five training parts together contain "
+    "every capture, the figures are slightly optimistic."
 )
 
 
@@ -63,7 +66,7 @@ def run(data: Path, seed: int) -> TaskReport:
         row[[number[w] for actions in texts for action in actions for w in action]] = True
     asked = [[[[number[w] for w in a] for a in actions] for actions in texts] for texts in said]
     answers, folds = _all_answers(captures, words, seed)
-    judged = {name: _judge(found, folds, words, asked) for name, found in answers.items()}
+    judged = {name: _judge(answer, folds, words, asked) for name, answer in answers.items()}
     return _report(judged, names, captures, folds, seed)
 
 
@@ -138,9 +141,9 @@ def _judge(
                 order = np.argsort(
                     -np.where(usable, answer.described[place], -np.inf), kind="stable"
                 )
-                found = np.isin(order, right)
-                f1[capture] = found[: len(right)].mean()
-                reciprocal[capture] = 1.0 / (1 + int(np.argmax(found)))
+                hits = np.isin(order, right)
+                f1[capture] = hits[: len(right)].mean()
+                reciprocal[capture] = 1.0 / (1 + int(np.argmax(hits)))
         if answer.probabilities is not None:
             predicted.append(answer.probabilities[:, usable].ravel())
             true.append(shown[:, usable].ravel().astype(float))
@@ -161,7 +164,8 @@ def _caption_rank(
     known: NDArray[np.bool_],
     texts: Sequence[Sequence[Sequence[int]]],
 ) -> float:
-    """Rank of the capture (or one with the same words) when its caption is asked; the best text."""
+    """Rank of the capture (or one with the same words) for its caption as a question; the best
+    text."""
     same = (fold.words[fold.gallery] == fold.words[fold.gallery[place]]).all(axis=1)
     ranks = []
     for actions in texts:
@@ -218,29 +222,26 @@ def _report(
     head = f"{n_captures} CMU captures, 15 performers, five folds by performer"
     words = _table(
         judged, weights, "Words to motion",
-        f"{head}; {n_queries} queries of one word each, known from at least {LEAST_TRAINED} "
-        f"training captures and true of at least {LEAST_SHOWN} in the gallery. Mean average "
-        "precision, and first true capture in the top 1, 5, 10 and its median rank; intervals over "
-        "captures.",
+        f"{head}; {n_queries} queries of one word, each with at least {LEAST_TRAINED} training "
+        f"captures and at least {LEAST_SHOWN} true captures in the gallery. Mean average "
+        f"precision, share of queries with a true capture among the first 1, 5 and 10, and median "
+        f"rank of the first true capture; intervals over captures.",
         {"mean average precision": average_precisions}, _first_ranks,
     )  # fmt: skip
     captions = _table(
         judged, weights, "Whole captions to motion",
-        f"{head}; every caption is asked, its capture (or one of the same words) is to be found. "
-        "They are asked in quotation marks, so that they are also compared with the caption that "
-        "the motion suggests (`motiondb/words/maps/caption_map.py`). Its ridge and weight were "
-        "chosen by leaving performers out within the five training parts, among 9 settings (mean "
-        "reciprocal rank there .373 without, .424 with).",
-        {
-            f"R@{k}": lambda j, w, k=k: mean_per_draw(_within(j.caption_rank, k), w)
-            for k in (1, 5, 10)
-        },
+        f"{head}; every caption is a query, and its capture (or one with the same words) is the "
+        "right answer. The captions are written in quotation marks, so they are also compared with "
+        "the caption that the motion suggests (`motiondb/words/maps/caption_map.py`). The ridge "
+        "and weight of this comparison were selected from 9 settings by leaving performers out "
+        "within the five training parts (mean reciprocal rank there: .373 without, .424 with).",
+        {f"R@{k}": partial(_captions_within, k=k) for k in (1, 5, 10)},
         lambda j: (("median rank", float(np.nanmedian(j.caption_rank))),),
     )  # fmt: skip
     spoken = _table(
         judged, weights, "Motion to words",
-        f"{head}; the words of captures of unseen performers. F1 takes as many words as are true; "
-        "the reciprocal rank is that of the first true word.",
+        f"{head}; words for captures of unseen performers. F1 is computed with as many words as "
+        f"are true; the reciprocal rank is that of the first true word.",
         {
             "reciprocal rank": lambda j, w: mean_per_draw(j.reciprocal, w),
             "F1": lambda j, w: mean_per_draw(j.f1, w),
@@ -254,24 +255,32 @@ def _report(
     )  # fmt: skip
 
 
-def _table(judged, weights, title, protocol, measures, more) -> TaskReport:  # type: ignore[no-untyped-def]
+def _table(
+    judged: dict[str, Judged],
+    weights: FloatArray,
+    title: str,
+    protocol: str,
+    measures: dict[str, Callable[[Judged, FloatArray], FloatArray]],
+    more: Callable[[Judged], tuple[tuple[str, float], ...]],
+) -> TaskReport:
     """A row a method; behind every measure the paired difference motiondb - method."""
     columns, rows = ["method"], []
     for name in measures:
         columns += [name, "motiondb better by"]
     columns += [name for name, _ in more(judged[OURS])]
-    for method, found in judged.items():
+    for method, results in judged.items():
         row: list[str | float | Measure] = [method]
         for measure in measures.values():
-            values, ours = measure(found, weights), measure(judged[OURS], weights)
+            values, ours = measure(results, weights), measure(judged[OURS], weights)
             row.append(weighted_measure(values))
             row.append("" if method == OURS else weighted_measure(ours - values))
-        rows.append((*row, *(value for _, value in more(found))))
+        rows.append((*row, *(value for _, value in more(results))))
     return TaskReport(title, protocol, tuple(columns), tuple(rows))
 
 
-def _within(ranks: FloatArray, k: int) -> FloatArray:
-    return np.where(np.isnan(ranks), np.nan, ranks <= k)
+def _captions_within(judged: Judged, weights: FloatArray, k: int) -> FloatArray:
+    ranks = judged.caption_rank
+    return mean_per_draw(np.where(np.isnan(ranks), np.nan, ranks <= k), weights)
 
 
 def _first_ranks(judged: Judged) -> tuple[tuple[str, float], ...]:
@@ -281,11 +290,11 @@ def _first_ranks(judged: Judged) -> tuple[tuple[str, float], ...]:
 
 
 def _per_query(judged: Judged) -> dict[tuple[int, int], float]:
-    found = {}
+    precision_of = {}
     for key, (_, right) in judged.queries.items():
         share = np.cumsum(right) / np.arange(1, len(right) + 1)
-        found[key] = float(share[right].mean())
-    return found
+        precision_of[key] = float(share[right].mean())
+    return precision_of
 
 
 def _word_notes(
@@ -309,9 +318,9 @@ def _above(
     names: Sequence[str],
     captures: Sequence[Capture],
 ) -> str:
-    """What stands above the true captures where a word of some weight fails."""
+    """The captures ranked above the true ones for frequent words that fail."""
     ours = _per_query(judged[OURS])
-    lines = ["What stands first where words that several captures show fail:", ""]
+    lines = ["First answers for words that fail although several captures show them:", ""]
     several = [key for key in ours if judged[OURS].queries[key][1].sum() >= 4]
     for k, word in sorted(several, key=lambda key: ours[key])[:6]:
         order, right = judged[OURS].queries[k, word]
@@ -334,8 +343,8 @@ def _pictures(judged: dict[str, Judged], names: Sequence[str]) -> tuple[Picture,
     )
     figure = Figure(figsize=(9, 3.2), layout="constrained")
     axes = figure.add_subplot()
-    for found, label, shift in ((ours, OURS, -0.2), (other, "ridge to words, pooled", 0.2)):
-        means = [np.mean([found[q] for q in found if q[1] == w]) for w in words]
+    for results, label, shift in ((ours, OURS, -0.2), (other, "ridge to words, pooled", 0.2)):
+        means = [np.mean([results[q] for q in results if q[1] == w]) for w in words]
         axes.bar(np.arange(len(words)) + shift, means, 0.4, label=label)
     axes.set_xticks(np.arange(len(words)), [names[w] for w in words], rotation=60, ha="right")
     axes.set_ylabel("average precision")

@@ -32,6 +32,7 @@ from real_tasks.notes import Notes
 from real_tasks.questions import EXAMPLES, PARTS, SEED, SENTENCES, WORDS, Example
 
 FIRST = 5
+"""Answers that are shown and judged."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ def ask_examples(
     results = []
     for example in EXAMPLES:
         judge = _example_judge(example, said, parts, notes)
-        found = db.like(example.capture, example.start, example.end, limit=FIRST + 2)
+        matches = db.like(example.capture, example.start, example.end, limit=FIRST + 2)
         performer = example.capture.split("/")[0]
         foreign = db.like(
             example.capture,
@@ -156,13 +157,13 @@ def ask_examples(
             where=f"performer != '{performer}'",
             limit=FIRST,
         )
-        shown = [m for m in found if not _is_itself(m, example)][:FIRST]
+        shown = [m for m in matches if not _is_itself(m, example)][:FIRST]
         motion = db.motion(example.capture, example.start, example.end)
         target = folder / f"like-{slug(example.name)}.png"
         picture = _draw(db, shown, target, f"like {example.name}", (example.capture, motion))
         results.append(
             ExampleResult(
-                example, found[0], tuple(map(judge, shown)), tuple(map(judge, foreign)), picture
+                example, matches[0], tuple(map(judge, shown)), tuple(map(judge, foreign)), picture
             )
         )
     return results
@@ -239,8 +240,8 @@ def make_sentences(db: MotionDB, folder: Path) -> list[MadeResult]:
 def _recognised(made: Generated) -> str:
     if made.symbols == made.recognised:
         return "exactly"
-    asked, found = ([s for s, _ in groupby(row)] for row in (made.symbols, made.recognised))
-    return "merged" if asked == found else "otherwise"
+    asked, recognised = ([s for s, _ in groupby(row)] for row in (made.symbols, made.recognised))
+    return "merged" if asked == recognised else "otherwise"
 
 
 def measure_captures(db: MotionDB) -> list[Smoothness]:

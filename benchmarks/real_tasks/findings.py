@@ -14,7 +14,7 @@ from real_tasks.notes import Notes
 
 @dataclass(frozen=True)
 class Stages:
-    """What ``add`` and ``learn`` did; None where an existing database was used."""
+    """What ``add`` and ``learn`` did; None if an existing database was used."""
 
     add: MeasuredRun | None
     learn: MeasuredRun | None

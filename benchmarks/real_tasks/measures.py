@@ -162,7 +162,7 @@ def word_precision(learned: Learned, takes: Mapping[int, by_words.TakeScores]) -
     values, priors = [], []
     for number, word in enumerate(learned.association.words):
         right = {c: word in said[info.name] for c, info in infos.items()}
-        performers = {infos[c].tags.get("performer") for c, found in right.items() if found}
+        performers = {infos[c].tags.get("performer") for c, words in right.items() if words}
         if len(performers) < 2:
             continue
         order = sorted(infos, key=lambda c: -takes[c].whole[number])

@@ -1,7 +1,7 @@
 """What people who looked at the answers wrote: ``notes.md``.
 
     ## words: walk then jump
-    Prose that stands under the answers.
+    Text below the answers.
     - 86/86_01 yes: walks, jumps, walks on.
     - 16/16_07 no: steps up to the line, but does not walk.
 
@@ -32,9 +32,9 @@ def read_notes(path: Path) -> dict[str, Notes]:
         key, _, body = block.partition("\n")
         prose, verdicts = [], {}
         for line in body.splitlines():
-            found = _VERDICT.match(line)
-            if found:
-                verdicts[found["capture"]] = (found["verdict"], found["reason"])
+            matched = _VERDICT.match(line)
+            if matched:
+                verdicts[matched["capture"]] = (matched["verdict"], matched["reason"])
             else:
                 prose.append(line)
         notes[key.strip()] = Notes("\n".join(prose).strip(), verdicts)

@@ -1,7 +1,7 @@
-"""What the real captures are asked: words, examples and sentences, and what would be right.
+"""Questions about the real captures: words, examples and sentences, with the right answers.
 
 A hit of a word search is right where the people who described the capture used all the asked words;
-``notes.md`` overrules this where somebody looked. A hit of a search by example is
+Verdicts in ``notes.md`` take precedence. A hit of a search by example is
 right where the description holds one of ``words``; in the four long takes, whose parts are known,
 at least half of it must lie in parts with one of ``labels``.
 """
@@ -58,6 +58,7 @@ EXAMPLES = (
     Example("a jump in a long take", "86/86_01", 5.0, 9.0, ("jump", "hop"), ("jump",)),
     Example("kicking", "86/86_01", 27.0, 33.5, ("kick",), ("leg_kick",)),
 )
+"""Captures and seconds. Chosen by hand."""
 
 SENTENCES = (
     "a person walks then kicks",
@@ -67,6 +68,7 @@ SENTENCES = (
     "boxing",
 )
 SEED = 7
+"""Seed of generated motion."""
 
 PARTS = (
     ("walk", ("walk",)),
@@ -78,4 +80,4 @@ PARTS = (
     ("squat", ("Squat",)),
     ("twist", ("Twist",)),
 )
-"""(words, labels of the known parts that would be right), asked of each long take alone."""
+"""(words, labels of the right parts), searched in each long take alone."""

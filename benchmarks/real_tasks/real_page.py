@@ -28,34 +28,35 @@ TERMS = """The data used in this project was obtained from mocap.cs.cmu.edu. The
 created with funding from NSF EIA-0196217. Words: the CMU index as compiled by B. Hahne (2008);
 sentences for some captures from the KIT Motion-Language annotations. Known parts of long takes:
 mocap6 (M. Hughes; Fox, Hughes, Sudderth, Jordan, 2014) and, for performer 86, after Zhou, De la
-Torre and Hodgins (aligned cluster analysis). None of it is part of this project: the page shows
-what motiondb answers to somebody who has it."""
+Torre and Hodgins (aligned cluster analysis). None of these data are part of this project. The page
+shows what motiondb answers on them."""
 
-ASKED = """Each question was asked three times: as users ask, where words that people wrote about a
-capture are evidence beside its motion; with all written words hidden, so that the motion alone
-speaks (to a map learned from these captions); and the same with a map that saw no words of the
-capture's performer, which is what a new performer meets. An answer counts as right where the
-capture's description holds all asked words; where somebody looked, marked by *, that verdict
+ASKED = """Each question was asked three times: with the written words of each capture as evidence
+beside its motion, as in normal use; with the written words hidden, so that only the motion counts,
+by a map that was learned from these captions; and with a map that was learned without the words of
+the capture's performer, as for a new performer. An answer is right if the capture's description has
+all words of the question. An asterisk marks answers that a person judged by looking; that verdict
 counts."""
-MEASURES = """Slip: mean speed over the ground of feet in contact (0 where no foot ever stands);
-jerk: mean over joints and frames; both on the standard body at 30 frames a second. *Shown*: actions
-that motiondb's judge, which has no part in making the motion and never sees the captures used, says
-are shown (probability .6 or more). The last columns count sentences whose motion, recognised anew,
-gives the symbols that it was made from (those of the excerpts, or those decoded) exactly, and
-exactly once repeats of a symbol are merged."""
+MEASURES = """Slip is the mean ground speed of feet in contact (0 if no foot is ever in contact).
+Jerk is the mean over joints and frames. Both are measured on the standard body at 30 frames per
+second. *Shown* counts the actions that motiondb's judge says are shown (probability .6 or more);
+the judge has no part in making the motion and never sees the captures used. The last two columns
+count the sentences whose motion, when it is recognised again, gives exactly the symbols that it was
+made from (those of the excerpts, or those decoded): as they are, and after repeats of a symbol are
+merged."""
 
 
-def write_report(found: Findings, path: Path) -> Path:
+def write_report(findings: Findings, path: Path) -> Path:
     """Write the page; return its path."""
     blocks = [
         f"# Answers on real captures\n\nWritten by `{COMMAND}` on {machine()}; "
         f"{versions(*PACKAGES)}. {TERMS}",
-        _note(found.notes, "summary"),
-        _sizes(found),
-        _words(found),
-        _parts(found),
-        _examples(found),
-        _made(found),
+        _note(findings.notes, "summary"),
+        _sizes(findings),
+        _words(findings),
+        _parts(findings),
+        _examples(findings),
+        _made(findings),
     ]
     path.write_text("\n\n".join(block for block in blocks if block) + "\n", encoding="utf-8")
     return path
@@ -76,8 +77,8 @@ def _note(notes: dict[str, Notes], key: str) -> str:
     return "\n\n".join(part for part in (note.prose, "\n".join(lines)) if part)
 
 
-def _sizes(found: Findings) -> str:
-    n, stages = found.counts, found.stages
+def _sizes(findings: Findings) -> str:
+    n, stages = findings.counts, findings.stages
     rows = [
         ["captures", f"{n['captures']:.0f} of {n['performers']:.0f} performers"],
         ["motion", f"{n['seconds']:.0f} s"],
@@ -86,7 +87,7 @@ def _sizes(found: Findings) -> str:
         ["symbol space", f"{n['dimensions']:.0f} dimensions, {n['clusters']:.0f} clusters"],
         ["words", f"{n['words']:.0f}, {n['words twice']:.0f} of them in two captions or more"],
         ["database file", f"{n['bytes'] / 1e6:.0f} MB"],
-        ["copies, mirror images, cuts found", f"{len(found.relations)}"],
+        ["copies, mirror images and cuts", f"{len(findings.relations)}"],
     ]
     for name, stage in (("add", stages.add), ("learn", stages.learn)):
         if stage is not None:
@@ -98,19 +99,22 @@ def _sizes(found: Findings) -> str:
         total = stages.add.seconds + stages.learn.seconds
         rows.append(["both", f"{total:.0f} s (target: 240 s, 3 GiB)"])
     else:
-        rows.append(["`add`, `learn`", "not measured in this run: the database was there"])
-    rows.append(["questions, generation, pictures of this page", f"{found.seconds:.0f} s"])
-    problems = "".join(f"\n- {problem}" for problem in found.problems)
+        rows.append(
+            ["`add`, `learn`", "not measured in this run, because the database existed already"]
+        )
+    rows.append(["questions, generation, pictures of this page", f"{findings.seconds:.0f} s"])
+    problems = "".join(f"\n- {problem}" for problem in findings.problems)
     return "\n\n".join(
         part
         for part in (
             "## Catalogue and learning",
             table(["what", "measured"], rows),
-            f"Left out when adding:\n{problems}" if problems else "",
-            f"Known already by content, so not added again: {', '.join(found.known)}."
-            if found.known
+            f"Not added:\n{problems}" if problems else "",
+            f"Not added, because the content is that of another capture: "
+            f"{', '.join(findings.known)}."
+            if findings.known
             else "",
-            _note(found.notes, "catalogue"),
+            _note(findings.notes, "catalogue"),
             "![The symbol space](pictures/symbols.png)",
             "The symbols and words of one long take:",
             "![A long take](pictures/take-14-06.png)",
@@ -119,20 +123,20 @@ def _sizes(found: Findings) -> str:
     )
 
 
-def _words(found: Findings) -> str:
+def _words(findings: Findings) -> str:
     shown = [
         [r.words, f"{r.there}", *(_score(j) for j in (r.written, r.alone, r.unseen))]
-        for r in found.words
+        for r in findings.words
     ]
     columns = [
-        sum(sum(j.right == "yes" for j in getattr(r, name)) for r in found.words)
+        sum(sum(j.right == "yes" for j in getattr(r, name)) for r in findings.words)
         for name in ("written", "alone", "unseen")
     ]
-    possible = sum(min(FIRST, r.there) for r in found.words)
+    possible = sum(min(FIRST, r.there) for r in findings.words)
     shown.append(["**together**", "", *(f"**{c} of {possible}**" for c in columns)])
     precision = [
         [name, f"{p.words}", f"{p.precision:.3f}", f"{p.chance:.3f}"]
-        for name, p in found.precision.items()
+        for name, p in findings.precision.items()
     ]
     return "\n\n".join(
         part
@@ -142,18 +146,18 @@ def _words(found: Findings) -> str:
             table(
                 [
                     "question",
-                    "there are",
+                    "captures",
                     "with written words",
                     "motion alone",
                     "unseen performers",
                 ],
                 shown,
             ),
-            "Right answers among the first five. Mean average precision over single words, for "
-            "words that two performers or more were described with:",
+            "Right answers among the first five. Mean average precision for single words that "
+            "describe captures of two or more performers:",
             table(["captures ranked by", "words", "precision", "chance"], precision),
-            _note(found.notes, "words"),
-            *(_word_section(r, found.notes) for r in found.words),
+            _note(findings.notes, "words"),
+            *(_word_section(r, findings.notes) for r in findings.words),
         )
         if part
     )
@@ -198,29 +202,29 @@ def _word_section(result: WordResult, notes: dict[str, Notes]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _parts(found: Findings) -> str:
+def _parts(findings: Findings) -> str:
     rows = []
-    for words, match, share, part in found.parts:
+    for words, match, share, part in findings.parts:
         true = f"{part[0]:.1f}–{part[1]:.1f} s" if part else "elsewhere"
         rows.append([words, match.capture, _times(match), true, f"{share:.2f}"])
     if not rows:
         return ""
-    mean = sum(row[2] for row in found.parts) / len(found.parts)
+    mean = sum(row[2] for row in findings.parts) / len(findings.parts)
     return "\n\n".join(
         part
         for part in (
             "## Where in a long take",
-            "Four long takes have parts known by hand. The words were asked of each take alone; "
-            "the last column is the intersection over the union of the found and the nearest true "
-            f"interval, in the mean {mean:.2f}.",
+            "Four long takes have parts known by hand. The words were searched in each take "
+            "alone. The last column is the intersection over union of the answer and the nearest "
+            f"true interval; its mean is {mean:.2f}.",
             table(["words", "capture", "found", "true", "overlap"], rows),
-            _note(found.notes, "parts"),
+            _note(findings.notes, "parts"),
         )
         if part
     )
 
 
-def _examples(found: Findings) -> str:
+def _examples(findings: Findings) -> str:
     rows = [
         [
             r.example.name,
@@ -229,20 +233,20 @@ def _examples(found: Findings) -> str:
             _score(r.everybody),
             _score(r.others),
         ]
-        for r in found.examples
+        for r in findings.examples
     ]
     return "\n\n".join(
         part
         for part in (
             "## Ten questions by example",
-            "The example itself must come back at rank 1; it is not counted. An answer counts as "
-            "right where its description holds a word for what the example shows, and, in the four "
-            "long takes, where at least half of the interval lies in a part that shows it.",
+            "The example itself must be the first answer; it is not counted. An answer is right "
+            "if its description has a word for what the example shows. In the four long takes, at "
+            "least half of the interval must also lie in a part that shows it.",
             table(
                 ["example", "interval", "rank 1", "right of 5, everybody", "other performers"], rows
             ),
-            _note(found.notes, "examples"),
-            *(_example_section(r, found.notes) for r in found.examples),
+            _note(findings.notes, "examples"),
+            *(_example_section(r, findings.notes) for r in findings.examples),
         )
         if part
     )
@@ -264,15 +268,15 @@ def _example_section(result: ExampleResult, notes: dict[str, Notes]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _made(found: Findings) -> str:
-    real = median_smoothness(found.captured)
+def _made(findings: Findings) -> str:
+    real = median_smoothness(findings.captured)
     rows = [["real captures", f"{real.slip:.1f}", f"{real.jerk:.0f}", "", "", ""]]
     for method in METHODS:
-        median = median_smoothness([r.methods[method][0] for r in found.made])
-        again = [r.methods[method][1] for r in found.made]
+        median = median_smoothness([r.methods[method][0] for r in findings.made])
+        again = [r.methods[method][1] for r in findings.made]
         exactly, merged = again.count("exactly"), len(again) - again.count("otherwise")
         counts = [f"{n} of {len(again)}" for n in (exactly, merged)]
-        shown = [one.shown for r in found.made for one in r.shown[method]]
+        shown = [one.shown for r in findings.made for one in r.shown[method]]
         told = f"{shown.count(True)} of {len(shown)}"
         rows.append([method, f"{median.slip:.1f}", f"{median.jerk:.0f}", told, *counts])
     return "\n\n".join(
@@ -283,8 +287,8 @@ def _made(found: Findings) -> str:
             table(
                 ["median", "slip cm/s", "jerk m/s³", "shown", "recognised exactly", "merged"], rows
             ),
-            _note(found.notes, "made"),
-            *(_made_section(r, found.notes) for r in found.made),
+            _note(findings.notes, "made"),
+            *(_made_section(r, findings.notes) for r in findings.made),
         )
         if part
     )
@@ -292,7 +296,7 @@ def _made(found: Findings) -> str:
 
 def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
     made = result.made
-    own, again = result.methods[METHODS[0]]
+    from_motion, again = result.methods[METHODS[0]]
     unknown = [f"- not known: {', '.join(made.unknown)}"] if made.unknown else []
     facts = [
         *unknown,
@@ -301,7 +305,8 @@ def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
         f"- the word map, which knows the captures used: {'; '.join(result.described)}",
         f"- symbols of the excerpts: {_numbers(made.symbols)}; recognised in the motion: "
         f"{_numbers(made.recognised)} ({again})",
-        f"- {own.seconds:.1f} s, slip {own.slip:.1f} cm/s, jerk {own.jerk:.0f} m/s³",
+        f"- {from_motion.seconds:.1f} s, slip {from_motion.slip:.1f} cm/s, "
+        f"jerk {from_motion.jerk:.0f} m/s³",
     ]
     parts = (
         f"### {result.sentence}",

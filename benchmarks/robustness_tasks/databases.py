@@ -25,8 +25,8 @@ def import_everything() -> None:
     """Import all of motiondb, so that processes that part from this one need not."""
     from motiondb.words.lexicon.lemmas import lemma
 
-    for found in pkgutil.walk_packages(motiondb_package.__path__, "motiondb."):
-        importlib.import_module(found.name)
+    for module in pkgutil.walk_packages(motiondb_package.__path__, "motiondb."):
+        importlib.import_module(module.name)
     lemma("walks")  # loads the table of lemmas
 
 

@@ -185,7 +185,7 @@ def _hung(seed: int) -> Outcome:
 
 
 def _forget_peak() -> None:
-    """Begin to measure the peak of resident memory anew, where the system can."""
+    """Reset the peak of resident memory, if the system can."""
     try:
         Path("/proc/self/clear_refs").write_text("5")
     except OSError:

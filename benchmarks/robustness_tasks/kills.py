@@ -8,10 +8,10 @@ undisturbed. What must hold afterwards:
 * its rows are those from before the command or those from after it, and the latter where the
   command had printed that it was done;
 * files that the command writes are not there, or whole; all are there where it ended;
-* no process of the command goes on;
+* no process of the command continues;
 * after a further command, and the same one again where it writes files, no file is left that these
-  commands would not leave undisturbed. What a kill leaves beside a file of the user's is removed by
-  the command that writes that file again, since no other one knows its name.
+  commands would not leave undisturbed. Drafts that a kill leaves next to a file of the user are
+  removed by the command that writes this file again, because no other command knows its name.
 
 Commands run in processes that are forked from one in which motiondb is imported and its compiled
 functions are loaded, so that the kills meet the work and not the start of Python.
@@ -59,7 +59,7 @@ class Outcome:
     moment : seconds after the start at which it was killed.
     usual : seconds that it takes undisturbed.
     ended : whether it had ended by then.
-    told : whether it had printed that it was done.
+    told : whether it had reported success.
     rows : "before", "after" or "neither".
     faults : what did not hold.
     """
@@ -93,8 +93,8 @@ class Reference:
 def run(seeds: Sequence[int], database: Path) -> Iterator[Outcome]:
     """Kill one command for each seed, all kinds in turn.
 
-    The folder that the cases copy, and what commands do undisturbed, are kept beside the database,
-    so that a run can be continued.
+    The folder that the cases copy, and the results of undisturbed commands, are kept next to the
+    database, so that a run can be continued.
     """
     import_everything()  # once, before the processes part
     base, kinds = database.with_name("kills") / "base", tuple(COMMANDS)
@@ -200,7 +200,7 @@ def _further(kind: str, place: Path) -> list[tuple[str, ...]]:
 
 
 def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
-    """Start a command, kill it, look at what is there, and run a further one."""
+    """Start a command, kill it, examine the files, and run a further one."""
     share = np.random.default_rng([seed, 3]).uniform(0.0, LATEST)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "case"
@@ -213,12 +213,12 @@ def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
         told = _is_told(kind, place)
         faults = [] if not ended or process.exitcode == 0 else [f"ended with {process.exitcode}"]
         faults += _going_on(process)
-        found = _beside(examine, place)
-        if isinstance(found, str):
+        outcome = _beside(examine, place)
+        if isinstance(outcome, str):
             return Outcome(
-                seed, kind, share * usual.seconds, usual.seconds, ended, told, "neither", (found,)
+                seed, kind, share * usual.seconds, usual.seconds, ended, told, "neither", (outcome,)
             )
-        checked, rows = found
+        checked, rows = outcome
         faults += checked
         state = "after" if rows == usual.after else "neither"
         state = "before" if rows == usual.before else state
@@ -247,16 +247,18 @@ def _is_told(kind: str, place: Path) -> bool:
     return "added" in printed if kind == "fetch cmu" else bool(printed)
 
 
-def _wrong_outputs(found: dict[str, str], usual: dict[str, str], is_done: bool) -> list[str]:
+def _wrong_outputs(outputs: dict[str, str], usual: dict[str, str], is_done: bool) -> list[str]:
     """What is wrong with the files that a command wrote; drafts are looked at in the end.
 
-    A scene's folder is written as a whole; a download is not, and goes on at the next time.
+    A scene's folder is written as a whole; a download is not, and continues at the next run.
     """
     faults = [
-        f"{name} is not whole" for name in found if found[name] != usual.get(name, found[name])
+        f"{name} is not whole"
+        for name in outputs
+        if outputs[name] != usual.get(name, outputs[name])
     ]
-    begun = {name.partition("/")[0] for name in found if "/" in name} - {"cmu"}
-    missing = sorted(set(usual) - set(found))
+    begun = {name.partition("/")[0] for name in outputs if "/" in name} - {"cmu"}
+    missing = sorted(set(usual) - set(outputs))
     faults += [f"{name} is missing" for name in missing if name.partition("/")[0] in begun]
     return faults + [f"done, and {name} is not there" for name in missing if is_done]
 
@@ -301,14 +303,14 @@ def _going_on(process: BaseProcess) -> list[str]:
     import psutil
 
     def alive() -> list[psutil.Process]:
-        found = []
+        problems = []
         for other in psutil.process_iter():
             try:
                 if os.getsid(other.pid) == process.pid and other.status() != "zombie":
-                    found.append(other)
+                    problems.append(other)
             except (OSError, psutil.Error):
                 continue
-        return found
+        return problems
 
     limit = time.monotonic() + 20.0
     while (left := alive()) and time.monotonic() < limit:

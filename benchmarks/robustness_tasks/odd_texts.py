@@ -1,8 +1,8 @@
-"""Odd texts made from a seed: what people mistype, and what is made to break a reader of text.
+"""Odd texts made from a seed: typing errors, and texts that are meant to break a reader.
 
 ``text_case(seed)`` gives the same kind and bytes on every machine. Each case starts from a whole
 text of one language of motiondb. It is damaged as captures are (``odd_captures.damage``), or its
-tokens are drawn anew at random, repeated thousands of times, or nested.
+tokens are drawn at random, repeated thousands of times, or nested.
 """
 
 from __future__ import annotations
@@ -66,6 +66,7 @@ _ODD_TOKENS = (
     "__class__", "nan",
 )  # fmt: skip
 MOST_BYTES = 200_000
+"""Bytes of a text at most, so that a case takes seconds."""
 
 
 def text_case(seed: int, kind: str | None = None) -> tuple[str, bytes]:

@@ -1,4 +1,4 @@
-"""The page ``docs/robustness.md``: what was tried and what failed, counted from the logs."""
+"""The page ``docs/robustness.md``: the cases and the failures, counted from the logs."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from grammar_tasks.tables import table
 from robustness_tasks.fuzz import MOST_MEGABYTES, MOST_SECONDS
 
 Case = dict[str, Any]
-HEAD = """# Does anything get lost, or fail without a word?
+HEAD = """# Robustness: data loss and silent failures
 
-The attack on motiondb, by `python benchmarks/robustness.py PART --out DIR`, and this page by
-`python benchmarks/robustness.py page --out DIR`; the parts are `fuzz`, `kills`, `damage`,
-`together` and `questions`. Short versions run with the tests (`tests/robustness`,
+The tests are run by `python benchmarks/robustness.py PART --out DIR`, with the parts `fuzz`,
+`kills`, `damage`, `together` and `questions`. This page is written by `python
+benchmarks/robustness.py page --out DIR`. Short versions run with the tests (`tests/robustness`,
 `tests/capture/test_odd_captures.py`, `tests/store/test_store_damage.py`,
 `tests/store/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
-`tests/cli/test_cli_waiting.py`). Counts are of the cases that ran; a target that asks for more
-cases than ran is not met, and says so. The databases are learned from the sample data."""
+`tests/cli/test_cli_waiting.py`). The tables count the cases that were run. A target with more cases
+than were run is listed as not met. The databases are learned from the sample data."""
 
 UNKNOWN = """## What is not known, and limits
 
 * **A log that was cut short.** Changes that are not yet in the database file are in a log beside it
-  (`.wal`). DuckDB replays the log up to its last whole transaction, and says nothing of what
-  follows. A log that was cut, by a full disk or by copying while a command writes, therefore gives
-  a whole, earlier state; `check` calls it sound. It is tested that no part of a later change is
-  there without the changes before it (`tests/store/test_store_cut_log.py`). That changes were lost
-  cannot be seen from the file. A log with flipped bits is refused.
+  (`.wal`). DuckDB replays the log up to its last complete transaction and does not report what
+  follows. A log that was cut off, by a full disk or by copying while a command writes, therefore
+  gives a consistent earlier state, and `check` reports no fault. A test shows that no part of a
+  later change is present without the changes before it (`tests/store/test_store_cut_log.py`). The
+  file does not show that changes were lost. A log with flipped bits is refused.
 * **A log that is none.** A file of that name that does not begin like a log of DuckDB's is passed
   over by DuckDB, and `check` calls the database sound.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves
@@ -42,22 +42,22 @@ UNKNOWN = """## What is not known, and limits
   started them), otherwise when their own thread has looked, every quarter of a second. A library
   that keeps Python from running delays that on other systems than Linux. On Windows they end with
   the file that they read.
-* **Power failures.** The kills end processes, not the computer; what the disk had written by then
-  is not tried.
-* **The system's temporary folder** is not looked at after kills. Reading C3D files uses it, and so
-  does `rescue` of a database with a damaged log."""
+* **Power failures.** The kills end processes, not the computer. Data that the disk had not yet
+written are not tested.
+* **The system's temporary folder** is not examined after kills. Reading of C3D files uses it, as
+does `rescue` of a database with a damaged log."""
 
 
 def page(folder: Path) -> str:
     """The page of the logs in a folder; parts without a log are named as not run.
 
-    What whoever ran the parts has to say about the runs stands in ``notes.md`` of the folder.
+    Remarks on the runs are in ``notes.md`` of the folder.
     """
     parts: list[tuple[str, str, Callable[[list[Case]], str]]] = [
         ("fuzz", "Odd files and texts", _fuzz),
         ("kills", "Kills", _kills),
         ("damage", "Damaged databases", _damage),
-        ("together", "Many at once", _together),
+        ("together", "Threads and processes", _together),
         ("questions", "Large questions", _questions),
     ]
     cases = {name: load(folder, name) for name, _, _ in parts}
@@ -66,8 +66,8 @@ def page(folder: Path) -> str:
     if notes.exists():
         sections.append(notes.read_text(encoding="utf-8").strip())
     for name, title, write in parts:
-        found = cases[name]
-        sections.append(f"## {title}\n\n{write(found) if found else 'Not run.'}")
+        cases_of_kind = cases[name]
+        sections.append(f"## {title}\n\n{write(cases_of_kind) if cases_of_kind else 'Not run.'}")
     sections.append(UNKNOWN)
     return "\n\n".join(sections) + "\n"
 
@@ -77,13 +77,13 @@ def load(folder: Path, part: str) -> list[Case]:
     path = folder / f"{part}.jsonl"
     if not path.exists():
         return []
-    found = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    if found and "seed" in found[0]:
-        found = list({(case["seed"], case["kind"]): case for case in found}.values())
-        found.sort(key=lambda case: (case["seed"], case["kind"]))
+    cases = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    if cases and "seed" in cases[0]:
+        cases = list({(case["seed"], case["kind"]): case for case in cases}.values())
+        cases.sort(key=lambda case: (case["seed"], case["kind"]))
     if part == "questions":
-        found = list({case["kind"]: case for case in found}.values())
-    return found
+        cases = list({case["kind"]: case for case in cases}.values())
+    return cases
 
 
 def seeds_of(cases: Sequence[Case]) -> str:
@@ -99,11 +99,11 @@ def seeds_of(cases: Sequence[Case]) -> str:
 
 
 def _targets(cases: dict[str, list[Case]]) -> str:
-    """The targets of the attack beside what was found."""
+    """The targets of the tests, with the results."""
     wanted = {
         "fuzz": ("no failure in 50,000 odd files and texts", 50_000),
         "kills": ("nothing lost and nothing left over in 200 kills", 200),
-        "damage": ("none of 200 damaged databases called sound when a question fails", 200),
+        "damage": ("none of 200 damaged databases passes `check` although a question fails", 200),
         "together": ("16 threads and 20 processes without a false message", 36),
         "questions": ("large questions answered or refused, within 10 s and 1 GB", 1),
     }
@@ -149,12 +149,13 @@ def _fuzz(cases: list[Case]) -> str:
         ),
     )
     return (
-        f"`python benchmarks/robustness.py fuzz --out DIR`, seeds {seeds_of(cases)}. A case is"
-        " read, refused by a reader with one of the project's errors, or caught: refused by the"
-        " safety net around all readers, which names the exception. It fails with any other"
-        f" exception, if its process dies, above {MOST_SECONDS:g} s of processor time or above"
-        f" {MOST_MEGABYTES:g} MB. `add`, `words import`, `words synonyms` and `events import` write"
-        " to a copy of the database; their times include copying and opening it.\n\n"
+        f"`python benchmarks/robustness.py fuzz --out DIR`, seeds {seeds_of(cases)}. The"
+        " outcome of a case is *read*; *refused* by a reader with one of the project's errors; or"
+        " *caught*: refused by the general handler around all readers, which names the exception."
+        " A case fails with any other exception, if its process dies, above"
+        f" {MOST_SECONDS:g} s of processor time or above {MOST_MEGABYTES:g} MB. `add`,"
+        " `words import`, `words synonyms` and `events import` write to a copy of the database;"
+        " their times include copying and opening it.\n\n"
         f"{table(heads, rows)}\n\n{failures}"
     )
 
@@ -182,12 +183,13 @@ def _kills(cases: list[Case]) -> str:
         ),
     )
     return (
-        f"`python benchmarks/robustness.py kills --out DIR`, seeds {seeds_of(cases)}. SIGKILL comes"
-        " at a random share, up to 1.1, of the time that the command takes undisturbed. Afterwards"
-        " the database opens, `check` finds nothing, its rows are those from before the command or"
-        " those from after it (and the latter if it had said that it was done), files that it"
-        " writes are whole or not there, and after one further command no file and no process is"
-        " left. `compact` and `rescue` change no rows, and count as before.\n\n"
+        f"`python benchmarks/robustness.py kills --out DIR`, seeds {seeds_of(cases)}. SIGKILL is"
+        " sent after a random fraction, up to 1.1, of the time that the command takes without it."
+        " Then the database must open; `check` must report nothing; its rows must be those from"
+        " before or after the command (after, if the command had reported success); files that the"
+        " command writes must be complete or absent; and after one further command no file and no"
+        " process may be left. `compact` and `rescue` change no rows and are counted in the column"
+        " *as before*.\n\n"
         f"{table(heads, rows)}\n\n{failures}"
     )
 
@@ -217,8 +219,8 @@ def _together(cases: list[Case]) -> str:
     failures = _failures(cases, lambda case: f"{case['kind']}: {'; '.join(case['messages'])[:300]}")
     return (
         "`python benchmarks/robustness.py together --out DIR`: 16 threads that share an open"
-        " database, then 20 commands started at the same moment, again and again; in the end"
-        " `check`.\n\n"
+        " database, then 20 commands that start at the same moment, repeatedly; finally "
+        "`check`.\n\n"
         f"{table(('what', 'threads or processes', 'answers', 'messages'), rows)}\n\n{failures}"
     )
 
@@ -231,6 +233,7 @@ def _questions(cases: list[Case]) -> str:
     ]  # fmt: skip
     heads = ("question", "answer", "s", "MB", "message")
     return (
-        "`python benchmarks/robustness.py questions --out DIR`: each in a process of its own, with"
-        f" opening the database.\n\n{table(heads, rows)}"
+        "`python benchmarks/robustness.py questions --out DIR`: each in a separate process; the "
+        "time"
+        f" includes opening the database.\n\n{table(heads, rows)}"
     )

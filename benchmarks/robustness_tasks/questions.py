@@ -1,7 +1,6 @@
 """Questions far larger than people ask: each is answered or refused, within 10 s and 1 GB.
 
-Each is asked in a process of its own, which begins with importing motiondb and opening the
-database; both count.
+Each is asked in a separate process; importing motiondb and opening the database are included.
 """
 
 from __future__ import annotations
@@ -152,6 +151,6 @@ def run(database: Path) -> Iterator[Outcome]:
     for kind, question in QUESTIONS.items():
         with tempfile.TemporaryDirectory() as folder:
             place = Place(Path(folder), database)
-            found = fuzz.read_beside(Case(kind, question), place)
-        answer = "answered" if found.result == "read" else found.result
-        yield Outcome(kind, answer, found.message, found.seconds, found.megabytes)
+            outcomes = fuzz.read_beside(Case(kind, question), place)
+        answer = "answered" if outcomes.result == "read" else outcomes.result
+        yield Outcome(kind, answer, outcomes.message, outcomes.seconds, outcomes.megabytes)

@@ -235,7 +235,7 @@ def _read_subjects(data: bytes, _place: Place) -> object:
 
 
 def _text(data: bytes) -> str:
-    """Bytes as the text of an argument: what is no UTF-8 becomes lone surrogates."""
+    """Bytes as the text of an argument: bytes that are not UTF-8 become lone surrogates."""
     return data.decode("utf-8", "surrogateescape")
 
 

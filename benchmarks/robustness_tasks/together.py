@@ -2,8 +2,8 @@
 
 Sixteen threads share one open database: ten ask (search, like, describe, list), the others set
 words, add and remove captures, import events, and one learns. Twenty processes are commands that
-are started at the same moment, some of which write. Every answer is compared with what holds
-whatever the others do; a message of any kind is a failure.
+are started at the same moment, some of which write. Every answer is compared with facts that do not
+depend on the other threads; a message of any kind is a failure.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ ROUNDS = 5
 TURNS = 6
 """Questions, or changes, of one thread in a round; the one that learns does so twice."""
 PATIENCE = 900.0
+"""Seconds after which a process or thread counts as hanging. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +96,8 @@ def _search(db: MotionDB, _turn: int) -> None:
 
 
 def _like(db: MotionDB, _turn: int) -> None:
-    found = db.like("boris/kick_1").matches[0]
-    _expect(found.capture == "boris/kick_1", f"like finds {found.capture} first")
+    match = db.like("boris/kick_1").matches[0]
+    _expect(match.capture == "boris/kick_1", f"like finds {match.capture} first")
 
 
 def _describe(db: MotionDB, _turn: int) -> None:

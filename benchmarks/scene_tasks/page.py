@@ -1,4 +1,4 @@
-"""The page of what was measured of scenes, from the result files of :mod:`scenes`."""
+"""The page of measurements of scenes, from the result files of :mod:`scenes`."""
 
 from __future__ import annotations
 
@@ -65,9 +65,9 @@ def _head() -> list[str]:
 def grouped(rows: Rows) -> Iterable[tuple[str, Rows]]:
     """The rows of each diagram, in the order of the paper."""
     for diagram in TITLES:
-        found = [row for row in rows if row["diagram"] == diagram]
-        if found:
-            yield diagram, found
+        chosen = [row for row in rows if row["diagram"] == diagram]
+        if chosen:
+            yield diagram, chosen
 
 
 def _span(values: list[float], digits: int = 0) -> str:
@@ -76,7 +76,7 @@ def _span(values: list[float], digits: int = 0) -> str:
 
 
 def table_part(rows: Rows) -> list[str]:
-    """Table 2 beside ours, and what the rules say."""
+    """Table 2 compared with our results, and the deviations from the rules."""
     lines = [
         "## Every diagram from scratch",
         "",
@@ -87,14 +87,14 @@ def table_part(rows: Rows) -> list[str]:
         " seconds | processor s |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    for diagram, found in grouped(rows):
+    for diagram, group in grouped(rows):
         paper = PAPER.get(diagram, ("", "", "", ""))
         lines.append(
-            f"| {TITLES[diagram]} | {found[0]['characters']} | {paper[1]} |"
-            f" {_span([r['clips'] for r in found])} | {paper[2]} |"
-            f" {_span([r['frames'] for r in found])} | {paper[3]} |"
-            f" {_span([r['seconds'] for r in found], 1)} |"
-            f" {_span([r['processor'] for r in found], 1)} |"
+            f"| {TITLES[diagram]} | {group[0]['characters']} | {paper[1]} |"
+            f" {_span([r['clips'] for r in group])} | {paper[2]} |"
+            f" {_span([r['frames'] for r in group])} | {paper[3]} |"
+            f" {_span([r['seconds'] for r in group], 1)} |"
+            f" {_span([r['processor'] for r in group], 1)} |"
         )
     lines += [
         "",
@@ -107,15 +107,15 @@ def table_part(rows: Rows) -> list[str]:
         " frames | collisions before | collisions | fastest, m/s | error | begun again |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for diagram, found in grouped(rows):
+    for diagram, group in grouped(rows):
         lines.append(
-            f"| {TITLES[diagram]} | {len(found)} | {_span([r['rules'] for r in found])} |"
-            f" {sum(r['broken before'] for r in found)} | {sum(len(r['broken']) for r in found)} |"
-            f" {max(r['synchronisation'] for r in found):.2f} |"
-            f" {sum(r['collisions before'] for r in found)} |"
-            f" {sum(r['collisions'] for r in found)} | {max(r['pace'] for r in found):.1f} |"
-            f" {_span([r['error'] for r in found], 1)} |"
-            f" {sum(r['tries'] - 1 for r in found)} |"
+            f"| {TITLES[diagram]} | {len(group)} | {_span([r['rules'] for r in group])} |"
+            f" {sum(r['broken before'] for r in group)} | {sum(len(r['broken']) for r in group)} |"
+            f" {max(r['synchronisation'] for r in group):.2f} |"
+            f" {sum(r['collisions before'] for r in group)} |"
+            f" {sum(r['collisions'] for r in group)} | {max(r['pace'] for r in group):.1f} |"
+            f" {_span([r['error'] for r in group], 1)} |"
+            f" {sum(r['tries'] - 1 for r in group)} |"
         )
     broken = [
         f"- {TITLES[row['diagram']]}, seed {row['seed']}: {'; '.join(row['broken'])}"
@@ -147,10 +147,10 @@ def baseline_part(rows: Rows, ours: Rows) -> list[str]:
         "|---|---|---|---|---|---|",
     ]
     mine = {(row["diagram"], row["seed"]): row for row in ours}
-    for diagram, found in grouped(rows):
-        for row in found:
-            own = mine.get((diagram, row["seed"]))
-            told = f"{own['processor']:.1f} | {own['error']:.1f}" if own else " | "
+    for diagram, group in grouped(rows):
+        for row in group:
+            our_row = mine.get((diagram, row["seed"]))
+            told = f"{our_row['processor']:.1f} | {our_row['error']:.1f}" if our_row else " | "
             lines.append(
                 f"| {TITLES[diagram]} | {row['seed']} | {row['seconds']:.0f} | {row['error']:.1f} |"
                 f" {told} |"
@@ -167,15 +167,15 @@ def tempering_part(rows: Rows) -> list[str]:
         " tempering is lower in |",
         "|---|---|---|---|---|---|",
     ]
-    for diagram, found in grouped(rows):
+    for diagram, group in grouped(rows):
         errors = {
-            kind: {r["seed"]: r["error"] for r in found if r["kind"] == kind}
+            kind: {r["seed"]: r["error"] for r in group if r["kind"] == kind}
             for kind in ("single chain", "tempering")
         }
         single, several = errors["single chain"], errors["tempering"]
         both = sorted(set(single) & set(several))
         lower = sum(several[seed] <= single[seed] for seed in both)
-        seconds = median(r["curve"][-1][0] for r in found)
+        seconds = median(r["curve"][-1][0] for r in group)
         lines.append(
             f"| {TITLES[diagram]} | {len(both)} | {seconds:.0f} |"
             f" {mean(single[s] for s in both):.2f} | {mean(several[s] for s in both):.2f} |"
@@ -187,7 +187,7 @@ def tempering_part(rows: Rows) -> list[str]:
 def update_part(rows: Rows) -> list[str]:
     """Warm starts."""
     lines = [
-        "## A small change",
+        "## Update after a small change",
         "",
         "The circle of the first attacker is moved by half a metre, and sampling continues from the"
         " earlier scene. Times are seconds of sampling and polishing together.",
@@ -196,13 +196,13 @@ def update_part(rows: Rows) -> list[str]:
         " faster | broken | collisions |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    for diagram, found in grouped(rows):
-        nothing, warm = (mean(r[k] for r in found) for k in ("from nothing", "seconds"))
+    for diagram, group in grouped(rows):
+        nothing, warm = (mean(r[k] for r in group) for k in ("from nothing", "seconds"))
         lines.append(
-            f"| {TITLES[diagram]} | {len(found)} | {nothing:.1f} | {warm:.2f} |"
-            f" {mean(r['parts']['sampling'] for r in found):.2f} |"
-            f" {mean(r['parts']['polishing'] for r in found):.2f} | {nothing / warm:.0f} |"
-            f" {sum(r['broken'] for r in found)} | {sum(r['collisions'] for r in found)} |"
+            f"| {TITLES[diagram]} | {len(group)} | {nothing:.1f} | {warm:.2f} |"
+            f" {mean(r['parts']['sampling'] for r in group):.2f} |"
+            f" {mean(r['parts']['polishing'] for r in group):.2f} | {nothing / warm:.0f} |"
+            f" {sum(r['broken'] for r in group)} | {sum(r['collisions'] for r in group)} |"
         )
     return lines
 
@@ -212,10 +212,10 @@ def curves_picture(rows: Rows, path: Path) -> None:
     import numpy as np
     from matplotlib.figure import Figure
 
-    found = list(grouped(rows))
-    figure = Figure(figsize=(4.2 * len(found), 3.2), layout="constrained")
-    for number, (diagram, of_one) in enumerate(found):
-        axes = figure.add_subplot(1, len(found), number + 1)
+    groups = list(grouped(rows))
+    figure = Figure(figsize=(4.2 * len(groups), 3.2), layout="constrained")
+    for number, (diagram, of_one) in enumerate(groups):
+        axes = figure.add_subplot(1, len(groups), number + 1)
         for kind, colour in (("single chain", "#D55E00"), ("tempering", "#0072B2")):
             runs = [np.array(r["curve"]) for r in of_one if r["kind"] == kind]
             until = min(run[-1, 0] for run in runs)

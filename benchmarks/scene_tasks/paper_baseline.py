@@ -1,12 +1,12 @@
-"""The paper's own procedure for scenes, as far as it is told, to measure ours beside it.
+"""The paper's procedure for scenes, as far as it is described, for comparison with ours.
 
-One chain at T = 1. Algorithm 1: a subtree is chosen by its error (10), derived anew by the rules'
-probabilities, and drawn again until P(X') > 0, that is until the string does what the diagram asks;
-then M steps of the inner loop exchange clips, chosen by their errors and drawn uniformly; the
-outcome is accepted by (9). After every step everything is evaluated from nothing. What print
-does not say is as in ours: where and when a string begins is a variable, proposed by Gaussians
-(0.15 m, 8 degrees, 4 frames) in a fifth of the inner steps each, and begins in closed form; strings
-have at most 40 actions. The energy is the same compiled one.
+One chain at T = 1. Algorithm 1: a subtree is chosen by its error (10), derived again by the rules'
+probabilities, and drawn until P(X') > 0, that is until the string satisfies the diagram; then M
+steps of the inner loop exchange clips, chosen by their errors and drawn uniformly; the outcome is
+accepted by (9). After every step everything is evaluated from nothing. What print does not say is
+as in ours: where and when a string begins is a variable, proposed by Gaussians (0.15 m, 8 degrees,
+4 frames) in a fifth of the inner steps each, and begins in closed form; strings have at most 40
+actions. The energy is the same compiled one.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5.
@@ -40,10 +40,11 @@ from motiondb.scene.sampling.step_geometry import gaussian
 INNER = 400
 """M. The paper does not print it; ours has the same number after a jump."""
 DRAWS = 8
+"""Random numbers a step, more than any step uses."""
 
 
 class FreeDerivations(Derivations):
-    """Subtrees by the rules' probabilities alone; None where the string does not fit."""
+    """Subtrees by the rules' probabilities alone; None if the string does not fit."""
 
     def __init__(self, full: Derivations) -> None:
         super().__init__(full.grammar, full.items)
@@ -58,10 +59,10 @@ class FreeDerivations(Derivations):
         most: int = 10_000,
     ) -> Derivation | None:
         """A subtree that leads from ``since`` to one of ``ends`` by chance, or None."""
-        found = self.free.draw(symbol, 0, [0], rng, most)
-        if found is None or self.run(found.actions, since)[-1] not in ends:
+        drawn = self.free.draw(symbol, 0, [0], rng, most)
+        if drawn is None or self.run(drawn.actions, since)[-1] not in ends:
             return None
-        return found
+        return drawn
 
 
 class PaperChain(Chain):

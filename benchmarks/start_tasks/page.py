@@ -20,55 +20,55 @@ NOTES = Path(__file__).with_name("notes.md")
 
 def write_page(results: Path, docs: Path) -> None:
     """Write the page and a picture for each direction; tasks without results are left out."""
-    found = {
+    results_of = {
         task: json.loads((results / f"{task}.json").read_text(encoding="utf-8"))
         for task in ("cmu", "bandai", "unseen")
         if (results / f"{task}.json").exists()
     }
     parts = [NOTES.read_text(encoding="utf-8").rstrip()]
-    if "unseen" in found:
-        parts.append(_unseen(found["unseen"]))
+    if "unseen" in results_of:
+        parts.append(_unseen(results_of["unseen"]))
     for task in ("cmu", "bandai"):
-        if task in found:
-            _draw(found[task], docs / "pictures" / f"start-{task}.png")
-            parts.append(_curves(found[task], f"start-{task}.png"))
+        if task in results_of:
+            _draw(results_of[task], docs / "pictures" / f"start-{task}.png")
+            parts.append(_curves(results_of[task], f"start-{task}.png"))
     (docs / "start.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
 
 
-def _unseen(found: dict[str, Any]) -> str:
+def _unseen(results: dict[str, Any]) -> str:
     lines = [
         "## CMU performers never seen, without captions",
         "",
-        "Five folds by performer: knowledge is learned from the captures of four, and the fifth is "
-        "a database of its own, which learns with that start and has no caption. Mean average "
+        "Five folds by performer: knowledge is learned from the captures of four folds. The fifth "
+        "fold is a separate database without captions that learns with this start. Mean average "
         "precision of words to motion; the target was at least .48.",
         "",
         "| words of the start | mAP | motion to words, reciprocal rank | F1 | nothing matches, "
         "balanced accuracy | calibration error | questions |",
         "|---|---|---|---|---|---|---|",
     ]
-    for name, row in found["rows"].items():
+    for name, row in results["rows"].items():
         values = [_cell(row[m]) for m in (*MEASURES, CALIBRATION)]
         lines.append(f"| {name} | {' | '.join(values)} | {row['queries']} |")
     return "\n".join(lines)
 
 
-def _curves(found: dict[str, Any], picture: str) -> str:
-    source, target = STUDIOS[found["source"]], STUDIOS[found["target"]]
+def _curves(results: dict[str, Any], picture: str) -> str:
+    source, target = STUDIOS[results["source"]], STUDIOS[results["target"]]
     lines = [
         f"## {source} to {target}",
         "",
-        f"{found['captures']} captures of {target}; {found['queries']} questions of one word over "
-        f"five folds. Symbols: {found['symbols'][WITH]} with the start, "
-        f"{found['symbols'][WITHOUT]} without. Motion that the symbols of the start explain worse "
-        f"than the background does: {found['strange']:.0%}.",
+        f"{results['captures']} captures of {target}; {results['queries']} questions of one word "
+        f"over five folds. Symbols: {results['symbols'][WITH]} with the start, "
+        f"{results['symbols'][WITHOUT]} without. Share of motion that the symbols of the start "
+        f"explain worse than the background model does: {results['strange']:.0%}.",
         "",
         f"![Four curves over own captions, with the start and without](pictures/{picture})",
     ]
     for measure in MEASURES:
         lines += ["", f"**{measure}**", "", "| own captions | with start | without | difference |",
                   "|---|---|---|---|"]  # fmt: skip
-        for row in found["rows"]:
+        for row in results["rows"]:
             cells = [_cell(row[kind][measure]) for kind in (WITH, WITHOUT, "difference")]
             lines.append(f"| {row['captions']} | {' | '.join(cells)} |")
     lines += [
@@ -78,16 +78,16 @@ def _curves(found: dict[str, Any], picture: str) -> str:
         "| own captions | with start | without |",
         "|---|---|---|",
     ]
-    for row in found["rows"]:
+    for row in results["rows"]:
         cells = [_cell(row[kind][CALIBRATION], alone=True) for kind in (WITH, WITHOUT)]
         lines.append(f"| {row['captions']} | {' | '.join(cells)} |")
     worse = [
         f"{m} with {row['captions']} captions ({_cell(row['difference'][m])})"
-        for row in found["rows"] for m in MEASURES
+        for row in results["rows"] for m in MEASURES
         if row["difference"][m] is not None and row["difference"][m][2] < 0.0
     ]  # fmt: skip
     told = "; ".join(worse) if worse else "nowhere"
-    return "\n".join([*lines, "", f"Worse with the start, beyond the interval: {told}."])
+    return "\n".join([*lines, "", f"Significantly worse with the start: {told}."])
 
 
 def _cell(value: list[float] | None, alone: bool = False) -> str:
@@ -97,11 +97,11 @@ def _cell(value: list[float] | None, alone: bool = False) -> str:
     return f"{middle:.3f}" if alone or low == high else f"{middle:.3f} ({low:.3f} to {high:.3f})"
 
 
-def _draw(found: dict[str, Any], path: Path) -> None:
+def _draw(results: dict[str, Any], path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9, 6), layout="constrained")
-    rows = found["rows"]
+    rows = results["rows"]
     places = range(len(rows))
     for axes, measure in zip(figure.subplots(2, 2).ravel(), MEASURES):
         for kind, colour in ((WITH, "C0"), (WITHOUT, "C1")):

@@ -2,8 +2,8 @@
 
 The captures of one studio teach the knowledge; those of the other are a user's folder. Its captures
 are divided into five folds, by performer (CMU) or by style (Bandai-Namco names no performer). The
-captures of a fold have no captions and are asked; of the others, some have. All motion of the
-folder is in the database, as it would be.
+captures of a fold have no captions and are searched; some of the others have captions. All motion
+of the folder is in the database, as it would be.
 """
 
 from __future__ import annotations
@@ -49,9 +49,11 @@ from start_tasks.judging import Asked, brief, judge, measures, told_interval
 from start_tasks.parts import Parts
 
 CAPTIONED = (0, 10, 25, 50, 100, 1_000)
-"""Numbers of own captions; the last stands for all."""
+"""Numbers of own captions; the last means all."""
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
+"""Captures of a word that must be trained and shown, as in quality_tasks/words.py."""
 N_DRAWS = 500
+"""Bootstrap samples of an interval. Chosen by hand for the time that it takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +137,7 @@ def across_studios(data: Path, source: str, seed: int, parts: Parts) -> dict[str
     bare = Folder(ours.captures, ours.words, {}, ours.groups)
     alone = parts.learned(f"{target}-{seed}-bare", lambda: _view(learn(bare, seed)))
     views = {"with start": view_by(knowledge, ours.captures), "without start": alone}
-    found = _curves(ours, views, begin(knowledge, {}), seed, parts.of(source))
+    curves = _curves(ours, views, begin(knowledge, {}), seed, parts.of(source))
     return {
         "source": source,
         "target": target,
@@ -143,7 +145,7 @@ def across_studios(data: Path, source: str, seed: int, parts: Parts) -> dict[str
         "captures": len(ours.captures),
         "symbols": {name: v.n_symbols for name, v in views.items()},
         "strange": round(strange_share(views["with start"].table), 4),
-        **found,
+        **curves,
     }
 
 
@@ -175,15 +177,15 @@ def _curves(
         order = np.random.default_rng(seed).permutation(others)
 
         for n in CAPTIONED:
-            own = np.sort(order[:n])
-            aside = is_set_aside(views["with start"].table, len(own))
+            chosen = np.sort(order[:n])
+            aside = is_set_aside(views["with start"].table, len(chosen))
             for name in views:
                 used = "without start" if aside else name
                 judged = parts.judged(
-                    f"{seed}-{fold}-{used}-{n}", partial(ask, used, own, gallery, asked)
+                    f"{seed}-{fold}-{used}-{n}", partial(ask, used, chosen, gallery, asked)
                 )
                 gathered.setdefault((name, n), []).append(judged)
-                print(fold, name, len(own), brief(judged), flush=True)
+                print(fold, name, len(chosen), brief(judged), flush=True)
     rows = []
     for n in CAPTIONED:
         each = {name: measures(gathered[name, n], draws) for name in views}
@@ -223,18 +225,18 @@ def _no_examples(written: asked_certainty.Written) -> certainty.Certainty | None
 def answer(
     ours: Folder,
     view: View,
-    own: NDArray[np.int64],
+    captioned: NDArray[np.int64],
     gallery: NDArray[np.int64],
     started: Started | None,
 ) -> Asked | None:
-    """Learn the words of some captions and ask the gallery; None where nothing was learned."""
-    captions = {int(i): ours.captions[int(i)] for i in own}
+    """Learn the words of some captions and ask the gallery; None if nothing was learned."""
+    captions = {int(i): ours.captions[int(i)] for i in captioned}
     taught = TaughtWords(captions, {}, dict(enumerate(ours.groups)))
     asked_certainty.example_certainty = _no_examples  # only words are asked here
     fitted: FittedWords
     if started is not None:
         fitted = fit_words_with_start(view.table, taught, started)
-    elif len(own):
+    elif len(captioned):
         fitted = fit_words(view.table, taught, view.n_symbols)
     else:
         return None
@@ -263,7 +265,7 @@ def answer(
 
 def unseen_performers(data: Path, seed: int, parts: Parts) -> dict[str, Any]:
     """Knowledge of four folds of CMU performers for the captures of the fifth, without captions."""
-    found = {}
+    results = {}
     for name, index_alone in (("words of the CMU index", True), ("all captions", False)):
         every = folder_of(without_copies(load_cmu(data)), index_alone)
         folds = performer_folds(every.groups)
@@ -283,11 +285,11 @@ def unseen_performers(data: Path, seed: int, parts: Parts) -> dict[str, Any]:
             judged.append(one)
             print(name, fold, brief(one), flush=True)
         every_measure = measures(judged, draws)
-        found[name] = {
+        results[name] = {
             "queries": sum(len(j["rankings"]) for j in judged),
             **{m: told_interval(v) for m, v in every_measure.items()},
         }
-    return {"seed": seed, "rows": found}
+    return {"seed": seed, "rows": results}
 
 
 def _ask_unseen(

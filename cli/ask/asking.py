@@ -32,7 +32,6 @@ from motiondb.cli.printing import (
     print_json,
     print_table,
     progress,
-    taken_facts,
 )
 
 if TYPE_CHECKING:
@@ -77,20 +76,20 @@ def search(
     """Search for intervals that show actions, given by words, in their order.
 
     The question may hold "then", "while", "or", "not", "without", "twice", "for ten seconds",
-    "slowly", parentheses, and "?" for any action. How it is understood is printed above the
-    answers; what the search does not use is named.
+    "slowly", parentheses, and "?" for any action. Its interpretation is printed above the answers,
+    with the parts that the search does not use.
 
     Every answer has two probabilities, estimated with performers held out: that the capture shows
-    the actions, and that the interval does. Where only a caption of the whole capture speaks for an
-    action, its place is told as unknown. If no answer is good enough, a line says so, and the
-    nearest ones follow.
+    the actions, and that the interval does. If the only evidence for an action is a caption of the
+    whole capture, its place is unknown. If no answer is good enough, a line says so before the
+    nearest ones.
     """
     if explain and by_symbols:
         from motiondb import QueryError
 
         raise QueryError(
-            "search: expected --explain or --by-symbols, found both. An answer by symbols is found "
-            "by aligning sequences: its symbols are its reason."
+            "search: expected --explain or --by-symbols, found both. An answer by symbols comes "
+            "from an alignment of sequences, so there is nothing more to explain."
         )
     from motiondb import StandalonePage
 
@@ -118,9 +117,9 @@ def search(
 
 
 def _note_words(answer: WordAnswer, silent: bool) -> None:
-    """Say on standard error where the words of an answer come from.
+    """Print on standard error from which captions the words of an answer were learned.
 
-    ``silent``: not the captions that taught them, which the explanation names.
+    ``silent``: without the captions, which the explanation names.
     """
     note_taken(answer.taken, answer.suggested, answer.unknown)
     for written in answer.written:
@@ -130,7 +129,7 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
 
 
 def _word_facts(answer: WordAnswer) -> dict[str, Any]:
-    """Where the words of an answer come from, for JSON; what is empty is left out."""
+    """The sources of the words of an answer, for JSON; empty ones are left out."""
     facts: dict[str, Any] = {
         "decoding": asdict(answer.decoding) if answer.decoding else None,
         "sources": [asdict(source) for source in answer.sources],
@@ -143,7 +142,7 @@ def _word_facts(answer: WordAnswer) -> dict[str, Any]:
             }
             for w in answer.written
         ],
-        "taken": taken_facts(answer.taken),
+        "taken": {word: taking.facts() for word, taking in answer.taken.items()},
     }
     return {name: value for name, value in facts.items() if value}
 
@@ -196,7 +195,7 @@ def _print_answer(
     more: Mapping[str, Any] | None = None,
 ) -> None:
     """Print the matches, and whether any is good enough; in JSON one object."""
-    matches, found = answer.matches, answer.matches_anything
+    matches, any_match = answer.matches, answer.matches_anything
     if json:
         rows: list[dict[str, Any]] = [
             {
@@ -211,7 +210,7 @@ def _print_answer(
             row["explain"] = reason
         print_json(
             {
-                "matches_anything": found,
+                "matches_anything": any_match,
                 "strength": answer.strength,
                 "threshold": answer.threshold,
                 "matches": rows,
@@ -219,14 +218,14 @@ def _print_answer(
             }
         )
         return
-    if found is False:
+    if any_match is False:
         typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
         _print_matches(matches, reasons)
 
 
 def _place_facts(match: Match) -> dict[str, Any]:
-    """Where an answer to words is, and how sure, for JSON; nothing for other answers."""
+    """The intervals of an answer to words with certainties, for JSON; empty for other answers."""
     if not match.parts:
         return {}
     return {
@@ -298,13 +297,13 @@ def generate(
     exact: Exact = False,
     anyway: Annotated[
         bool,
-        typer.Option("--anyway", help="Make what can be made where nothing shows an action."),
+        typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
     ] = False,
     variants: Annotated[
         int, typer.Option("--variants", help="Number of motions: FILE-1, FILE-2, ...", min=1)
     ] = 1,
     save: Annotated[
-        str | None, typer.Option("--save", help="Keep it as a capture of this name.")
+        str | None, typer.Option("--save", help="Also save it as a capture of this name.")
     ] = None,
     png: Png = None,
     html: Html = None,
@@ -313,8 +312,8 @@ def generate(
 ) -> None:
     """Generate a motion from a sentence, and say which of its actions the motion shows.
 
-    A file beside it names its sources. The exit code is 1 where an action is not shown, or where
-    nothing can confirm that it is.
+    A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
+    confirmed.
     """
     from motiondb import StandalonePage
 

@@ -38,7 +38,7 @@ def print_explanations(answer: WordAnswer) -> None:
 
 
 def _word_line(word: ExplainedWord) -> str:
-    """What one word adds, and of what that is made."""
+    """The contribution of one word, and its parts."""
     rest = word.other_shares
     others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""
     shares = ", ".join(

@@ -1,4 +1,4 @@
-"""Printing generated motions: what each shows, how it was made, and where it comes from."""
+"""Printing of generated motions: their actions, settings and sources."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from motiondb import Generated, JudgedAction
 
 FPS = 30.0
+"""Frames per second of generated motion."""
 
 
 def numbered(
@@ -69,7 +70,7 @@ def _print_one(made: Generated, facts: dict[str, Any]) -> None:
 
 
 def say_shown(one: JudgedAction) -> str:
-    """One action: its place, whether it is shown, and what its part looks like."""
+    """One action: its interval, whether it is shown, and the words that its motion resembles."""
     place = f"{one.start / FPS:.2f}-{one.end / FPS:.2f} s  " if one.end > one.start else ""
     said = {True: "shown", False: "not shown", None: "not confirmed"}[one.shown]
     sure = "" if one.probability is None else f" ({one.probability:.2f})"

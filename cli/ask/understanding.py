@@ -1,4 +1,4 @@
-"""Printing how a question was understood, and what of it is not used."""
+"""Printing of the interpretation of a question, and of its unused parts."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 
 def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: str) -> None:
-    """How a question is understood, and a line for everything that ``what`` does not use.
+    """The interpretation of a question, and a line for every part that ``what`` does not use.
 
-    Unknown words are told apart, on standard error (``options.note_unknown``).
+    Unknown words are printed separately, on standard error (``options.note_unknown``).
     """
     typer.echo(f"understood: {question.understood}")
     for left in not_used:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from motiondb import Relation
 
 Unit = Annotated[
-    str | None, typer.Option("--unit", help="Length unit of the files: m, cm, mm, inch, or metres.")
+    str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
 ]
 
 
@@ -86,10 +86,10 @@ def add(
         bool, typer.Option("--skip-bad-frames", help="Leave out frames that cannot be read.")
     ] = False,
     keep_implausible: Annotated[
-        bool, typer.Option("--keep-implausible", help="Keep motion faster than people can move.")
+        bool, typer.Option("--keep-implausible", help="Also add motion too fast for people.")
     ] = False,
     outside_skeletons: Annotated[
-        bool, typer.Option("--outside-skeletons", help="Let a sheet name ASF files elsewhere.")
+        bool, typer.Option("--outside-skeletons", help="Let sheets name ASF files outside FOLDER.")
     ] = False,
     time_limit: Annotated[
         float,
@@ -108,7 +108,7 @@ def add(
             min=0.01,
             max=1e4,
             callback=finite,
-            help="Gigabytes that the clip of a file may fill in memory.",
+            help="Largest size in memory of the clip of a file, in gigabytes.",
         ),
     ] = 0.4,
     jobs: Annotated[
@@ -144,7 +144,7 @@ def add(
             f"{total} captures in {db}."
         )
         if report.counted:
-            typer.echo(f"  {report.counted} of them searchable at once")
+            typer.echo(f"  {report.counted} of them can be searched now")
         if report.events:
             typer.echo(f"  {report.events} events kept with them")
         _note_performers(report.without_performer)
@@ -160,24 +160,24 @@ def add(
 
 
 def _offer_start(wordless: bool) -> None:
-    """Say what can be done with captures that nobody wrote about."""
+    """Print advice for captures without captions."""
     from motiondb import shipped_starts
 
     for start in shipped_starts() if wordless else ():
         typer.echo(
-            f"  no words came with them: motiondb learn --start {start['name']} takes over "
-            f"{start['words']} words that {start['captions']} described captures of others "
-            "taught; then search, describe and generate work"
+            f"  no captions were added: motiondb learn --start {start['name']} provides "
+            f"{start['words']} words, learned from {start['captions']} described captures of "
+            f"others; then search, describe and generate work"
         )
 
 
 def _note_performers(count: int) -> None:
-    """Say how captures are grouped of which nobody said who performs."""
+    """Print how captures without a given performer are grouped."""
     if count:
         typer.echo(
-            f"  no performer column for {count} of them: captures of one folder count as one "
-            "performer, in a single folder those whose names are the same up to the last number; "
-            "a column `performer` in a sheet says otherwise (motiondb words import SHEET)"
+            f"  no performer is given for {count} of them: captures of one folder count as one "
+            f"performer, or in a single folder those whose names are the same up to the last "
+            f"number; a column `performer` in a sheet gives others (motiondb words import SHEET)"
         )
 
 
@@ -250,7 +250,7 @@ def show(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     png: Png = None,
     gif: Annotated[
-        Path | None, typer.Option("--gif", help="Animate it in this file (.gif).")
+        Path | None, typer.Option("--gif", help="Write an animation to this file (.gif).")
     ] = None,
     start: From = None,
     end: To = None,
@@ -318,7 +318,7 @@ def export(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write a capture to a file; in its own format the file is that which was added."""
+    """Write a capture to a file; in its original format, the file is the added one."""
     with database(db) as base:
         path = base.export(name, output, start, end, canonical)
     if json:
@@ -332,7 +332,7 @@ def remove(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Remove captures from the database: all of those named, or none."""
+    """Remove captures from the database: all named ones, or none."""
     with database(db, writing=True) as base:
         gone = base.remove(names)
     if json:
@@ -347,7 +347,7 @@ def fetch_cmu(
     ],
     folder: Annotated[Path, typer.Option("--dir", help="The folder for the files.")] = Path("cmu"),
     yes: Annotated[
-        bool, typer.Option("--yes", help="Accept the terms without a question.")
+        bool, typer.Option("--yes", help="Accept the terms without being asked.")
     ] = False,
     only_fetch: Annotated[
         bool, typer.Option("--only-fetch", help="Do not add the files to the database.")

@@ -41,7 +41,7 @@ def check(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 def rescue(
     file: Annotated[
-        Path | None, typer.Argument(metavar="FILE", help="The damaged database; else --db.")
+        Path | None, typer.Argument(metavar="FILE", help="The damaged database; by default --db.")
     ] = None,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="The new database, a new file.")
@@ -83,7 +83,7 @@ def info(db: Db = DEFAULT_DB, json: Json = False) -> None:
         what = f"run {run['run_id']:<4} {run['kind']:10}"
         typer.echo(f"{what} {run['started']} motiondb {run['version']}")
     if drift is None and facts["learned"] and not facts["current"]:
-        typer.echo("Captures changed since it learned: run motiondb learn to bring it up to date.")
+        typer.echo("Captures have changed since it learned: run motiondb learn to update it.")
     note_drift(drift)
 
 

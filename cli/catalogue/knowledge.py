@@ -1,4 +1,4 @@
-"""knowledge export, knowledge show: what was learned, for other databases to start from."""
+"""knowledge export, knowledge show: the learned model, as a start for other databases."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def register(app: typer.Typer) -> None:
         The app.
     """
     group = Commands(
-        help="Hand on what was learned, without motion and captions.", no_args_is_help=True
+        help="Export what was learned, without motion and captions.", no_args_is_help=True
     )
     group.command("export")(export_knowledge)
     group.command("show")(show_knowledge)
@@ -31,15 +31,15 @@ def register(app: typer.Typer) -> None:
 def export_knowledge(
     file: Annotated[Path, typer.Argument(help="The file to write.")],
     name: Annotated[
-        str, typer.Option("--name", help="What to call it.  [default: name of the file]")
+        str, typer.Option("--name", help="Its name.  [default: name of the file]")
     ] = "",
     credit: Annotated[
-        str, typer.Option("--credit", help="What those who use it are asked to say.")
+        str, typer.Option("--credit", help="The acknowledgement that users are asked to give.")
     ] = "",
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Write what the database learned, without motion and captions (see learn --start)."""
+    """Write the learned model, without motion and captions (see learn --start)."""
     with database(db) as base:
         facts = base.export_knowledge(file, name, credit).facts()
     facts["file"], facts["bytes"] = str(file), file.stat().st_size
@@ -54,14 +54,13 @@ def show_knowledge(
     what: Annotated[
         str | None,
         typer.Argument(
-            help="A file, or the name of what is shipped: cmu.  [default: what the database "
-            "started from]"
+            help="A file, or the shipped knowledge: cmu.  [default: the start of the database]"
         ),
     ] = None,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Show what knowledge holds and where it comes from; a file is checked."""
+    """Show the content and origin of knowledge; a file is checked."""
     from motiondb import load_knowledge
 
     if what is None:
@@ -81,7 +80,7 @@ def show_knowledge(
 
 
 def say_origin(facts: Mapping[str, Any]) -> str:
-    """One line on where knowledge comes from.
+    """One line on the origin of knowledge.
 
     Parameters
     ----------
@@ -97,7 +96,7 @@ def say_origin(facts: Mapping[str, Any]) -> str:
 
 
 def print_start(first: Mapping[str, Any]) -> None:
-    """Print where the start of a database comes from and what part it has.
+    """Print the origin of the start of a database and its share.
 
     Parameters
     ----------
@@ -116,8 +115,8 @@ def print_start(first: Mapping[str, Any]) -> None:
         typer.echo("The probabilities are brought nearer to 0.5: no own caption has checked them.")
     if not first["fits"]:
         typer.echo(
-            f"{first['strange_motion']:.0%} of the motion is unlike all that the symbols of the "
-            "start model: expect less of its words here."
+            f"{first['strange_motion']:.0%} of the motion is unlike anything that the symbols of "
+            f"the start model: its words are less reliable here."
         )
     if first["credit"]:
         typer.echo(f"Credit: {first['credit']}")

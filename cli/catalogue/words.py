@@ -72,7 +72,7 @@ def set_words(
         return
     typer.echo(f"{name}: {'; '.join(said)}")
     if new:
-        typer.echo(f"  to be known at the next motiondb learn: {', '.join(new)}")
+        typer.echo(f"  not known until the next motiondb learn: {', '.join(new)}")
     elif not change.counted:
         typer.echo("  to be counted at the next motiondb learn")
 
@@ -131,19 +131,19 @@ def suggest(
         _suggest_parts(limit, db, json)
         return
     with database(db) as base:
-        found = base.suggest_captions(limit)
+        suggestions = base.suggest_captions(limit)
     if json:
-        print_json([asdict(one) for one in found])
+        print_json([asdict(one) for one in suggestions])
         return
-    if not found:
-        typer.echo("no capture would gain from words: all have some. See also --parts.")
+    if not suggestions:
+        typer.echo("all captures have some. See also --parts.")
         return
     print_table(
         "",
         ["rank", "capture", "seconds", "gain", "why"],
         [
             [str(one.rank), one.capture, f"{one.seconds:.2f}", f"{one.gain:.1%}", one.reason]
-            for one in found
+            for one in suggestions
         ],
     )
 

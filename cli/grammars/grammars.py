@@ -51,7 +51,7 @@ def register(app: typer.Typer) -> None:
 def learn(
     captures: Annotated[
         list[str],
-        typer.Argument(metavar="CAPTURE...", help="Names of captures; long takes are best."),
+        typer.Argument(metavar="CAPTURE...", help="Names of captures, best of long takes."),
     ],
     terminals: Annotated[
         str | None,
@@ -71,11 +71,12 @@ def learn(
         str,
         typer.Option(
             "--sentences",
-            help="auto: searched for; captures: one each; captions: begin where captions begin.",
+            help="How sentences are found. auto: by search; captures: one per capture; captions: "
+            "at the start of captions.",
         ),
     ] = "auto",
     shortest: Annotated[
-        int, typer.Option("--shortest", min=1, help="Least number of terminals of a sentence.")
+        int, typer.Option("--shortest", min=1, help="Smallest number of terminals of a sentence.")
     ] = 3,
     longest: Annotated[
         int, typer.Option("--longest", min=1, help="Largest number of terminals of a sentence.")
@@ -120,7 +121,7 @@ def _number(terminals: str) -> int | None:
     if not (terminals.isdecimal() and int(terminals) > 0):
         raise QueryError(
             f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
-            " Take 20, or as many kinds of action as the captures hold."
+            " Take 20, or the number of kinds of action in the captures."
         )
     return int(terminals)
 
@@ -146,7 +147,7 @@ def _counted(n: int, what: str) -> str:
 
 
 def _say_tried(facts: dict[str, Any]) -> None:
-    """Say how the number of terminals was chosen, if it was chosen by bits."""
+    """Print how the number of terminals was chosen, if it was chosen by bits."""
     tried = facts["settings"].get("tried")
     if tried:
         said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
@@ -158,10 +159,10 @@ def _say_tried(facts: dict[str, Any]) -> None:
 
 
 def _say_list(facts: dict[str, Any]) -> None:
-    """Say when the grammar is a list of its sentences, and what could help."""
+    """Print a note if the grammar only lists its sentences, with advice."""
     if not facts["derives_new"]:
         typer.echo(
-            f"note: {facts['grammar']} is a list of its sentences: it derives nothing new. More"
+            f"note: {facts['grammar']} only lists its sentences and derives nothing new. More"
             " captures of the same activity, another number of kinds of action (--terminals) or"
             " shorter sentences (--longest) may give it rules.",
             err=True,
@@ -172,7 +173,7 @@ def _say_lost(lost: list[str]) -> None:
     if lost:
         typer.echo(
             f"note: {', '.join(lost)} can no longer be edited: the grammar that derived "
-            f"{'it' if len(lost) == 1 else 'them'} is gone",
+            f"{'it' if len(lost) == 1 else 'them'} was removed",
             err=True,
         )
 
@@ -274,8 +275,11 @@ def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json =
     columns = ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside",
                "mean length"]  # fmt: skip
     print_table("", columns, table)
-    typer.echo("held out: sentences derived by a grammar learned from the others")
-    typer.echo("new: strings that are none of the sentences; outside: that the learned one has not")
+    typer.echo("held out: share of sentences that a grammar learned from the others derives")
+    typer.echo(
+        "new: share of strings that are not sentences; outside: share that the learned "
+        "grammar does not derive"
+    )
 
 
 def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:

@@ -43,88 +43,91 @@ def parse(
     distance from the nearest terminal; if most of the capture is unlike, the exit code is 1 too.
     """
     with database(db) as base:
-        found = base.grammars.parse(name, example)
-        if png and found.trees:
-            base.grammars.draw_parse(name, found, png)
+        parsed_motion = base.grammars.parse(name, example)
+        if png and parsed_motion.trees:
+            base.grammars.draw_parse(name, parsed_motion, png)
     if json:
-        print_json(_facts(found))
+        print_json(_facts(parsed_motion))
     else:
-        _say_parsed(found, example)
-        _say_unlike(found, name, example)
+        _say_parsed(parsed_motion, example)
+        _say_unlike(parsed_motion, name, example)
         if png:
-            typer.echo(f"picture: {png}" if found.trees else f"no sentence to draw: no {png}")
-    if found.fault or found.is_unlike:
+            typer.echo(
+                f"picture: {png}" if parsed_motion.trees else f"no sentence to draw: no {png}"
+            )
+    if parsed_motion.fault or parsed_motion.is_unlike:
         raise typer.Exit(1)
 
 
-def _facts(found: ParsedMotion) -> dict[str, Any]:
-    fault = found.fault
+def _facts(parsed: ParsedMotion) -> dict[str, Any]:
+    fault = parsed.fault
     return {
-        "string": list(found.string),
-        "spans": [list(span) for span in zip(found.starts, found.ends)],
-        "learned_from": found.stored,
-        "distances": list(found.distances),
-        "usual_distance": found.reach,
-        "unlike": list(found.unlike),
-        "share_unlike": found.share_unlike,
-        "is_unlike": found.is_unlike,
+        "string": list(parsed.string),
+        "spans": [list(span) for span in zip(parsed.starts, parsed.ends)],
+        "learned_from": parsed.stored,
+        "distances": list(parsed.distances),
+        "usual_distance": parsed.reach,
+        "unlike": list(parsed.unlike),
+        "share_unlike": parsed.share_unlike,
+        "is_unlike": parsed.is_unlike,
         "sentences": [
-            {"string": list(tree.leaves()), "tree": str(tree)} for tree in found.trees
+            {"string": list(tree.leaves()), "tree": str(tree)} for tree in parsed.trees
         ],
         "fault": None
         if fault is None
         else {
-            "position": fault.position, "found": fault.found,
+            "position": fault.position, "found": fault.symbol,
             "expected": list(fault.expected), "may_end": fault.may_end, "says": str(fault),
         },
     }  # fmt: skip
 
 
-def _say_parsed(found: ParsedMotion, example: str) -> None:
+def _say_parsed(parsed: ParsedMotion, example: str) -> None:
     """Print the string, then its trees, or the fault and its time."""
-    how = "as learned" if found.stored else "read anew"
-    typer.echo(f"{' '.join(found.string)} ({how})")
-    for number, tree in enumerate(found.trees, start=1):
+    how = "as learned" if parsed.stored else "read anew"
+    typer.echo(f"{' '.join(parsed.string)} ({how})")
+    for number, tree in enumerate(parsed.trees, start=1):
         typer.echo(f"{number}  {tree}")
-    if found.fault:
-        typer.echo(f"{found.fault}")
-        if found.fault.position < len(found.starts):
-            start, end = found.starts[found.fault.position], found.ends[found.fault.position]
+    if parsed.fault:
+        typer.echo(f"{parsed.fault}")
+        if parsed.fault.position < len(parsed.starts):
+            start, end = parsed.starts[parsed.fault.position], parsed.ends[parsed.fault.position]
             typer.echo(f"that is {start:.2f}-{end:.2f} s of {example}")
 
 
-def _say_unlike(found: ParsedMotion, name: str, example: str) -> None:
+def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
     """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
-    if not found.stored and found.reach is None:
+    if not parsed.stored and parsed.reach is None:
         typer.echo(
-            f"note: the terminals of {name} have too few members to say what is unlike them",
+            f"note: the terminals of {name} have too few members to tell which segments are "
+            f"unlike them",
             err=True,
         )
-    if not found.unlike:
+    if not parsed.unlike:
         return
-    share = f"{found.share_unlike:.0%}"
-    if found.is_unlike:
+    share = f"{parsed.share_unlike:.0%}"
+    if parsed.is_unlike:
         typer.echo(
-            f"{example} is unlike what {name} was learned from for {share} of its time: there its"
-            " terminals are only the least unlike, and mean nothing. Learn a grammar from captures"
-            " like it."
+            f"{example} is unlike what {name} was learned from for {share} of its time; the "
+            f"terminals there are only the nearest ones and have no meaning. Learn a grammar from "
+            f"captures like it."
         )
     else:
         typer.echo(f"unlike anything {name} was learned from, {share} of the time:")
-    farthest = sorted(found.unlike, key=lambda n: -found.distances[n])
+    farthest = sorted(parsed.unlike, key=lambda n: -parsed.distances[n])
     print_table(
         "",
         ["position", "terminal", "start", "end", "metres from it"],
         [
-            [str(n), found.string[n], f"{found.starts[n]:.2f}", f"{found.ends[n]:.2f}",
-             f"{found.distances[n]:.2f}"]
+            [str(n), parsed.string[n], f"{parsed.starts[n]:.2f}", f"{parsed.ends[n]:.2f}",
+             f"{parsed.distances[n]:.2f}"]
             for n in farthest[:SHOWN]
         ],
     )  # fmt: skip
     if len(farthest) > SHOWN:
         typer.echo(f"and {len(farthest) - SHOWN} more (--json tells all)")
     typer.echo(
-        f"usual: within {found.reach:.2f} m, as members of terminals where they were learned"
+        f"usual: within {parsed.reach:.2f} m, as members of terminals where they were learned"
     )
 
 
@@ -159,14 +162,14 @@ def suggest(
         if goal:
             _say_way(base.grammars, name, beginning, goal, json)
             return
-        found = base.grammars.suggest(name, beginning)
+        nexts = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names
         words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
     if json:
-        print_json([{"terminal": t, "end": t is None, "probability": p} for t, p in found])
+        print_json([{"terminal": t, "end": t is None, "probability": p} for t, p in nexts])
         return
     rows = [
-        ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in found
+        ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in nexts
     ]
     columns = ["next", "probability", "words"][: 3 if any(row[2] for row in rows) else 2]
     print_table("", columns, [row[: len(columns)] for row in rows])
@@ -198,20 +201,25 @@ def _say_like(
 
     if any(others):
         raise QueryError(
-            f"--like: expected no STRING and no --goal beside it, found"
+            f"--like: expected no STRING and no --goal with it, found"
             f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
     like, _, exact = asked
     note_pattern(grammars, name, like, exact)
-    found = grammars.complete(name, *asked)
+    completed = grammars.complete(name, *asked)
     if json:
         sentences = [
-            {"string": list(one.string), "probability": one.probability} for one in found.found
+            {"string": list(one.string), "probability": one.probability}
+            for one in completed.sentences
         ]
         print_json(
-            {"probability": found.probability, "proven": found.proven, "sentences": sentences}
+            {
+                "probability": completed.probability,
+                "proven": completed.proven,
+                "sentences": sentences,
+            }
         )
         return
-    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in found.found]
+    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in completed.sentences]
     print_table("", ["sentence", "probability"], rows)
-    typer.echo(f"{found.probability:.2%} of the sentences of {name} match")
+    typer.echo(f"{completed.probability:.2%} of the sentences of {name} match")

@@ -25,7 +25,7 @@ from motiondb.cli.printing import note_pattern, print_json, print_sources, print
 if TYPE_CHECKING:
     from motiondb import Edit, GrammarSequence, MotionDB
 
-Save = Annotated[str | None, typer.Option("--save", help="Keep it as a capture, by this name.")]
+Save = Annotated[str | None, typer.Option("--save", help="Also save it as a capture of this name.")]
 TreesPng = Annotated[
     Path | None,
     typer.Option("--png", callback=picture_name, help="Draw the trees of the alternatives."),
@@ -124,7 +124,8 @@ def edit(
         ),
     ] = None,
     save: Annotated[
-        str | None, typer.Option("--save", help="Keep the chosen one as a capture, by this name.")
+        str | None,
+        typer.Option("--save", help="Also save the chosen one as a capture of this name."),
     ] = None,
     png: TreesPng = None,
     seed: Seed = 0,
@@ -140,7 +141,7 @@ def edit(
     if save is not None and choose is None:
         raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
     if choose is not None and output is None and save is None:
-        raise QueryError("edit: expected -o FILE or --save NAME beside --choose, found neither.")
+        raise QueryError("edit: expected -o FILE or --save NAME with --choose, found neither.")
     with database(db, writing=save is not None) as base:
         if save is not None:
             base.check_name_free(save)
@@ -188,7 +189,7 @@ def _offer(
 ) -> dict[str, Any]:
     """Play the alternatives; write them as NAME-1, NAME-2, ... if an output is named.
 
-    An alternative that cannot be played because captures are gone is offered with the reason. If
+    An alternative that cannot be played because captures were removed is listed with the reason. If
     none can be played, the first reason is raised.
     """
     from motiondb import QueryError
@@ -224,7 +225,7 @@ def _offer(
 def _written(
     base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The facts of what was made, written where a file is named."""
+    """The facts of the motion, which is written if a file is named."""
     return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
 
 
@@ -235,7 +236,7 @@ def _say_offer(facts: dict[str, Any]) -> None:
     typer.echo(f"{' '.join(marked)}   {region['symbol']} derives {start} to {end - 1}")
     if not facts["alternatives"]:
         more = ": try a wider region (--wider)" if region["path"] else ""
-        typer.echo(f"nothing else can stand there{more}")
+        typer.echo(f"nothing else is possible there{more}")
         return
     rows = [
         [str(number), " ".join(row["region"]) or "nothing", f"{row['log_probability']:.2f}",

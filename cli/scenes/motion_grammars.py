@@ -25,7 +25,7 @@ StartSymbol = Annotated[
 ]
 Goals = Annotated[
     list[str] | None,
-    typer.Option("--goal", help="An action to reach; several times for several, in order."),
+    typer.Option("--goal", help="An action to reach; may be repeated for several, in order."),
 ]
 ClipsDb = Annotated[
     Path | None, typer.Option("--db", help="Also list the clips of this database for every action.")
@@ -76,7 +76,10 @@ def check_grammar(
         for conflict in start.conflicts:
             typer.echo(f"    {conflict.describe(grammar.grammar)}")
         if start.empty:
-            typer.echo("    can derive no action at all; every player on court needs at least one")
+            typer.echo(
+                "    can derive the empty string, but every player on court needs at least "
+                "one action"
+            )
     typer.echo(f"can be empty: {', '.join(report.nullable) or 'nothing'}")
     typer.echo(f"useless: {', '.join(report.useless) or 'nothing'}")
     _print_clips(clips, report.terminals)
@@ -125,29 +128,31 @@ def validate(
     from motiondb import Scenes
 
     grammar = Scenes.read_grammar(file)
-    found = Scenes.validate(grammar, actions, start)
+    validation = Scenes.validate(grammar, actions, start)
     clips = _clips(db, grammar)
     named = [name for name in dict.fromkeys(actions.split()) if name in grammar.terminal]
     if json:
         facts = {
-            "allowed": found.allowed,
-            "start": found.start,
-            "tree": _tree_facts(found.tree) if found.tree else None,
-            "trees": int(found.n_trees) if math.isfinite(found.n_trees) else None,
-            "position": None if found.allowed else found.position,
-            "expected": found.expected,
-            "message": found.message,
+            "allowed": validation.allowed,
+            "start": validation.start,
+            "tree": _tree_facts(validation.tree) if validation.tree else None,
+            "trees": int(validation.n_trees) if math.isfinite(validation.n_trees) else None,
+            "position": None if validation.allowed else validation.position,
+            "expected": validation.expected,
+            "message": validation.message,
         }
         print_json(facts | _clip_facts(clips, named))
-    elif found.tree:
-        _print_tree(found.tree)
-        if found.n_trees > 1:
-            number = int(found.n_trees) if math.isfinite(found.n_trees) else "endlessly many"
+    elif validation.tree:
+        _print_tree(validation.tree)
+        if validation.n_trees > 1:
+            number = (
+                int(validation.n_trees) if math.isfinite(validation.n_trees) else "endlessly many"
+            )
             typer.echo(f"ambiguous: the most probable of {number} trees")
         _print_clips(clips, named)
-    if not found.allowed:
+    if not validation.allowed:
         if not json:
-            typer.echo(f"{grammar.name}: {found.message}", err=True)
+            typer.echo(f"{grammar.name}: {validation.message}", err=True)
         raise typer.Exit(1)
 
 
@@ -183,16 +188,16 @@ def suggest(
     if goals:
         _print_way(Scenes.plan(grammar, actions, goals, start), _clips(db, grammar), json)
         return
-    found = Scenes.suggest(grammar, actions, start)
+    suggestion = Scenes.suggest(grammar, actions, start)
     clips = _clips(db, grammar)
-    names = [name for name, _ in found.actions]
+    names = [name for name, _ in suggestion.actions]
     if json:
-        rows = [{"action": name, "probability": chance} for name, chance in found.actions]
-        print_json({"next": rows, "end": found.end} | _clip_facts(clips, names))
+        rows = [{"action": name, "probability": chance} for name, chance in suggestion.actions]
+        print_json({"next": rows, "end": suggestion.end} | _clip_facts(clips, names))
         return
-    rows_of_text = [[name, f"{chance:.3f}"] for name, chance in found.actions]
-    if found.end:
-        rows_of_text.append(["(the end)", f"{found.end:.3f}"])
+    rows_of_text = [[name, f"{chance:.3f}"] for name, chance in suggestion.actions]
+    if suggestion.end:
+        rows_of_text.append(["(the end)", f"{suggestion.end:.3f}"])
     print_table("", ["next", "probability"], rows_of_text)
     _print_clips(clips, names)
 

@@ -26,14 +26,14 @@ Rounds = Annotated[
         "--rounds",
         min=1,
         max=1_000_000,
-        help="Rounds of sampling, at most; the seed then fixes the scene.",
+        help="Largest number of rounds of sampling; the seed then determines the scene.",
     ),
 ]
 Minutes = Annotated[
     float | None,
     typer.Option(
         "--minutes", min=0.0001, max=10_000.0, callback=finite,
-        help="Cut sampling short after this time, and say so; else never.",
+        help="Stop sampling after this time, and say so. [default: no limit]",
     ),
 ]  # fmt: skip
 Chains = Annotated[
@@ -155,7 +155,7 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
     for line in Scenes.remarks(scene.record):
         typer.echo(line)
     if facts["too_fast"]:
-        typer.echo(f"  faster than people go: {', '.join(facts['too_fast'])}")
+        typer.echo(f"  faster than people can move: {', '.join(facts['too_fast'])}")
     for rule in scene.broken:
         typer.echo(
             f"  broken: {rule.kind} of {rule.player} at {rule.action} ({rule.clip + 1}),"

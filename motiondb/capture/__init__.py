@@ -1,4 +1,4 @@
-"""The edge to files: captures of all formats become clips, clips become BVH and glTF.
+"""Input and output of files: captures of all formats become clips, clips become BVH and glTF.
 
 >>> from motiondb.capture import CAPTURE_ENDINGS
 >>> CAPTURE_ENDINGS

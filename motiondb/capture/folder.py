@@ -1,8 +1,8 @@
 """Which files of a folder are captures, which are not, and which skeleton belongs to an AMC.
 
-What a user may take for a capture is not skipped silently: :func:`not_read` names links to folders
-and files of other motion-capture programs, and :func:`name_fault` finds names that no capture can
-have.
+Files that a user may expect to be captures are not skipped silently: :func:`not_read` names links
+to folders and files of other motion-capture programs, and :func:`name_fault` finds names that no
+capture can have.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def find_captures(folder: Path | str) -> list[Path]:
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:
-    """Describe what below a folder is not read although it may hold captures.
+    """Describe the contents of a folder that are not read although they may hold captures.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path 
     That is, in this order: ``skeleton`` if given; of the ASF files of the same folder, in any case
     of letters, the one with the longest name that the AMC's name is or begins with (``16.asf`` for
     ``16_01.amc``); the only one of the folder, if its name is the folder's or says nothing about
-    whose skeleton it is (``skeleton.asf``). An ASF with the name of somebody else is not taken.
+    whose skeleton it is (``skeleton.asf``). An ASF file with another performer's name is not used.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = Fa
     path : Path
         The AMC file.
     name : str
-        What the sheet says: a path with or without its ending.
+        The entry of the sheet: a path with or without its ending.
     folder : Path
         The added folder, or the added file.
     allow_outside : bool
@@ -264,7 +264,7 @@ def _visible(root: Path) -> Iterator[Path]:
 
 
 def _children(folder: Path) -> list[Path]:
-    """Return what a folder holds; nothing where it cannot be read."""
+    """Return the contents of a folder; empty if it cannot be read."""
     try:
         return list(folder.iterdir())
     except OSError:

@@ -67,9 +67,9 @@ def read_capture(
     skeleton : Path or str or None
         The ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
     fps : float or None
-        Frames per second, in place of what the file says.
+        Frames per second, instead of the rate in the file.
     unit : float or None
-        Metres per length unit; None: what the file says, or estimated from the size of the body.
+        Metres per length unit; None: the unit in the file, or estimated from the size of the body.
     data : bytes or None
         Content of the file, if it is at hand.
     skip_bad_frames : bool
@@ -199,6 +199,6 @@ def _check_finite(clip: Clip, path: object) -> None:
     if not (finite and np.all(np.abs(squares - 1.0) < _UNIT_LENGTH)):
         raise CaptureError(
             path,
-            "expected lengths and angles of a body, found numbers that are too large or rotations "
-            "that are none. Export it again.",
+            "expected lengths and angles of a body, found numbers that are too large or invalid "
+            "rotations. Export it again.",
         )

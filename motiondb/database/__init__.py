@@ -1,12 +1,12 @@
-"""The verbs, each: load from the store, compute with the pure rooms, save.
+"""The public operations: each loads from the store, computes with the pure packages, and saves.
 
 ========================  ===================================================================
 ``session``               the open store and the only cache, keyed by the store's revision
-``learn``                 learn, drift; counts kept true while captures and words change
+``learn``                 learn, drift; counts updated when captures and words change
 ``catalogue``             captures, words and events, in and out
 ``generate``              motion from a sentence, its files, generated captures that are kept
 ``ask``                   search, like, describe, facts and pictures
-``grammars``, ``scenes``  the verbs of grammars and of scenes
+``grammars``, ``scenes``  the operations on grammars and scenes
 ``motion_db``             the class :class:`MotionDB`
 ========================  ===================================================================
 """

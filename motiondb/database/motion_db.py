@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class MotionDB(FactVerbs):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
-    Threads may share it. Every question is answered from one revision of the database, whatever
-    other threads or processes save meanwhile.
+    Threads may share it. Every question is answered from one revision of the database, even if
+    other threads or processes save changes meanwhile.
 
     Units and frames: metres, seconds, radians; right-handed world frame, y up; rotations as unit
     quaternions w, x, y, z; motions on the canonical body at 30 frames a second.
@@ -38,15 +38,15 @@ class MotionDB(FactVerbs):
     read_only : bool
         Only ask; several processes may do so at once.
     create : bool
-        Make the file where there is none (never when ``read_only``).
+        Make the file if there is none (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
 
     Raises
     ------
     StoreError
-        When another process holds the file, or it is no database of motiondb, or one of a newer
-        motiondb.
+        When another process holds the file, or it is not a database of motiondb, or was written by
+        a newer motiondb.
     """
 
     def __init__(
@@ -73,16 +73,16 @@ class MotionDB(FactVerbs):
         self.session.close()
 
     def release(self) -> None:
-        """Let go of the file until the next use, so that other processes can write.
+        """Close the file until the next use, so that other processes can write.
 
-        What was loaded stays in memory as long as nobody changes the database. The next question
+        Loaded data stay in memory until the database changes. The next question
         opens the file for reading, and the next change for writing; each waits for other processes
-        as long as this object was told to.
+        up to the time limit of this object.
         """
         self.store.lend()
 
     def revision(self) -> int:
-        """The number that every saved change raises, whoever makes it."""
+        """The number that every saved change raises, of this or another process."""
         with self.session.reading():
             return store.revision(self.store)
 
@@ -114,20 +114,20 @@ class MotionDB(FactVerbs):
         start : str, Path or Knowledge, optional
             Knowledge of another database to start from: "cmu" is shipped, a path names a file of
             :meth:`export_knowledge`. Its symbols and words are taken over, and own captions count
-            more the more there are. None: what the database started from before, if anything;
+            more the more there are. None: the start that the database used before, if any;
             "none": nothing.
 
         Raises
         ------
         MotionDBError
-            When the database holds no captures, or fewer segments than symbols asked for.
+            When the database holds no captures, or fewer segments than the requested symbols.
         KnowledgeError
             When there is no such knowledge.
         """
         return learning.learn(self.store, settings or LearnSettings(), progress, start)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
-        """Write what the database learned, without motion and captions, for others to start from.
+        """Write the learned model, without motion and captions, as a start for other databases.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ class MotionDB(FactVerbs):
         name : str
             What to call it; the name of the file without its ending if not given.
         credit : str
-            What those who use it are asked to say.
+            The acknowledgement that users are asked to give.
 
         Raises
         ------
@@ -160,14 +160,14 @@ class MotionDB(FactVerbs):
             return starting.start_knowledge(self.learned)
 
     def start_facts(self) -> dict[str, Any] | None:
-        """Where the knowledge comes from that the database started from; None where it did not."""
+        """The origin of the knowledge that the database started from; None if it did not."""
         with self.session.reading():
             return starting.start_facts(self.learned) if self.is_learned() else None
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
 
-        None where it has not learned, or an earlier version learned that kept no baseline.
+        None if it has not learned, or an earlier version learned that kept no baseline.
         """
         return learning.measure(self.store)
 

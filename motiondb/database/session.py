@@ -1,8 +1,8 @@
-"""One open database: the store, and the only cache of what was loaded from it.
+"""One open database: the store, and the only cache of loaded data.
 
 Everything that is kept belongs to one revision of the store, which every committed change raises
-(:func:`motiondb.store.revision`). So nothing has to be dropped by hand: what was kept is used as
-long as the revision is the same. Threads may share a session.
+(:func:`motiondb.store.revision`). Cached values are used as long as the revision is the same, and
+need not be removed by hand. Threads may share a session.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Session:
     read_only : bool
         Whether writing is refused; several processes may read at once.
     create : bool
-        Make the file where there is none (never when ``read_only``).
+        Make the file if there is none (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
     """
@@ -59,7 +59,7 @@ class Session:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """One state of the database for everything in the block, whatever others save meanwhile."""
+        """One state of the database for the whole block, even if others save changes."""
         with store.reading(self.store):
             yield
 
@@ -88,7 +88,7 @@ class Session:
 
     @property
     def learned(self) -> Learned:
-        """What was learned, with the catalogue of the same revision.
+        """The learned model, with the catalogue of the same revision.
 
         Raises
         ------
@@ -99,7 +99,7 @@ class Session:
 
     @property
     def searchable(self) -> Learned:
-        """What was learned, with the generated captures beside those learned from.
+        """The learned model, with the generated captures in addition to those learned from.
 
         ``learn`` passes over generated captures, so that the database does not learn from itself.
         They take no part in counts, nor as material for further generation. Search finds them: here
@@ -125,7 +125,7 @@ class Session:
 
 
 def load_learned(opened: store.Store) -> Learned:
-    """Load what questions need, all of one revision.
+    """Load the data that questions need, all of one revision.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def load_learned(opened: store.Store) -> Learned:
 
 
 def load_features(opened: store.Store) -> FeaturePool:
-    """Features of all motions; computed once, then mapped from files beside the database."""
+    """Features of all motions; computed once, then memory-mapped from the cache of the database."""
 
     def build() -> dict[str, np.ndarray]:
         pool = store.load_motion_pool(opened)
@@ -166,7 +166,7 @@ def load_features(opened: store.Store) -> FeaturePool:
 
 
 def _with_generated(opened: store.Store, learned: Learned) -> Learned:
-    """What was learned, with segments of the generated captures; the same where there are none."""
+    """The learned model, with segments of the generated captures if there are any."""
     generated = sorted(i.capture_id for i in learned.captures.values() if i.kind == "generated")
     if not generated:
         return learned

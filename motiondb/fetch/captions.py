@@ -1,4 +1,4 @@
-"""The sheet of words beside fetched captures, which a user may have edited since.
+"""The sheet of words of fetched captures, which the user may have edited.
 
 Tab-separated with a header, UTF-8, one row a caption. Rows that are there are never changed: only
 captures without a row get one. Double quotes inside words become single ones, because readers of

@@ -17,7 +17,7 @@ _ASF_SECTIONS = (b":root", b":bonedata", b":hierarchy")
 
 
 def check_amc(data: bytes) -> str | None:
-    """Say what is wrong with the bytes of an AMC file, or None.
+    """Return the fault of the bytes of an AMC file, or None.
 
     A whole file has a header and frames that are numbered one after the other. Its last frame has
     the bones of the first, each with as many values, and ends with a line end.
@@ -50,7 +50,7 @@ def check_amc(data: bytes) -> str | None:
 
 
 def check_asf(data: bytes) -> str | None:
-    """Say what is wrong with the bytes of an ASF file, or None.
+    """Return the fault of the bytes of an ASF file, or None.
 
     A whole file has the sections root, bonedata and hierarchy, an ``end`` for every ``begin``, and
     the ``end`` of the hierarchy last.

@@ -48,7 +48,7 @@ class FetchProgress:
     n_bytes : int
         Bytes of the file that are there.
     total_bytes : int or None
-        Bytes that it will have, where the server tells.
+        Number of bytes of the whole file, if the server says so.
     """
 
     file: str
@@ -60,7 +60,7 @@ class FetchProgress:
 
 @dataclass(frozen=True)
 class FetchReport:
-    """What a download brought.
+    """The result of a download.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class FetchSettings:
 
 @dataclass(frozen=True)
 class _Item:
-    """A file to download: its path below the folder, its check, and what its page says."""
+    """A file to download: its path below the folder, its check, and its description on the site."""
 
     file: str
     check: Check
@@ -138,7 +138,8 @@ def fetch_cmu(
 ) -> FetchReport:
     """Download all captures of some subjects, with a sheet of their words.
 
-    Run again, it skips what is whole, resumes what is not, and keeps the rows of the sheet.
+    If it is run again, it skips complete files, resumes incomplete ones, and keeps the rows of the
+    sheet.
 
     Parameters
     ----------
@@ -223,7 +224,7 @@ def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     Raises
     ------
     QueryError
-        There is none, or one is no number from 1 to 999.
+        There is none, or one is not a number from 1 to 999.
     """
     numbers: list[int] = []
     for subject in subjects:
@@ -263,7 +264,7 @@ def _items(subject: int, download: _Download) -> list[_Item]:
     if not trials:
         raise QueryError(
             f"{url}: expected captures of subject {subject}, found none listed. "
-            f"The subjects there are, are listed at {base_url}/search.php."
+            f"Existing subjects are listed at {base_url}/search.php."
         )
     skeleton = _Item(f"{subject:02d}/{subject:02d}.asf", check_asf)
     return [skeleton, *(_Item(f"{trial.name}.amc", check_amc, trial) for trial in trials)]

@@ -1,9 +1,9 @@
-"""What the search page of the CMU database says of a subject: its trials and their words.
+"""The trials of a subject and their descriptions, from the search page of the CMU database.
 
 ``search.php?subjectnumber=14`` is a table with a row a trial: an empty cell, the trial's number,
 its description, links to the files (tvd, c3d, amc, mpg, avi), the frame rate and a feedback link.
-The markup is old (upper case, cells left open), so rows are told apart by their ``<tr>`` alone and
-a trial is a row that links to an AMC file.
+The markup is old (upper case, cells without end tags), so rows are separated only by their
+``<tr>``, and a trial is a row that links to an AMC file.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LONGEST_WORDS = 1000
 
 @dataclass(frozen=True)
 class Trial:
-    """A capture that the page lists; ``fps`` is None where the page names no frame rate."""
+    """A capture that the page lists; ``fps`` is None if the page names no frame rate."""
 
     subject: int
     number: int
@@ -74,8 +74,8 @@ def read_trials(page: str, subject: int) -> tuple[Trial, ...]:
     reader.feed(page)
     reader.close()
     trials = (_trial(row, subject) for row in reader.rows)
-    found = {trial.number: trial for trial in trials if trial is not None}
-    return tuple(found[number] for number in sorted(found))
+    trial_of = {trial.number: trial for trial in trials if trial is not None}
+    return tuple(trial_of[number] for number in sorted(trial_of))
 
 
 def _trial(row: _Row, subject: int) -> Trial | None:

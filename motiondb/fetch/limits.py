@@ -36,7 +36,7 @@ class Patience:
     timeout : float
         Seconds to wait for the next bytes of an answer. Chosen by hand.
     attempts : int
-        Attempts in a row that may bring nothing. Chosen by hand.
+        Largest number of consecutive attempts without new bytes. Chosen by hand.
     pause : callable
         Waits for so many seconds.
     """
@@ -48,7 +48,7 @@ class Patience:
 
 @dataclass(frozen=True)
 class FetchLimits:
-    """How much one download may take; no real download of subjects comes near.
+    """Limits of one download; real downloads of subjects are far smaller.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def check_limits(limits: FetchLimits) -> None:
 
 @dataclass
 class Budget:
-    """What one download has taken of its limits.
+    """The share of the limits that one download has used.
 
     Attributes
     ----------
@@ -133,13 +133,13 @@ class Budget:
         if self.seconds_left() <= 0.0:
             raise UnreachableError(
                 f"{url}: expected to be done within {self.limits.seconds:g} s, found more to fetch."
-                " Run the same command again to go on, or give it longer with --deadline; what is"
-                " there already is kept."
+                " Run the same command again to continue, or allow more time with --deadline; "
+                "downloaded files are kept."
             )
         if self.n_bytes > self.limits.total_bytes:
             raise UnreachableError(
                 f"{url}: expected at most {self.limits.total_bytes} bytes in all, found more. "
-                "Fetch fewer subjects at once; what is there already is kept."
+                "Fetch fewer subjects at once; downloaded files are kept."
             )
 
     @staticmethod
@@ -154,24 +154,24 @@ class Budget:
         if n_bytes > most:
             raise TooLongError(
                 f"{url}: expected at most {most} bytes, found {n_bytes} or more. "
-                "That is no capture's size; it was not kept."
+                "Captures are not that large; it was not kept."
             )
 
 
 def disk_fault(path: Path, error: OSError) -> UnreachableError:
-    """Say why a file or folder cannot be written, and what to do.
+    """Return why a file or folder cannot be written, and what to do.
 
     Parameters
     ----------
     path : Path
         The file or folder.
     error : OSError
-        What the system said.
+        The error of the system.
     """
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return UnreachableError(
             f"{path}: expected room on the disk, found it full. "
-            "Make room and run the same command again; what is there already is kept."
+            "Make room and run the same command again; downloaded files are kept."
         )
     return UnreachableError(
         f"{path}: expected a file that can be written, found: {error.strerror}. "

@@ -1,9 +1,9 @@
-"""Download files over HTTP: resume what was cut, check what came, then give the file its name.
+"""Download files over HTTP: resume, check the content, then rename the file to its final name.
 
 A file grows as ``NAME.part``. It is renamed when it has the length that the server announced, and
 its contents pass a check, so that an interruption at any moment leaves nothing half written under a
 final name. The next attempt asks for the missing bytes (``Range``, RFC 9110, section 14); a server
-that sends the whole file again is believed. Attempts that bring nothing new are counted; the next
+that sends the whole file again is believed. Attempts without new bytes are counted; the next
 one waits 1, 2, 4, ... seconds.
 
 A server may send without end, or a byte at a time. So a :class:`Budget` counts the bytes and the
@@ -53,7 +53,7 @@ _NETWORK_FAULTS = (OSError, http.client.HTTPException)
 
 
 class _CutError(Exception):
-    """A transfer that ended early; holds what was expected and found."""
+    """A transfer that ended early, with the expected and the received number of bytes."""
 
 
 def fetch_page(url: str, patience: Patience, budget: Budget) -> bytes:
@@ -109,7 +109,7 @@ def fetch_file(
     path : Path
         Its final name; the folder exists. Until the file is whole it is called ``path.part``.
     check : callable
-        Says what is wrong with the bytes of the whole file, or None.
+        Returns the fault of the bytes of the whole file, or None.
     patience : Patience
         How long to wait for an answer, and how often to ask.
     budget : Budget
@@ -146,12 +146,12 @@ def fetch_file(
         if not is_resumed:
             break
     raise RefusedError(
-        f"{url}: {fault}. The server's copy is damaged or is no capture; it was not kept."
+        f"{url}: {fault}. The server's copy is damaged or is not a capture; it was not kept."
     )
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, or say why not."""
+    """Make a folder and its parents, or raise the reason why not."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -159,7 +159,7 @@ def make_folder(folder: Path) -> None:
 
 
 def read_count(text: str | None) -> int | None:
-    """Read a number of bytes from a header; None where it is no plain number below 10^15.
+    """Read a number of bytes from a header; None if it is not a plain number below 10^15.
 
     >>> read_count("120"), read_count("12a"), read_count("9" * 5000), read_count("\u00b2")
     (120, None, None, None)
@@ -197,7 +197,7 @@ def _insist(
             fault = UnreachableError(
                 f"{url}: expected an answer, found none ({reason}). "
                 "Check the network, or name another server with --base-url; "
-                "what is there already is kept."
+                "downloaded files are kept."
             )
         fruitless = 0 if progress() > before else fruitless + 1
         if fruitless >= patience.attempts:
@@ -217,7 +217,7 @@ def _append(url: str, part: Path, timeout: float, budget: Budget, on_bytes: OnBy
         if error.headers.get("Content-Range", "") == f"bytes */{have}":
             return
         part.unlink(missing_ok=True)
-        raise _CutError("expected the rest of the file, found that it has changed") from None
+        raise _CutError("expected the rest of the file, found another version of it") from None
     with answer:
         if answer.status == 206 and not _starts_at(answer, have):
             part.unlink(missing_ok=True)
@@ -247,8 +247,8 @@ def _copy(
 ) -> int:
     """Write an answer behind the first ``have`` bytes of ``part``; return the bytes then there.
 
-    ``read1`` gives what has come: ``read`` would lose it when the next bytes are late. ``tell`` is
-    called with the bytes that are there and those that are new.
+    ``read1`` returns the bytes that have arrived: ``read`` would lose it when the next bytes are
+    late. ``tell`` is called with the number of bytes present and the number of new bytes.
     """
     left = _CHUNK if total is None else min(_CHUNK, total - have)
     with _open_part(part, "ab" if have else "wb") as file:
@@ -283,13 +283,13 @@ def _open(url: str, start: int, timeout: float, budget: Budget) -> http.client.H
 def within(seconds: float, work: Callable[[], T]) -> T:
     """Do something in a thread, for at most so many seconds.
 
-    A socket's time-out begins anew with every byte, so that a server that sends its answer's head
-    letter by letter would never meet it.
+    The time-out of a socket starts again with every byte, so a server that sends the head of its
+    answer byte by byte would never reach it.
 
     Parameters
     ----------
     seconds : float
-        How long to wait; the thread itself goes on, and ends with the program.
+        How long to wait; the thread continues until the program ends.
     work : callable
         What to do; its answer and its errors are handed on.
 

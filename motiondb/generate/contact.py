@@ -97,7 +97,8 @@ def lock_feet(
     free : array (frames,), optional
         True where the feet are not changed.
     contacts : array (frames, 2), optional
-        Further contacts beside the detected ones, such as those of feet that an edit made slide.
+        Contacts in addition to the detected ones, such as those of feet that slide because of an
+        edit.
 
     Returns
     -------

@@ -70,10 +70,10 @@ def self_difference(poses: FloatArray, longest: int) -> FloatArray:
     array([0., 2., 0.])
     """
     spread = 2.0 * float(poses.var(axis=0).sum()) + 1e-12
-    found = np.zeros(longest + 1)
+    differences = np.zeros(longest + 1)
     for lag in range(1, longest + 1):
-        found[lag] = np.mean(np.sum((poses[lag:] - poses[:-lag]) ** 2, axis=1)) / spread
-    return found
+        differences[lag] = np.mean(np.sum((poses[lag:] - poses[:-lag]) ** 2, axis=1)) / spread
+    return differences
 
 
 def find_period(poses: FloatArray, periodic: float = PERIODIC) -> int | None:

@@ -1,4 +1,4 @@
-"""Words of direction as travel: whether a motion goes where a word says.
+"""Words of direction as travel: whether a motion moves in the direction of a word.
 
 In the frame of the heading (x left, y up, z ahead):
 
@@ -12,7 +12,7 @@ backward, back  way back                                        0.3 m
 sideways        way to either side                              0.4 m
 ==============  ==============================================  ==================
 
-The amounts were chosen by hand; they are well above what a person sways in standing.
+The amounts were chosen by hand; they are well above the sway of a standing person.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ VERTICAL = ("up", "down")
 NEARLY = 0.9
 """Share of the furthest way that is nearly as far. Chosen by hand."""
 LASTING = 31
-"""Frames (1 s) over which the median of the height is taken, so that a jump is no way up. By
+"""Frames (1 s) over which the median of the height is taken, so that a jump does not count as
+moving up. By
 hand."""
 
 
@@ -44,12 +45,12 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ())
     """
-    found = [
+    directions = [
         word
         for word, following in zip(words, [*words[1:], ""])
         if word in FULL and not (word in SIDES and following in LIMBS)
     ]
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(directions))
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:
@@ -81,7 +82,7 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
 
 
 def gone(path: FloatArray, direction: str) -> float:
-    """How far a motion goes in a direction as a whole; from 1 on it clearly does, below 0 not.
+    """How far a motion moves in a direction: clearly from 1 up, not at all below 0.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def gone(path: FloatArray, direction: str) -> float:
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
-    """The shortest part that goes nearly as far as any part of at most ``longest`` frames.
+    """The shortest part that travels nearly as far as any part of at most ``longest`` frames.
 
     First frame and last frame + 1.
 

@@ -45,7 +45,7 @@ def wanted_speed(speeds: FloatArray, fast: bool) -> float:
     speeds : array (motions,)
         Recorded speeds, metres a second; at least one.
     fast : bool
-        Whether "fast" is asked for, not "slowly".
+        Whether the word is "fast", not "slowly".
 
     >>> wanted_speed(np.array([1.0, 2.0, 3.0]), True)
     2.7
@@ -54,7 +54,7 @@ def wanted_speed(speeds: FloatArray, fast: bool) -> float:
 
 
 def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) -> float:
-    """Rate at which a motion has a wanted speed, without leaving the recorded speeds.
+    """Playback rate at which a motion has a requested speed, within the range of recorded speeds.
 
     Parameters
     ----------

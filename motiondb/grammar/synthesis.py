@@ -100,7 +100,7 @@ class Synthesis:
     slip : float
         Mean ground speed of feet in contact, metres a second.
     source_slip : float
-        The same for the segments as they are in their takes, metres a second.
+        The same for the segments in their takes, metres per second.
     """
 
     motion: Motion
@@ -175,7 +175,7 @@ def clip_candidates(
     source : ClipSource
         The takes that are available.
     pinned : mapping of int to int, optional
-        Position to the segment that it must have. A segment that is no candidate is ignored.
+        Position to the segment that it must have. A segment that is not a candidate is ignored.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def clip_candidates(
     Raises
     ------
     QueryError
-        The string is empty, a name is no terminal of the grammar, or the takes of a terminal are
+        The string is empty, a name is not a terminal of the grammar, or the takes of a terminal are
         all missing.
     """
     if not string:
@@ -197,21 +197,23 @@ def clip_candidates(
     rows: dict[str, IntArray] = {}
     for name in dict.fromkeys(string):
         if name not in number:
-            raise QueryError(f"{name!r}: expected a terminal of the grammar, found none so called.")
+            raise QueryError(f"{name!r}: expected a terminal of the grammar, found no such name.")
         rows[name] = np.flatnonzero((terminals.labels == number[name]) & there)
         if not len(rows[name]):
             raise QueryError(
                 f"{name}: expected a capture with this terminal, found all of them removed."
-                " Add them again, or learn the grammar anew."
+                " Add them again, or learn the grammar again."
             )
     numbers = [rows[name] for name in string]
     for position, clip in (pinned or {}).items():
         if clip in numbers[position]:
             numbers[position] = np.array([clip])
-    ready = {name: _candidates(terminals, found, source) for name, found in rows.items()}
+    ready = {name: _candidates(terminals, candidates, source) for name, candidates in rows.items()}
     return [
-        ready[name] if len(found) == len(rows[name]) else _candidates(terminals, found, source)
-        for name, found in zip(string, numbers)
+        ready[name]
+        if len(candidates) == len(rows[name])
+        else _candidates(terminals, candidates, source)
+        for name, candidates in zip(string, numbers)
     ], numbers
 
 

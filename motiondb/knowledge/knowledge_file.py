@@ -108,7 +108,7 @@ def read_knowledge(path: str | Path) -> Knowledge:
     Raises
     ------
     KnowledgeError
-        When there is no such file, or it is no sound file of knowledge.
+        When there is no such file, or it is not a valid file of knowledge.
     """
     path = Path(path)
     try:
@@ -171,10 +171,10 @@ def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
     return _read_origin(header["origin"], source), _read_words(header["words"], source)
 
 
-def _fault(source: str, expected: str, found: str) -> KnowledgeError:
+def _fault(source: str, expected: str, actual: str) -> KnowledgeError:
     return KnowledgeError(
-        f"{source}: expected {expected}, found {found}. "
-        "The file is damaged, or no file of knowledge: get it again."
+        f"{source}: expected {expected}, found {actual}. "
+        "The file is damaged, or not a file of knowledge: get it again."
     )
 
 
@@ -229,8 +229,7 @@ def _is_text(text: str) -> bool:
 
 
 def _is_number(value: object) -> bool:
-    plain = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return plain and 0 <= float(value) <= 1e12  # type: ignore[arg-type]  # it is a number
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= 1e12
 
 
 def _read_words(words: list[Any], source: str) -> tuple[str, ...]:

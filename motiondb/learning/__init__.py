@@ -1,1 +1,1 @@
-"""What is learned from captures, and what follows from it: arrays in, arrays out."""
+"""Learning from captures, and computations from the learned model: arrays in, arrays out."""

@@ -1,15 +1,15 @@
-"""What is learned by counting, and how counts become what questions use.
+"""Counts, and the models that are computed from counts.
 
 From the captures come counts: transitions of symbols, words in captions, shapes (symbols l, words
 m) of described intervals, expected counts of the association, moments of the word map. All are
-integers or multiples of 2^-32, so sums are exact: subtracting a capture's counts leaves the very
-same numbers as if it had never been counted.
+integers or multiples of 2^-32, so sums are exact: subtracting a capture's counts gives the same
+numbers as if it had never been counted.
 
 Expected counts need a t and an a to share each word out among the symbols: the *reference*, which
-expectation-maximisation found when the database learned, smoothed a little so that symbols and
-words that stand together for the first time can be counted. It stays the same until the next
-``learn``; so do the symbols, the vocabulary, the standardisation of scores and the calibration.
-What questions use is the M-step of the counts.
+expectation-maximisation found when the database learned, smoothed slightly so that new pairs of
+symbols and words can be counted. It stays the same until the next ``learn``; so do the symbols, the
+vocabulary, the standardisation of scores and the calibration. The models for questions are the
+M-step of the counts.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ REFERENCE_SHARE = 0.01
 """Share of every t of the reference that is spread evenly (see ``explanation.smoothed``). Chosen by
 hand; not tuned: any value above 0 makes new pairs possible."""
 REFERENCE_PAIRS = 0.1
-"""Weight of the diagonal beside each learned alignment of the reference. Chosen by hand; not
+"""Weight of the diagonal relative to each learned alignment of the reference. Chosen by hand; not
 tuned."""
 
 
 @dataclass(frozen=True, eq=False)
 class Described:
-    """An interval of a capture that somebody wrote about.
+    """An interval of a capture with a caption.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Described:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What counts are made with; the same from one ``learn`` to the next.
+    """The reference of the counts; constant between two runs of ``learn``.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Counts:
-    """What some captures add to everything that is learned by counting.
+    """The contribution of some captures to all counts.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Counts:
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """What was counted, and what it was counted with.
+    """The counts with their reference.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ def described_intervals(
     known_lemmas : dict, optional
         Lemmas that the dictionary gave earlier; other words are looked up in it.
     """
-    found = []
+    intervals = []
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
         for caption in rows:
@@ -205,8 +205,8 @@ def described_intervals(
             if inside.any():
                 which = first + np.flatnonzero(inside)
                 rows_of = (int(which[0]), int(which[-1]) + 1)
-                found.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
-    return found
+                intervals.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
+    return intervals
 
 
 def known_only(described: list[Described], number: Mapping[str, int]) -> list[Described]:
@@ -224,7 +224,7 @@ def training_rows(
     """Vectors, words present and capture numbers, one row per described interval.
 
     Captions of the same interval are one row. Every capture is computed from its own rows alone, so
-    that its vectors are the same to the last bit whatever else the table holds.
+    its vectors do not depend on other captures, to the last bit.
 
     Parameters
     ----------
@@ -250,12 +250,12 @@ def training_rows(
     vectors = np.empty((len(merged), len(scores.mean)))
     presence = np.zeros((len(merged), len(number)), dtype=bool)
     for row, (d, words) in enumerate(merged.values()):
-        own = rows[d.capture_id]
+        rows_of_interval = rows[d.capture_id]
         if d.capture_id not in standardised:
             standardised[d.capture_id] = scores.standardise(
-                np.array(table.scores[own]), np.array(table.movement[own])
+                np.array(table.scores[rows_of_interval]), np.array(table.movement[rows_of_interval])
             )
-        inside = slice(d.low - own.start, d.high - own.start)
+        inside = slice(d.low - rows_of_interval.start, d.high - rows_of_interval.start)
         part = slice(d.low, d.high)
         vectors[row] = score_vectors.interval_vectors(
             standardised[d.capture_id][inside], table.starts[part], table.ends[part],
@@ -309,7 +309,7 @@ def count(
 
 
 def publish_association(counts: Counts, reference: Reference) -> Association:
-    """Association of the counts; symbols beside no counted words have rows of zeros."""
+    """Association of the counts; symbols without counted words have rows of zeros."""
     empty = replace(
         reference.association,
         translation=np.zeros_like(reference.association.translation),
@@ -321,7 +321,7 @@ def publish_association(counts: Counts, reference: Reference) -> Association:
 def publish_word_map(
     counts: Counts, ridge: float | None, calibration: FloatArray | None
 ) -> WordMap | None:
-    """The word map that the counts amount to; None where none was fitted when it learned."""
+    """The word map that the counts amount to; None if none was fitted when it learned."""
     if ridge is None or calibration is None:
         return None
     return solve_word_map(counts.moments, ridge, calibration)

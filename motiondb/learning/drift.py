@@ -1,7 +1,7 @@
 """Drift: how far the captures have changed since the database learned, and whether to learn again.
 
-Counts are kept true at every change; the symbols, the vocabulary and the calibration stay as they
-were learned. Three shares tell whether this hurts:
+Counts are updated with every change; the symbols, the vocabulary and the calibration are not. Three
+shares measure whether this matters:
 
 - strange motion: segments of captures that came later whose log-likelihood under the best symbol,
   nats per frame, is below that of 95 % of the motion learned from;
@@ -27,18 +27,19 @@ from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentT
 from motiondb.words.lexicon import vocabulary
 
 STRANGE = 0.1
-"""Chosen by hand, from the shares measured on real captures: twice what more of the same gives."""
+"""Chosen by hand, from the shares measured on real captures: twice the shares for more captures of
+the same kind."""
 NEW_WORDS = 0.05
 """Chosen by hand; not tuned."""
 TURNOVER = 0.5
 """Chosen by hand; not tuned."""
 _WORST = 0.05
-"""Share of the motion learned from that counts as strange itself."""
+"""Share of the motion learned from that counts as strange itself. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class Drift:
-    """What changed since the database learned.
+    """The changes since the database learned.
 
     Attributes
     ----------
@@ -106,7 +107,7 @@ class DriftBaseline:
 
 
 def fit_baseline(table: SegmentTable) -> DriftBaseline:
-    """What ``learn`` keeps to measure drift against."""
+    """The baseline that ``learn`` stores for drift."""
     explained, frames = table.log_likelihoods, _frames(table)
     order = np.argsort(explained)
     reached = np.cumsum(frames[order]) / max(frames.sum(), 1)
@@ -158,11 +159,11 @@ def measure_drift(table: SegmentTable, baseline: DriftBaseline, words: WordUse) 
     Parameters
     ----------
     table : SegmentTable
-        Segments of all captures as they are now.
+        Segments of all present captures.
     baseline : DriftBaseline
         The motion learned from.
     words : WordUse
-        Words written about the captures as they are now.
+        Words of the captions of the present captures.
     """
     new = ~np.isin(table.capture_ids, baseline.captures)
     gone = ~np.isin(baseline.captures, table.capture_ids)
@@ -196,9 +197,9 @@ def measure_drift(table: SegmentTable, baseline: DriftBaseline, words: WordUse) 
 def _reasons(shares: dict[str, float], words: tuple[str, ...]) -> tuple[str, ...]:
     shown = ", ".join(words[:3]) + (", ..." if len(words) > 3 else "")
     texts = (
-        ("strange_of_all", STRANGE, "of all motion is strange to the symbols"),
-        ("new_words", NEW_WORDS, f"of all words written are new ({shown})"),
-        ("turnover", TURNOVER, "as much motion came or went as it learned from"),
+        ("strange_of_all", STRANGE, "of all motion is unlike the symbols"),
+        ("new_words", NEW_WORDS, f"of all words in captions are new ({shown})"),
+        ("turnover", TURNOVER, "as much motion was added or removed as it learned from"),
     )
     return tuple(f"{shares[key]:.0%} {text}" for key, limit, text in texts if shares[key] > limit)
 

@@ -50,7 +50,7 @@ def fit_model(
 
     With a start, its feature space, symbols and symbol space are taken over, and its words are
     joined with those of the captions. A start whose symbols do not fit the captures is set aside
-    where there are captions enough (:func:`motiondb.learning.start.joining.is_set_aside`).
+    if there are enough captions (:func:`motiondb.learning.start.joining.is_set_aside`).
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def fit_model(
     taught : TaughtWords
         What people wrote about these captures.
     settings : LearnSettings
-        What decides the result, beside the seed.
+        Settings that, with the seed, determine the result.
     rng : numpy.random.Generator
         Draws the symbols to begin with, and the samples for distances.
     tell : callable
@@ -75,7 +75,7 @@ def fit_model(
     Raises
     ------
     MotionDBError
-        When there are fewer segments than symbols asked for.
+        When there are fewer segments than the requested symbols.
     """
     if started is not None:
         model = _fit_with_start(pool, taught, started, rng, tell)
@@ -125,7 +125,7 @@ def _fit_with_start(
     rng: np.random.Generator,
     tell: Progress,
 ) -> LearnedModel | None:
-    """What is learned with the symbols of a start; None where the start is set aside.
+    """The model learned with the symbols of a start; None if the start is set aside.
 
     Of the settings, only the seed has a part.
     """
@@ -203,7 +203,7 @@ def _fit_judge(
     said: tuple[TaughtWords, FittedWords],
     rng: np.random.Generator,
 ) -> MotionJudge | None:
-    """The judge of generated motion; None where no words were written."""
+    """The judge of generated motion; None if no words were written."""
     taught, words = said
     numbers = {word: number for number, word in enumerate(words.association.words)}
     described = counting.described_intervals(

@@ -1,9 +1,9 @@
 """Fitting the judge of motion, and the calibration of its two cues.
 
 The calibration uses real captures in pairs: one whose captions say w, and one of the same performer
-whose captions do not say w nor a word related to it, half of the time one of those that resemble w
-most. Both are judged without the two, each by one or two of its windows, because what is judged
-later is as short. The probability is therefore one at even odds.
+whose captions do not say w nor a word related to it, in half of the pairs one of those that
+resemble w most. Both are judged without the two, each by one or two of its windows, because what is
+judged later is as short. The probability is therefore one at even odds.
 
 A part of a capture of several actions may not show w. So the first of a pair is a capture whose
 captions name one action, unless there are too few of these. No word has more than
@@ -64,7 +64,7 @@ def fit_judge(
     n_words : int
         Size of the vocabulary.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     rng : numpy.random.Generator
         Draws the captures that are compared.
     """
@@ -89,7 +89,7 @@ def fit_judge(
 def _draw_pairs(
     table: JudgingTable, performers: Mapping[int, str], rng: np.random.Generator
 ) -> list[tuple[int, int, int]]:
-    """Pairs of captures for the calibration: (word, one that says it, one that does not).
+    """Pairs of captures for the calibration: (word, capture with the word, capture without it).
 
     Of captures of one action where there are enough, otherwise of all.
     """
@@ -108,8 +108,8 @@ def _pairs_of(
     first: frozenset[int],
 ) -> list[tuple[int, int, int]]:
     """Pairs of which the first capture is one of ``first``."""
-    own = table.vectors @ judge_all(table)
-    scores = {c: own[table.owners == c].mean(axis=0) for c in table.said}
+    evidence = table.vectors @ judge_all(table)
+    scores = {c: evidence[table.owners == c].mean(axis=0) for c in table.said}
     pairs = []
     for word in np.flatnonzero(np.diag(table.together) >= 2.0).tolist():
         related = table.related(word)
@@ -133,9 +133,9 @@ def _pairs_of(
 
 def judge_all(table: JudgingTable) -> FloatArray:
     """Slopes of the regression on all windows: array (columns + 1, words)."""
-    found = judge_without(table, ())
-    assert found is not None  # a described capture has a window
-    return found.slopes
+    judged = judge_without(table, ())
+    assert judged is not None  # a described capture has a window
+    return judged.slopes
 
 
 def _compare(
@@ -144,7 +144,7 @@ def _compare(
     pairs: Sequence[tuple[int, int, int]],
     rng: np.random.Generator,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Cues of a part of both captures of every pair, and whether each says the word."""
+    """Cues of a part of both captures of every pair, and whether each has the word."""
     sums = table.sums()
     cues, right = [], []
     for word, says, says_not in pairs:

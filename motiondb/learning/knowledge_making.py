@@ -1,7 +1,7 @@
-"""What a database has learned, made into knowledge that other databases start from.
+"""Knowledge from the model of a database, for other databases to start from.
 
-No motion and no caption goes along: the symbols are models, what captions taught are sums over all
-of them, and of the words only the lemmas are kept.
+It contains no motion and no caption: the symbols are models, captions enter only as sums over all
+of them, and words are kept only as lemmas.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.words.maps.word_map import calibration_information
 
 LEAST_CAPTIONS = 2
-"""Described intervals below which there is nothing to hand on: sums over one would be its own."""
+"""Smallest number of described intervals for an export: sums over one interval would reveal it."""
 
 
 def make_knowledge(
@@ -29,13 +29,13 @@ def make_knowledge(
     Parameters
     ----------
     learned : Learned
-        What was learned from own captions.
+        The model learned from own captions.
     name : str
-        What to call it.
+        Its name.
     runs : sequence of mapping
         The runs of ``learn`` that it comes from.
     credit : str
-        What those who use it are asked to say.
+        The acknowledgement that users are asked to give.
     version : str
         Version of motiondb.
 
@@ -65,12 +65,12 @@ def _check(learned: Learned) -> None:
         raise KnowledgeError(
             f"{learned.source}: expected a database that learned from its own captures alone, "
             f"found one that started from {learned.started.knowledge.origin.name!r}. Run motiondb "
-            "learn --start none first; its captions must then teach the words alone."
+            "learn --start none first; its words are then learned from its captions only."
         )
     if learned.counted is None:
         raise KnowledgeError(
-            f"{learned.source}: expected the counts of captions, found what an earlier version "
-            "learned without them. Run motiondb learn first."
+            f"{learned.source}: expected the counts of captions, found a model that an earlier "
+            f"version learned without them. Run motiondb learn first."
         )
     n = int(learned.counted.counts.moments.n)
     if learned.fitted_word_map is None or not learned.has_words:

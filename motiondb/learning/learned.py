@@ -1,8 +1,8 @@
-"""What was learned: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
+"""The learned model: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
 
-Both are frozen and hold no store. A :class:`Learned` is whole: what was learned, the catalogue and
-what people wrote, all of one revision of the store. What follows from these arrays alone is
-computed at its first use and kept with the record.
+Both are frozen and hold no store. A :class:`Learned` is complete: the model, the catalogue and the
+captions, all of one revision of the store. Values that depend only on these arrays are computed at
+first use and kept with the record.
 """
 
 from __future__ import annotations
@@ -86,9 +86,9 @@ class LearnedModel:
     context_space : ContextSpace or None
         Contexts of activities; None in databases of versions that did not learn them.
     fitted_word_map : WordMap or None
-        Calibrated map from score vectors to words; None where no words were written.
+        Calibrated map from score vectors to words; None if no words were written.
     certainties : Certainties
-        How sure answers are.
+        Certainties of answers.
     lengths : dict
         (symbols l, words m) -> number of described intervals of this shape.
     counted : Counted or None
@@ -100,9 +100,9 @@ class LearnedModel:
     description_lengths : array (updates,)
         Objective after every accepted update, bits; decreasing.
     drift_baseline : DriftBaseline or None
-        What drift is measured against; None in databases of versions that did not keep it.
+        The baseline of drift; None in databases of versions that did not keep it.
     places : Places or None
-        Where in their takes the actions of captions happen, as ``learn`` found them; None where no
+        Where in their takes the actions of captions happen, as ``learn`` found them; None if no
         words were written, and in databases of versions that did not look for them.
     started : Started or None
         Knowledge of another database that it learned with. Then symbols and feature space are that
@@ -112,7 +112,7 @@ class LearnedModel:
         Evidence for words at each frame, by which intervals are refined; None where no words were
         written, and in databases of versions that did not learn it.
     judge : MotionJudge or None
-        Tells which words a generated motion shows; None where no words were written, and in
+        Tells which words a generated motion shows; None if no words were written, and in
         databases of versions that did not have it.
     """
 
@@ -141,14 +141,14 @@ class LearnedModel:
 
 @dataclass(frozen=True, eq=False)
 class Learned(LearnedModel):
-    """What questions need: what was learned, with the catalogue of the same revision.
+    """The data for questions: the learned model, with the catalogue of the same revision.
 
     Attributes
     ----------
     captures : dict
         Capture number -> row of the catalogue, of all captures.
     captions : dict
-        Capture number -> what people wrote about the capture.
+        Capture number -> captions.
     synonyms : dict
         Lemma -> canonical lemma.
     source : str
@@ -201,12 +201,12 @@ class Learned(LearnedModel):
 
     @property
     def word_certainty(self) -> certainty.Certainty | None:
-        """How sure an answer to words is; None where it could not be learned."""
+        """Certainty of an answer to words; None if it could not be learned."""
         return self.certainties.words if self.has_words else None
 
     @property
     def example_certainty(self) -> certainty.Certainty | None:
-        """How sure an answer to an example is; None where it could not be learned."""
+        """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
 
     @property
@@ -270,7 +270,7 @@ class Learned(LearnedModel):
 
     @cached_property
     def caption_map(self) -> CaptionMap | None:
-        """Map from score vectors to whole captions; None where its sums were not kept."""
+        """Map from score vectors to whole captions; None if its sums were not kept."""
         return None if self.counted is None else solve_caption_map(self.counted.counts.moments)
 
     @cached_property
@@ -324,7 +324,7 @@ class Learned(LearnedModel):
     def place_takes(self) -> dict[int, by_words.TakeScores]:
         """Evidence for the place of all words in every capture, from the motion alone.
 
-        Empty where no places were learned. The evidence for a take that took part in learning is
+        Empty if no places were learned. The evidence for a take that took part in learning is
         that of all other takes.
         """
         if self.places is None or not self.places.only(self.rows).words:
@@ -344,7 +344,7 @@ class Learned(LearnedModel):
     def place_by_others(self) -> dict[int, FloatArray]:
         """Evidence for the place of all words, by other performers: arrays (segments, words).
 
-        Empty where no places were learned.
+        Empty if no places were learned.
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
@@ -364,7 +364,7 @@ class Learned(LearnedModel):
 
     @cached_property
     def performers(self) -> dict[int, str]:
-        """Capture number -> who performs, as people said or from its name."""
+        """Capture number -> performer, as given or from the name of the capture."""
         return performers_of(self.captures)
 
     @cached_property
@@ -385,13 +385,13 @@ class Learned(LearnedModel):
         Of the captures that have such captions now.
         """
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        found = {}
+        evidence = {}
         for capture, rows in self.rows.items():
             parts = written.of_intervals(capture)
             said = label_intervals(self.segments, rows, parts, False, len(self.word_numbers))
             if said is not None:
-                found[capture] = LABELLED * np.nan_to_num(said)
-        return found
+                evidence[capture] = LABELLED * np.nan_to_num(said)
+        return evidence
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

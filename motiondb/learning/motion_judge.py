@@ -1,4 +1,4 @@
-"""Which words a motion shows, told by a judge that has no part in making it.
+"""The words that a motion shows, by a judge that is independent of its generation.
 
 The judge compares a motion with the captures as wholes, by statistics of windows of three seconds.
 It uses neither symbols nor segments nor places, and never the captures that the motion was made
@@ -12,8 +12,8 @@ from. Notation:
             the ridge regression of g_w on x. Each window weighs 1/sqrt(windows of its capture).
 
 Two cues give a calibrated probability that a motion shows w: z_w, and z_w less the largest z of
-other words. Words that mostly stand in the same captions as w do not count among the others. How
-they are calibrated is told in :mod:`motiondb.learning.judge_fitting`.
+other words. Words that mostly stand in the same captions as w do not count among the others.
+:mod:`motiondb.learning.judge_fitting` describes their calibration.
 
 Source: ridge regression on pooled features is the strongest ordinary method of ``docs/quality.md``.
 """
@@ -33,6 +33,7 @@ WINDOW = 45
 """Feature frames (3 s) of a window; windows overlap by half. Two to three seconds were the best
 context in first measurements."""
 QUANTILES = (0.1, 0.5, 0.9)
+"""Quantiles over the frames of a window. Chosen by hand; not tuned."""
 CLIP = 3.0
 """Standard deviations beyond which a value is clipped. Chosen by hand; not tuned."""
 RIDGE = 1.0
@@ -42,7 +43,7 @@ SPREAD_POWER = 0.25
 """Power of the variance in z, as in the word map; .5 gave .592 right first words in place of
 .629."""
 RELATED = 0.5
-"""Share of the captures of one of two words that say the other from which on they are related.
+"""Two words are related if at least this share of the captures of one also has the other.
 Chosen by hand; not tuned."""
 
 Said = Mapping[int, tuple[frozenset[int], int]]
@@ -51,7 +52,7 @@ Said = Mapping[int, tuple[frozenset[int], int]]
 
 @dataclass(frozen=True, eq=False)
 class MotionJudge:
-    """What the judge keeps; the words of the captures are those that are written now.
+    """The fitted data of the judge; the words of the captures are the present ones.
 
     Attributes
     ----------
@@ -143,7 +144,7 @@ class Sums:
 
 @dataclass(frozen=True, eq=False)
 class JudgingTable:
-    """The judge with the words that captions say now.
+    """The judge with the words of the present captions.
 
     Attributes
     ----------
@@ -178,14 +179,14 @@ class JudgingTable:
         return Sums((x * w).T @ x, (x * w).T @ g, (w * g).sum(axis=0), float(w.sum()))
 
     def related(self, word: int) -> frozenset[int]:
-        """The words that mostly stand in the same captures as a word, itself among them."""
+        """The words that mostly occur in the same captures as a word, including the word."""
         both, each = self.together[word], np.diag(self.together)
         near = (both >= RELATED * each[word]) | (both >= RELATED * np.maximum(each, 1.0))
         return frozenset(np.flatnonzero(near & (both > 0.0)).tolist()) | {word}
 
 
 def judging_table(judge: MotionJudge, said: Said, n_words: int) -> JudgingTable:
-    """Prepare a judge for the words that captions say.
+    """Prepare a judge for the words of the captions.
 
     Parameters
     ----------
@@ -251,7 +252,7 @@ class WithoutSources:
         return np.array([scores[word], scores[word] - best])
 
     def probability(self, scores: FloatArray, word: int) -> float | None:
-        """Probability that a motion shows a word; None where no capture left could tell."""
+        """Probability that a motion shows a word; None if no remaining capture has the word."""
         packed = self.table.judge.calibration
         if self.n_captures[word] < 1.0 or not len(packed):
             return None
@@ -262,8 +263,8 @@ class WithoutSources:
         """The words of the largest z, with their probabilities."""
         known = np.flatnonzero(self.n_captures >= 1.0)
         order = known[np.argsort(-scores[known], kind="stable")][:n_words]
-        found = [(int(w), self.probability(scores, int(w))) for w in order]
-        return [(word, p) for word, p in found if p is not None]
+        likely = [(int(w), self.probability(scores, int(w))) for w in order]
+        return [(word, p) for word, p in likely if p is not None]
 
 
 def judge_without(

@@ -1,7 +1,7 @@
-"""Typed records of what was learned, to the arrays by name that the store keeps, and back.
+"""Conversion of the typed records of the learned model to the arrays of the store, and back.
 
 The table ``parameter`` of the store holds arrays of float64 by name. This module alone knows the
-names. Databases of earlier versions lack some of them; each record says what stands in for it.
+names. Databases of earlier versions lack some of them; each record describes its default.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ LEMMA_NAME = "dictionary_forms"
 
 
 def to_stored(model: LearnedModel) -> StoredLearning:
-    """What the store keeps of what was learned; :func:`from_stored` is the inverse."""
+    """The stored form of the learned model; :func:`from_stored` is the inverse."""
     return StoredLearning(
         run_id=model.run_id,
         symbols=model.symbols,
@@ -62,7 +62,7 @@ def to_stored(model: LearnedModel) -> StoredLearning:
 
 
 def from_stored(stored: StoredLearning) -> LearnedModel:
-    """What was learned, from what the store keeps."""
+    """The learned model from its stored form."""
     arrays = stored.parameters
     lengths = Counter((int(length), int(m)) for m, length in arrays["length_counts"])
     model = LearnedModel(
@@ -126,7 +126,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
 
 
 def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
-    """What drift is measured against; None where it was not kept."""
+    """The baseline of drift; None if it was not kept."""
     if any(name not in arrays for name in DRIFT_NAMES):
         return None
     mean, worst, frames = arrays["drift_baseline"]
@@ -136,7 +136,7 @@ def drift_baseline_from(arrays: Arrays) -> DriftBaseline | None:
 
 
 def lemmas_from(arrays: Arrays) -> dict[str, str]:
-    """Lemmas that the dictionary gave for the words of captions; none where they were not kept."""
+    """Lemmas that the dictionary gave for the words of captions; none if they were not kept."""
     lines = array_text(arrays.get(LEMMA_NAME, np.zeros(0))).splitlines()
     return dict(line.split(" ", 1) for line in lines)
 
@@ -292,12 +292,12 @@ def _started_arrays(started: Started, counted: Counted | None) -> dict[str, Floa
 
 
 def started_from(arrays: Arrays) -> Started | None:
-    """The start that a database learned with; None where there was none."""
+    """The start that a database learned with; None if there was none."""
     if ORIGIN_NAME not in arrays:
         return None
-    own = ("start_words", "start_names", ORIGIN_NAME)
-    rest = {n[6:]: v for n, v in arrays.items() if n.startswith("start_") and n not in own}
-    words, names = (tuple(array_text(arrays[n]).split("\n")) for n in own[:2])
+    start_keys = ("start_words", "start_names", ORIGIN_NAME)
+    rest = {n[6:]: v for n, v in arrays.items() if n.startswith("start_") and n not in start_keys}
+    words, names = (tuple(array_text(arrays[n]).split("\n")) for n in start_keys[:2])
     return Started(knowledge_from(origin_from(arrays), words, rest), names)
 
 

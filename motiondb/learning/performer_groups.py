@@ -1,9 +1,9 @@
-"""Who performs in captures of which nobody said it.
+"""The performer of captures for which none is given.
 
-Where every capture counted as its own performer, near copies (repeats of one exercise, cuts of one
-take) would vouch for one another wherever performers are left out. So captures of which nobody said
-who performs count as one performer where they lie in one folder; where all of them lie in the same
-folder, where their names are the same up to the last number (``14_06`` and ``14_20``).
+If every capture counted as a separate performer, near copies (repeats of one exercise, cuts of one
+take) would be used to predict one another wherever performers are left out. Captures without a
+given performer therefore count as one performer if they are in one folder or, if all of them are in
+the same folder, if their names are the same up to the last number (``14_06`` and ``14_20``).
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ def performers_of(captures: Mapping[int, CaptureInfo]) -> dict[int, str]:
 
 
 def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) -> dict[int, str]:
-    """Performer of every capture, as people said or from its name.
+    """Performer of every capture, as given or from its name.
 
     Parameters
     ----------
     names : dict
         Capture number -> name, with forward slashes between folders.
     performers : dict
-        Capture number -> who performs, where people said it.
+        Capture number -> performer, if given.
 
     Returns
     -------
     dict
-        Capture number -> performer; the folder or the start of the name, with "#" in front, where
-        nobody said it.
+        Capture number -> performer; the folder or the start of the name, with "#" in front, if none
+        is given.
 
     >>> group_performers({1: "a/x_1", 2: "a/y_1", 3: "b/x_1", 4: "c/x"}, {4: "ana"})
     {1: '#a/', 2: '#a/', 3: '#b/', 4: 'ana'}
@@ -59,7 +59,7 @@ def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) ->
 
 
 def family_of(name: str) -> str:
-    """A name up to its last number; a name that is a number alone stays as it is.
+    """A name up to its last number; a name that is only a number is not changed.
 
     >>> family_of("cmu/14_06"), family_of("walk"), family_of("12")
     ('cmu/14', 'walk', '12')

@@ -94,7 +94,7 @@ def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) ->
 
 @dataclass(frozen=True)
 class Place:
-    """Where a decoded sequence of symbols stands.
+    """The place of a decoded sequence of symbols.
 
     Attributes
     ----------
@@ -135,7 +135,7 @@ def decode(
     clustered : bool
         Whether to mix in the clustered bigram, so that pairs never seen may follow one another.
     place : Place
-        Where the sequence stands.
+        The place of the sequence.
     length : int or None
         Number of symbols; None: any, as probable as the described captures make it.
     association : Association or None
@@ -144,7 +144,7 @@ def decode(
     Returns
     -------
     Decoding or None
-        None where no sequence of symbols has a positive probability.
+        None if no sequence of symbols has a positive probability.
     """
     log_transitions = learned.log_transitions[clustered].copy()
     if place.after is not None:

@@ -1,4 +1,4 @@
-"""What was learned, with other counts: used when captures and words change."""
+"""The learned model with other counts: used when captures and words change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from motiondb.records import SegmentTable
 def with_counts(
     model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
 ) -> LearnedModel:
-    """What was learned, with other counts and everything that follows from them.
+    """The learned model with other counts and everything that depends on them.
 
     Parameters
     ----------

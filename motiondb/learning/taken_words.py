@@ -1,8 +1,8 @@
-"""What was learned, seen with words that no caption holds but that may be taken as known ones.
+"""The learned model, extended by unknown words that may be replaced by known ones.
 
 A taken word is one more word of the vocabulary, for the length of a question: its log-odds, its
 translation probabilities and its counts are the means, weighted by its shares, of those of the
-words that it is taken as (``words.nearby.taking``). Nothing of it is stored or learned from.
+words that it is taken as (``words.nearby.taking``). It is neither stored nor used for learning.
 """
 
 from __future__ import annotations
@@ -75,14 +75,14 @@ def take_unknown(
     text : str
         The question; the user's synonyms come first.
     table : NearbyTable
-        What words may be taken as.
+        The table of replacements of words.
 
     Returns
     -------
     learned : Learned
         With a word more for every taken word; the same where none is taken.
     takings : dict
-        From the lemma of every unknown word to what is made of it.
+        Lemma of every unknown word -> its replacement or suggestions.
     """
     takings = unknown_words(learned, text, table)
     return with_taken(learned, takings), takings
@@ -94,7 +94,7 @@ def add_written(
     find: Callable[[], Mapping[str, WrittenWord]],
     table: NearbyTable | None,
 ) -> Learned:
-    """What was learned, with the words of a question that are written somewhere but not learned.
+    """The learned model, with the words of a question that are written but were not learned.
 
     Parameters
     ----------
@@ -113,21 +113,21 @@ def add_written(
     asked = _asked_forms(learned, text)
     if learned.fitted_word_map is None or known.issuperset(asked):
         return learned
-    found = find()
-    if not found:
+    written = find()
+    if not written:
         return learned
     wanted = []
     for word, form in asked.items():
-        if word in known or word in found:
+        if word in known or word in written:
             wanted.append(word)
         elif table is not None:
-            taking = take_word(form, known | found.keys(), table)
+            taking = take_word(form, known | written.keys(), table)
             wanted += [w for w, _ in taking.words] if taking.is_taken else []
-    return with_written(learned, found, wanted)
+    return with_written(learned, written, wanted)
 
 
 def _asked_forms(learned: Learned, text: str) -> dict[str, str]:
-    """Words of a question: lemma -> as it was written."""
+    """Words of a question: lemma -> word as written."""
     asked = split_actions(text, learned.synonyms, learned.lemmas)
     written = {lemma(form, learned.lemmas): form for form in reversed(forms_of(text))}
     return {word: written.get(word, word) for action in asked for word in action}
@@ -138,8 +138,7 @@ def replace_unknown(
 ) -> tuple[Learned, dict[str, Taking]]:
     """Read the words of a question that no caption holds as the likeliest known words.
 
-    For what asks for one sequence of symbols, where a mixture of words has no meaning; parameters
-    and answer as :func:`take_unknown`.
+    For requests of one sequence of symbols; parameters and result as in :func:`take_unknown`.
     """
     takings = unknown_words(learned, text, table)
     likeliest = {w: taking.words[0][0] for w, taking in takings.items() if taking.is_taken}
@@ -162,12 +161,12 @@ def leave_unknown(
 
 
 def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
-    """From the lemma of every word that no caption holds to what is made of it.
+    """Lemma of every word that is in no caption -> its replacement or suggestions.
 
     Raises
     ------
     QueryError
-        Where no word of the question is known or taken; says what might be meant.
+        If no word of the question is known or replaced; the message has suggestions.
     """
     takings = made_of_unknown(learned, text, table)
     _check_known(learned, text, takings)
@@ -219,14 +218,14 @@ def _refusal(takings: Mapping[str, Taking]) -> str:
 
 
 def with_taken(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
-    """What was learned, with a word more for everything that is taken.
+    """The learned model, with one more word for every replaced word.
 
     Parameters
     ----------
     learned : Learned
         What was learned.
     takings : mapping of str to Taking
-        From a lemma that was not learned to what is made of it; only what is taken counts.
+        Lemma that was not learned -> its replacement; suggestions are ignored.
     """
     number = learned.word_numbers
     taken = {

@@ -31,7 +31,7 @@ from motiondb.words.translation import association
 
 @dataclass(frozen=True, eq=False)
 class TaughtWords:
-    """What people wrote about the captures to learn from.
+    """The captions of the captures to learn from.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class TaughtWords:
     synonyms : dict
         Lemma -> canonical lemma.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     """
 
     captions: Mapping[int, tuple[Caption, ...]]
@@ -50,7 +50,7 @@ class TaughtWords:
 
 @dataclass(frozen=True, eq=False)
 class FittedWords:
-    """What is learned about words.
+    """The models of words.
 
     Attributes
     ----------
@@ -59,9 +59,9 @@ class FittedWords:
     score_space : ScoreSpace
         Standardisation of scores.
     word_map : WordMap or None
-        Map from score vectors to words; None where no words were written.
+        Map from score vectors to words; None if no words were written.
     certainties : Certainties
-        How sure answers are.
+        Certainties of answers.
     counted : Counted
         The counts.
     transitions : array (symbols + 1, symbols + 1)
@@ -90,7 +90,7 @@ class _Rows:
 
 
 def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> FittedWords:
-    """Learn how words and symbols belong together, and how sure answers are."""
+    """Learn the association of words and symbols, and the certainty of answers."""
     scores = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
     known = counting.dictionary_lemmas(taught.captions)
     described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
@@ -132,8 +132,10 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     started : Started
         The start.
     """
-    own = score_vectors.fit_score_space(table.scores, table.ends - table.starts, table.movement)
-    scores = joining.adapt_score_space(started, own, len(table.symbols))
+    own_space = score_vectors.fit_score_space(
+        table.scores, table.ends - table.starts, table.movement
+    )
+    scores = joining.adapt_score_space(started, own_space, len(table.symbols))
     known = counting.dictionary_lemmas(taught.captions)
     described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
     written, _ = vocabulary.count_words([d.words for d in described])
@@ -164,7 +166,7 @@ def _joint_reference(
     scores: score_vectors.ScoreSpace,
     known: Mapping[str, str],
 ) -> counting.Reference:
-    """What own captions are counted with: the association of own captions and the start."""
+    """The reference for counting own captions: the association of own captions and the start."""
     described = counting.described_intervals(table, taught.captions, taught.synonyms, known)
     written, _ = vocabulary.count_words([d.words for d in described])
     words = joining.join_vocabulary(tuple(written), started)
@@ -203,20 +205,20 @@ def _certainties(
     rows: _Rows,
     scores: score_vectors.ScoreSpace,
     fit: word_map.WordMap,
-    own: OwnRows | None = None,
+    own_rows: OwnRows | None = None,
 ) -> Certainties:
-    """How sure answers are, from questions whose answers the captions give.
+    """Certainties of answers, from questions whose answers are known from the captions.
 
-    With a start, ``own`` fits the word map without some rows.
+    With a start, ``own_rows`` fits the word map without some rows.
     """
     if len(rows.captures) < len(rows.performers):  # one row, doubled
         return Certainties()
     starts, ends = asked_certainty.intervals_of(described)
     names: Sequence[str] = vocabulary.count_words([d.words for d in described])[0]
     fit_without = None
-    if own is not None:
-        names = own.words
-        fit_without = partial(own.without, ridge=fit.ridge, calibration=fit.calibration)
+    if own_rows is not None:
+        names = own_rows.words
+        fit_without = partial(own_rows.without, ridge=fit.ridge, calibration=fit.calibration)
     return fit_certainties(
         asked_certainty.Written(
             vectors=rows.vectors,

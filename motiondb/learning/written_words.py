@@ -1,10 +1,10 @@
-"""Words that were not learned but are written: in captions that came later, and in tags.
+"""Words that were not learned but are written: in later captions, and in tags.
 
-Such a word says nothing about motion. A capture whose caption or tag holds it gets the evidence of
-a written word, and one whose captions or tag say something else that of a word left out
+Such a word has no model of motion. A capture whose caption or tag holds it gets the evidence of
+a written word, and one whose captions or tag have other words gets that of a missing word
 (``search.questions.by_words``). For the length of a question, the word is one more word of the
 vocabulary, whose slope on motion is 0; its prior is the share of captures that it is written about.
-So it may stand anywhere in a question, and reasons add up. Nothing of it is stored.
+It may therefore be used anywhere in a question, and reasons add up. Nothing of it is stored.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class WrittenWord:
     in_captions: int
 
     def sentence(self) -> str:
-        """What a user is told.
+        """The sentence for the user.
 
         >>> WrittenWord("exhaust", ("style=exhausted",), frozenset({1, 2}), 0).sentence()
         "'exhaust' was not learned; found where it is written: style=exhausted (2 captures)"
@@ -71,18 +71,18 @@ class LearnedWithWritten(Learned):
     Attributes
     ----------
     base : Learned
-        What was learned, without them.
-    found : tuple of WrittenWord
+        The learned model without them.
+    added_words : tuple of WrittenWord
         Where each of them is written.
     """
 
     base: Learned = field(kw_only=True)
-    found: tuple[WrittenWord, ...] = field(kw_only=True)
+    added_words: tuple[WrittenWord, ...] = field(kw_only=True)
 
     @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:
         """Log-odds of all words from the motion alone; the usual ones for written words."""
-        added = usual(self.word_map)[-len(self.found) :]
+        added = usual(self.word_map)[-len(self.added_words) :]
         return {
             capture: np.concatenate([odds, np.broadcast_to(added, (len(odds), len(added)))], axis=1)
             for capture, odds in self.base.motion_log_odds.items()
@@ -94,7 +94,7 @@ class LearnedWithWritten(Learned):
         said = caption_evidence(self.described, self.segments, self.rows, self.word_numbers)
         evidence = {c: values.copy() for c, values in said.items()}
         first = len(self.base.association.words)
-        for column, word in enumerate(self.found, start=first):
+        for column, word in enumerate(self.added_words, start=first):
             keys = {tag.partition("=")[0] for tag in word.tags}
             if not keys:
                 continue
@@ -117,7 +117,7 @@ def written_words(learned: Learned) -> dict[str, WrittenWord]:
     Parameters
     ----------
     learned : Learned
-        What was learned, with the catalogue.
+        The learned model, with the catalogue.
     """
     known = frozenset(learned.known_words)
     captions: dict[str, set[int]] = {}
@@ -131,12 +131,12 @@ def written_words(learned: Learned) -> dict[str, WrittenWord]:
         for word, tag in _tag_words(learned.captures[capture], learned.synonyms, learned.lemmas):
             if word not in known:
                 tags.setdefault(word, {}).setdefault(tag, set()).add(capture)
-    found = {}
+    words = {}
     for word in sorted({*captions, *tags}):
         said, tagged = captions.get(word, set()), tags.get(word, {})
         everywhere = frozenset(said.union(*tagged.values()))
-        found[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
-    return found
+        words[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
+    return words
 
 
 def _tag_words(
@@ -152,22 +152,22 @@ def _tag_words(
 
 
 def with_written(
-    learned: Learned, found: Mapping[str, WrittenWord], wanted: Collection[str]
+    learned: Learned, written: Mapping[str, WrittenWord], wanted: Collection[str]
 ) -> Learned:
-    """What was learned, with a word more for every wanted word that is written somewhere.
+    """The learned model, with one more word for every given word that is written somewhere.
 
     Parameters
     ----------
     learned : Learned
         What was learned.
-    found : mapping of str to WrittenWord
+    written : mapping of str to WrittenWord
         As :func:`written_words` finds them.
     wanted : collection of str
         Lemmas; those that are not written anywhere, or already in the vocabulary, are left out.
     """
     chosen = tuple(
-        found[word] for word in dict.fromkeys(wanted)
-        if word in found and word not in learned.word_numbers
+        written[word] for word in dict.fromkeys(wanted)
+        if word in written and word not in learned.word_numbers
     )  # fmt: skip
     if not chosen or learned.fitted_word_map is None:
         return learned
@@ -183,7 +183,7 @@ def with_written(
         counts=np.concatenate([association.counts, [len(word.captures) for word in chosen]]),
         translation=np.concatenate([association.translation, none], axis=1),
     )
-    return LearnedWithWritten(**values, base=learned, found=chosen)
+    return LearnedWithWritten(**values, base=learned, added_words=chosen)
 
 
 def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:

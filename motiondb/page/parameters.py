@@ -10,7 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field
 LONGEST_TEXT = 2000
 """Most characters of a question or a name in a request. Chosen by hand."""
 MOST_SECONDS = 1e7
+"""Longer than any capture; keeps infinity out."""
 LARGEST_SEED = 2**63 - 1
+"""Largest integer of 64 bits."""
 
 Start = Annotated[
     float | None, Query(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False, description="Seconds.")

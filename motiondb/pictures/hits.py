@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
+"""Width of the figure and of its margins in inches. Chosen by eye."""
 _ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1
 """Inches."""
 
@@ -187,8 +188,8 @@ def cut_motion(motion: Motion, match: Match) -> Motion:
     if start >= end:
         raise MotionDBError(
             f"{match.capture}: expected an interval within its "
-            f"{motion.n_frames / MOTION_FPS:.2f} s, found one from {match.start:.2f} s on. "
-            "Learn again, so that search and captures belong together."
+            f"{motion.n_frames / MOTION_FPS:.2f} s, found one from {match.start:.2f} s on. Run "
+            f"motiondb learn again, so that search and captures agree."
         )
     return replace(
         motion,

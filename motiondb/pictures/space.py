@@ -1,6 +1,6 @@
 """Symbol space: symbols as points, clusters as colours, shapes and ellipses of 1 and 2 sigma.
 
-The first two dimensions are drawn large and labelled with words; where there is a third, two small
+The first two dimensions are drawn large and labelled with words; if there is a third, two small
 panels show it against the first and the second, labelled with numbers. Both axes of a panel have
 one scale, so that distances on the page are distances in the space. Dimensions beyond the third are
 not drawn; in a space of one dimension the height of the ellipses has no meaning.
@@ -71,7 +71,7 @@ def space_figure(
     if len(labels) != n_symbols:
         raise MotionDBError(
             f"symbol space: expected {n_symbols} labels, one a symbol, found {len(labels)}. "
-            "Learn again, so that words and symbols belong together."
+            "Run motiondb learn again, so that words and symbols agree."
         )
     pairs = [(0, 1)] if n_dimensions < 3 else [(0, 1), (0, 2), (1, 2)]
     tall = _SIDE if n_dimensions > 1 else _SIDE / 3.0

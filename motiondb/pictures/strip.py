@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
+"""Width of the figure and of its margins in inches. Chosen by eye."""
 _FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45
 """Inches."""
 _SECONDS_PER_ROW = 12.0
@@ -93,7 +94,7 @@ def draw_strip(
         Figures in a row. None: as many as fit without overlap, from 3 to 24.
     seconds_per_row : float, optional
         Seconds in a row. None: 12 s, or more where that would give over 10 rows; whole seconds
-        where there are several rows.
+        if there are several rows.
 
     Raises
     ------

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 LEFT, RIGHT, TRUNK = "#0072B2", "#D55E00", "#3C4048"
 INK, FAINT, GROUND, GRID, SHADOW = "#24272D", "#8A9099", "#B9BEC6", "#D5D8DE", "#E6E8EC"
 DOTS_PER_INCH = 110
+"""Resolution of the pictures. Chosen by eye."""
 
 TINTS: tuple[str, ...] = (
     "#88CCEE",
@@ -73,6 +74,7 @@ _RC: Any = {
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
 }
+"""Settings of matplotlib for all pictures. Chosen by eye."""
 
 
 @contextmanager

@@ -201,8 +201,8 @@ def _lay_out(picture: TreePicture) -> _Placed:
             at += 1
     for number in reversed(range(len(nodes))):
         if number in children:
-            own = [xs[child] for child in children[number]]
-            xs[number] = (own[0] + own[-1]) / 2.0
+            child_xs = [xs[child] for child in children[number]]
+            xs[number] = (child_xs[0] + child_xs[-1]) / 2.0
     placed = [
         _Node(
             node.symbol,

@@ -1,10 +1,11 @@
 """Repair of captures whose first frames or single frames are impossible.
 
 Three faults occur in the folders of users: a rest pose at the start that the capture software wrote
-before the take (and that rings on for a few frames), frames in which joints leap faster than any
-person moves, and values that are no numbers. Bad frames are replaced by linear interpolation
-between their good neighbours (held at the ends), so times stay as they are; each repair leaves a
-note. A capture that is impossible as a whole is not repaired: :func:`implausible` describes it.
+before the take (after which a filter rings for a few frames), frames in which joints jump faster
+than any person moves, and values that are not numbers. Bad frames are replaced by linear
+interpolation between their good neighbours (held at the ends), so times stay as they are; each
+repair leaves a note. A capture that is impossible as a whole is not repaired: :func:`implausible`
+describes it.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ MAX_SPEED = 14.0
 """Metres per second on the standard body above which a joint is taken to leap. Sprinters run at 12,
 and the joints of 540 real captures stay below 12.4 but for single frames."""
 MAX_BAD_SHARE = 0.5
-"""A capture of which more than this share would be replaced is implausible: what would be kept is
-interpolated, not captured. Of 540 real captures, none has a share above 0.11."""
+"""A capture of which more than this share would be replaced is implausible, because too much of it
+would be interpolated. Of 540 real captures, none has a share above 0.11."""
 MAX_LEAP_SECONDS = 0.5
-"""A capture that moves faster than ``MAX_SPEED`` for longer than this on end is implausible: that
-is no glitch of a marker. Of 540 real captures, none does so for longer than 0.11 s."""
+"""A capture that moves faster than ``MAX_SPEED`` for longer than this without interruption is
+implausible; errors of a marker are shorter. Of 540 real captures, none does so for longer than 0.11
+s."""
 LEAD_SECONDS = 0.5
 """A run that begins within this time, ends within twice it and is cut off by a leap is a pose from
 before the take. Chosen by hand on the CMU captures that begin so; not tuned."""
@@ -32,7 +34,7 @@ RINGING_SECONDS = 0.3
 RINGING_SPEED = 4.0
 """Metres per second above which it does. Chosen by hand on the same captures."""
 SHORT_SECONDS = 0.1
-"""Frames between two leaps that last less are not believed: nothing that people do ends so soon."""
+"""Frames between two jumps that last less are not believed: human movements last longer."""
 
 
 def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray, tuple[str, ...]]:
@@ -68,9 +70,9 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
     lead = int(good[0])
     notes = []
     if lead:
-        notes.append(f"the first {lead} frames leap; the first good frame is held in their place")
+        notes.append(f"the first {lead} frames jump; they were replaced by the first good frame")
     if (count := int(bad.sum()) - lead) > 0:
-        notes.append(f"{count} frames leap faster than {MAX_SPEED:g} m/s and were interpolated")
+        notes.append(f"{count} frames jump faster than {MAX_SPEED:g} m/s and were interpolated")
     return repaired.reshape(points.shape), tuple(notes)
 
 
@@ -103,8 +105,9 @@ def implausible(points: FloatArray, fps: float, leg_length: float) -> str:
         return ""
     usual = f" (in the median at {np.median(speed[leap]):.4g} m/s)" if leap.any() else ""
     if longest > MAX_LEAP_SECONDS:
-        return f"a motion faster than {MAX_SPEED:g} m/s for {longest:.2g} s on end{usual}"
-    return f"{share:.0%} of the frames leaping or without numbers{usual}"
+        span = f"{longest:.2g} s without interruption"
+        return f"a motion faster than {MAX_SPEED:g} m/s for {span}{usual}"
+    return f"{share:.0%} of the frames jumping or without numbers{usual}"
 
 
 def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np.bool_]:
@@ -175,7 +178,8 @@ def _goes_on(
 ) -> bool:
     """Say whether frame ``after`` continues frame ``end`` - 1 over a spike or missing numbers.
 
-    A pose from before the take is elsewhere, and what follows it rings for longer than a spike.
+    A pose from before the take is at another place, and the ringing after it lasts longer than a
+    spike.
     """
     if after - end >= max(3, round(SHORT_SECONDS * fps)) and finite[end:after].any():
         return False

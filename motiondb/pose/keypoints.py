@@ -1,7 +1,7 @@
 """Positions of the canonical joints of a capture, measured or estimated.
 
-What a skeleton has is taken from it by :mod:`motiondb.pose.joint_names`; what it lacks (spine,
-head, collars, hands, toes) is placed where the standard body has it.
+The joints of a skeleton are found by :mod:`motiondb.pose.joint_names`; missing ones (spine, head,
+collars, hands, toes) are placed as on the standard body.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:
     """Return the offset of an end site; one that turns away from its bone is laid along the bone.
 
     Some converted files turn joint offsets but not end sites, so that hands and heads would point
-    in any direction. Feet stand at an angle by nature; :func:`_toe` checks them.
+    in any direction. Feet are naturally at an angle; :func:`_toe` checks them.
     """
     joint, site = skeleton.end_sites[end]
     offset = np.array(site)

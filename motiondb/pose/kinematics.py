@@ -32,7 +32,7 @@ def forward(
     Parameters
     ----------
     parents : array (joints,)
-        Number of each joint's parent, -1 for the root; parents stand before their children.
+        Number of each joint's parent, -1 for the root; parents come before their children.
     offsets : array (joints, 3) or (frames, joints, 3)
         Offset from the parent in the parent's frame, metres.
     local_rotations : array (frames, joints, 4)

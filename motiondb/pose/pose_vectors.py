@@ -22,6 +22,7 @@ TURNING = np.array([n for n, joint in enumerate(body.JOINTS) if joint not in FIX
 N_VALUES = 4 + 3 * len(TURNING)
 """Values in a vector."""
 _UP = np.array([0.0, 1.0, 0.0])
+"""The vertical axis y."""
 
 
 def yaw(angle: FloatArray) -> FloatArray:

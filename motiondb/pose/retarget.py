@@ -24,7 +24,8 @@ _TOE_HEIGHT = 0.02
 """Height of the toe joint above the ground in a flat stance, metres."""
 _GROUND_PERCENTILE = 5
 """The ground is at this percentile of the lower foot's height over the frames: low enough for
-walks, where one foot always stands, and not at the single lowest frame, which noise decides."""
+walks, in which one foot is always on the ground, and not at the single lowest frame, which depends
+on noise."""
 
 
 def to_motion(

@@ -14,11 +14,11 @@ from motiondb.records import FloatArray
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 _TINY = 1e-12
-"""Lengths below this are taken for zero, far below what float64 keeps of a length of 1."""
+"""Lengths below this count as zero; far below the precision of float64 at a length of 1."""
 _SMALL_SINE = 1e-9
 """Below this sine, the limit of a quotient is used instead of the quotient of small numbers."""
 _LOCKED = 1.0 - 1e-10
-"""Sine of the middle Euler angle beyond which the two others cannot be told apart in float64."""
+"""Sine of the middle Euler angle beyond which the two others cannot be distinguished in float64."""
 _OPPOSITE = 1e-8
 """1 + cosine below which two directions count as opposite, so that their cross product is noise."""
 

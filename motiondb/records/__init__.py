@@ -2,7 +2,7 @@
 
 World frame everywhere: right-handed, y up, metres, seconds. Rotations are unit quaternions
 (w, x, y, z). Frame intervals are half-open, [start, end). ``parents`` holds -1 for the root and
-every parent stands before its children.
+every parent comes before its children.
 """
 
 from motiondb.records.arrays import MOTION_FPS, BoolArray, Float32Array, FloatArray, IntArray

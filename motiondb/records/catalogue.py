@@ -1,4 +1,4 @@
-"""Rows of the catalogue, what people wrote, what made a row, and answers."""
+"""Rows of the catalogue, captions, runs, and answers."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Relation:
 
 @dataclass(frozen=True)
 class Run:
-    """What made a derived row.
+    """The run that made a derived row.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class Run:
     started : str
         Time in UTC, ISO 8601.
     finished : str or None
-        Time in UTC; None where the run was killed.
+        Time in UTC; None if the run was killed.
     """
 
     run_id: int
@@ -166,20 +166,20 @@ class Run:
 
 @dataclass(frozen=True)
 class MatchPart:
-    """One part of an answer to words: where a capture shows it, and how sure that is.
+    """One part of an answer to words: its interval in a capture, with certainties.
 
     Attributes
     ----------
     words : str
         What the question asks for in this part.
     start : float
-        Begin, seconds; that of the whole capture where the place is unknown.
+        Begin, seconds; that of the whole capture if the place is unknown.
     end : float
-        End, seconds; that of the whole capture where the place is unknown.
+        End, seconds; that of the whole capture if the place is unknown.
     probability : float or None
-        Probability that the capture shows it; None where it is not known.
+        Probability that the capture shows it; None if it is not known.
     interval_probability : float or None
-        Probability that the interval shows it; None where it is not known.
+        Probability that the interval shows it; None if it is not known.
     place : str
         "known", or "unknown" where only a caption of the whole capture speaks for it.
     """
@@ -213,11 +213,12 @@ class Match:
     reason : str
         Why it was found.
     probability : float or None
-        Probability that the answer is right: of words, that the capture shows what was asked; of an
-        example, that the interval does. None where too little was written about the captures to
-        learn it (:mod:`motiondb.search.certainty`).
+        Probability that the answer is right: for words, that the capture shows the requested
+        actions; for an example, that the interval shows the same action. None if too little was
+        written about the captures to learn it (:mod:`motiondb.search.certainty`).
     interval_probability : float or None
-        Of words: probability that the interval shows what was asked; None where it is not known.
+        For words: probability that the interval shows the requested actions; None if it is not
+        known.
     place : str
         "known", or "unknown" where a part's place is; then the interval is the whole capture.
     parts : tuple of MatchPart

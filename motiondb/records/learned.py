@@ -205,7 +205,7 @@ class Association:
 
 @dataclass(frozen=True, eq=False)
 class StoredLearning:
-    """What ``learn`` derives, as the tables of the store hold it.
+    """The results of ``learn``, in the form of the tables of the store.
 
     :mod:`motiondb.learning.parameter_arrays` turns it into typed records
     (``motiondb.learning.learned.LearnedModel``) and back; nothing else reads ``parameters``.

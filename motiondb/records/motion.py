@@ -23,7 +23,7 @@ class Skeleton:
         Joint, and x, y, z in metres in that joint's frame, of every end site.
     channels : tuple of tuple of str
         Per joint the names of its channels in file order, in BVH spelling ("Xposition",
-        "Zrotation", ...); empty where a joint has none.
+        "Zrotation", ...); empty if a joint has none.
     """
 
     names: tuple[str, ...]
@@ -55,7 +55,7 @@ class Clip:
     unit : float
         Metres per length unit of the file.
     notes : tuple of str
-        Sentences about what is unusual in the file and what the reader did about it.
+        Sentences about unusual contents of the file and how the reader handled them.
     """
 
     skeleton: Skeleton
@@ -94,7 +94,7 @@ class Motion:
     leg_length : float
         The performer's leg length, hip to ankle, metres.
     notes : tuple of str
-        Sentences about what was repaired when the capture was read.
+        Sentences about repairs when the capture was read.
     """
 
     local_rotations: Float32Array

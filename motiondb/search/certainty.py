@@ -8,7 +8,7 @@ logistic regression on answers that are known to be right or wrong. A ridge on w
 cues' standard deviations, gives a cue without information no weight, and no cue lowers the
 probability. With a single cue the order of the answers is that of the cue.
 
-*No match*: the same queries are asked again with all right answers removed. The threshold is the
+*No match*: the same queries are repeated with all right answers removed. The threshold is the
 value of the best answer that separates the two cases with the largest balanced accuracy.
 
 Source: Platt, Probabilistic outputs for support vector machines (1999).
@@ -87,7 +87,7 @@ def answer_probability(
     asked: Sequence[tuple[float, float]],
     excluded: Sequence[Sequence[tuple[float, float]]],
 ) -> float:
-    """Calibrated probability that an answer shows all that is asked and nothing that is excluded.
+    """Calibrated probability that an answer shows all requested actions and no excluded one.
 
     The product over the asked actions of the probability that each is shown, and over the
     exclusions of one minus the probability that all of their actions are.
@@ -97,7 +97,8 @@ def answer_probability(
     sure : Certainty
         Of answers to words.
     asked : sequence of (float, float)
-        Per action its log-odds, and what of them people's words add: these are not calibrated.
+        For each action its log-odds, and the part of them that captions add, which is not
+        calibrated.
     excluded : sequence of sequences of (float, float)
         The same for the actions of every exclusion.
 
@@ -168,7 +169,7 @@ def fit_probability(
 def separate(present: FloatArray, absent: FloatArray) -> float:
     """Threshold of largest balanced accuracy; NaN if one of the arrays is empty.
 
-    Of several equally good thresholds it is the middle one. It lies between two values that occur.
+    Of several equally good thresholds it is the middle one. It is between two observed values.
 
     Parameters
     ----------

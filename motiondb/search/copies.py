@@ -6,9 +6,9 @@ the standard body. The distance of a query of n frames to a take at offset o is
     distance(o) = sqrt(mean over frames and joints of |p_t - p'_{o + t}|^2), metres.
 
 A few frames of the query, spread evenly, are compared with every frame of every take at once. At
-the best offsets, and up to half a frame beside them, the distance is computed over all frames. The
+the best offsets, and up to half a frame around them, the distance is computed over all frames. The
 distance of a copy is below ``NEAR`` metres and below a quarter of the motion's own variation, so
-that two people who stand still are not copies of one another. ``docs/duplicates.md`` measures how
+that two people who stand still are not copies of each other. ``docs/duplicates.md`` measures how
 many planted copies are found with these values.
 """
 

@@ -1,7 +1,7 @@
 """The store: one DuckDB file. The only part of motiondb that knows DuckDB.
 
 Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take the open store first.
-The tables are told in ``motiondb.schema``'s ``schema.sql``.
+``schema.sql`` in ``motiondb.schema`` describes the tables.
 """
 
 from motiondb.store.catalogue.annotations import (

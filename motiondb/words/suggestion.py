@@ -1,12 +1,12 @@
 """Which captures to caption next: active learning by expected reduction of variance.
 
-Notation: v_u the score vector of capture u, of length 1. Whether a word is said of a motion is
-modelled by a Gaussian process over the vectors, with covariance and noise
+Notation: v_u the score vector of capture u, of length 1. Whether captions of a motion have a word
+is modelled by a Gaussian process over the vectors, with covariance and noise
 
     k(u, c) = exp(v_u . v_c - 1) = exp(-|v_u - v_c|^2 / 2),        noise r.
 
 Given words of some captures, the uncertainty about u is its posterior variance C_uu, which does not
-depend on what the words are. Words of c lower it by C_uc^2 / (r + C_cc). So the next capture is
+depend on the words. Words of c lower it by C_uc^2 / (r + C_cc). So the next capture is
 
     argmax_c  sum_u w_u C_uc^2 / (r + C_cc),        then  C <- C - C_.c C_c. / (r + C_cc),
 

@@ -185,7 +185,7 @@ def odd_npz(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     if rng.random() < 0.1:
         arrays["poses"] = np.array([{}] * 3, dtype=object)
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]  # odd values on purpose
+    np.savez(buffer, **arrays)  # odd values on purpose
     data = buffer.getvalue()
     return ".npz", damage(data, rng) if rng.random() < 0.4 else data, {}
 

@@ -30,7 +30,7 @@ def add(folder: Path, base: Path, sheet: str = "", **settings: object) -> AddRep
     shutil.rmtree(base / "db", ignore_errors=True)
     (base / "db").mkdir()
     with motiondb.open(base / "db" / "m.duckdb") as db:
-        how = AddSettings(**{"jobs": 1, **settings})  # type: ignore[arg-type]  # of a test
+        how = AddSettings(**{"jobs": 1, **settings})
         return db.add(folder, words=words, settings=how)
 
 
@@ -192,14 +192,14 @@ def test_motion_faster_than_people_is_a_problem(tmp_path: Path, folder: Path) ->
     assert report.added == ("good",)
     assert report.problems == (
         f"{folder}/fast.bvh: motion: expected the motion of a person, found 88% of the frames "
-        "leaping or without numbers (in the median at 1200 m/s). Check the frame rate (--fps) and "
+        f"jumping or without numbers (in the median at 1200 m/s). Check the frame rate (--fps) and "
         "the unit (--unit), or pass --keep-implausible.",
     )
     kept = add(folder, tmp_path, keep_implausible=True)
     assert (kept.added, kept.problems) == (("fast", "good"), ())
 
 
-class Deadly(type(Path())):  # type: ignore[misc]  # the class of this system's paths
+class Deadly(type(Path())):
     """The path of a file that ends the process to which it is handed."""
 
     def __reduce__(self) -> tuple[object, ...]:

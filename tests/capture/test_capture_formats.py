@@ -46,8 +46,8 @@ def test_find_captures(tmp_path: Path) -> None:
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
     (tmp_path / "folder.bvh").mkdir()
-    found = [path.relative_to(tmp_path).as_posix() for path in find_captures(tmp_path)]
-    assert found == [
+    actual = [path.relative_to(tmp_path).as_posix() for path in find_captures(tmp_path)]
+    assert actual == [
         "a.bvh",
         "b/c/16_01.amc",
         "b/walk.BVH",

@@ -53,7 +53,7 @@ def test_import_replaces_and_tells_what_it_left_out(
     ended = command("events", "import", file)
     assert ended.code == 1
     assert ended.out == "3 events of 2 captures kept, 2 problems\n"
-    assert f"{file}:5: expected a capture that is there, found 'boris/kick'." in ended.err
+    assert f"{file}:5: expected an existing capture, found 'boris/kick'." in ended.err
     assert f"{file}:6: expected an event before the end of boris/kick_1" in ended.err
     file = sheet(tmp_path, "file\ttime\tevent\nboris/kick_1\t0.4\tfoot_strike\n")
     facts = json.loads(command("events", "import", file, "--json").out)
@@ -85,6 +85,6 @@ def test_adding_again_leaves_other_events_and_says_so(
     other = sheet(tmp_path, SHEET.replace("15", "16"))
     again = command("add", some, "--events", other)
     assert (
-        f"note: {other}: has other events for 1 captures that were there already; they were left "
-        f"as they are (motiondb events import {other} replaces them)" in again.out
+        f"note: {other}: has other events for 1 captures that had been added before; they were "
+        f"not changed (motiondb events import {other} replaces them)" in again.out
     )

@@ -50,8 +50,8 @@ def commands(before: Path, samples_folder: Path) -> dict[str, tuple[list[Any], f
     folder = before.parent / "more"
     folder.mkdir()
     for name in ("dance_1", "kick_1", "punch_1"):
-        found = sorted(samples_folder.glob(f"*/{name}.bvh"))[0]
-        shutil.copy(found, folder)
+        actual = sorted(samples_folder.glob(f"*/{name}.bvh"))[0]
+        shutil.copy(actual, folder)
     jobs = {"add": ["add", folder], "learn": ["learn", "--symbols", 2]}
     timed = {}
     for name, words in jobs.items():
@@ -107,9 +107,11 @@ def test_interrupted(
         return  # it was quicker this time: saved, and perhaps met while Python itself was ending
     assert process.returncode == 130, out
     if done:
-        assert out.endswith("interrupted: what was saved by then stays, nothing is half saved\n")
+        assert out.endswith(
+            "interrupted: complete changes up to then are saved, and nothing else\n"
+        )
         return
-    assert out.endswith("interrupted: the database is as it was\n")
+    assert out.endswith("interrupted: the database is unchanged\n")
     assert contents(path) == contents(before)
 
 
@@ -143,4 +145,4 @@ def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
         [sys.executable, "-c", f"{HEEDED}\n{LOST}"], capture_output=True, text=True, timeout=120
     )
     assert ended.returncode == 130
-    assert ended.stderr == "interrupted: the database is as it was\n"
+    assert ended.stderr == "interrupted: the database is unchanged\n"

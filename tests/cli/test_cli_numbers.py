@@ -48,9 +48,9 @@ OPTIONS = list(numeric_options())
 
 def arguments(command: str) -> list[str]:
     """Required arguments and options of a command, with values that would be read later."""
-    found = dict(commands("", typer.main.get_command(app)))[command]
+    actual = dict(commands("", typer.main.get_command(app)))[command]
     words: list[str] = []
-    for parameter in found.params:
+    for parameter in actual.params:
         if parameter.required:
             value = "1" if parameter.type_descriptor.annotation in NUMBERS else "x.bvh"
             words += [parameter.opts[0], value] if parameter.opts[0].startswith("-") else [value]
@@ -76,25 +76,25 @@ def test_the_walk_over_the_options_finds_them() -> None:
     assert len(OPTIONS) > 30
 
 
-@pytest.mark.parametrize("found", OPTIONS, ids=lambda o: f"{o.command} {o.option}")
+@pytest.mark.parametrize("option", OPTIONS, ids=lambda o: f"{o.command} {o.option}")
 def test_numeric_options_refuse_what_makes_no_sense(
-    command: Callable[..., Any], found: NumericOption
+    command: Callable[..., Any], option: NumericOption
 ) -> None:
-    senseless = ["nan", "inf", "-inf"] if found.kind is float else ["nan", "inf", "1.5"]
-    for value in [*senseless, "-1", "-1e999" if found.kind is float else "-99999999999999999999"]:
-        ended = refused(command, found.command, found.option, value)
-        text = CHECKED.get((found.command, found.option))
+    senseless = ["nan", "inf", "-inf"] if option.kind is float else ["nan", "inf", "1.5"]
+    for value in [*senseless, "-1", "-1e999" if option.kind is float else "-99999999999999999999"]:
+        ended = refused(command, option.command, option.option, value)
+        text = CHECKED.get((option.command, option.option))
         assert ended.code == (1 if text and text in ended.err else 2), (value, ended.err)
-        assert (text and text in ended.err) or found.option in ended.err, (value, ended.err)
+        assert (text and text in ended.err) or option.option in ended.err, (value, ended.err)
         assert "Traceback" not in ended.err
     assert list(Path().iterdir()) == []
 
 
-@pytest.mark.parametrize("found", OPTIONS, ids=lambda o: f"{o.command} {o.option}")
-def test_numeric_options_have_a_least_value_and_floats_a_largest(found: NumericOption) -> None:
-    if (found.command, found.option) not in CHECKED:
-        assert found.least is not None
-        assert found.kind is int or found.most is not None
+@pytest.mark.parametrize("option", OPTIONS, ids=lambda o: f"{o.command} {o.option}")
+def test_numeric_options_have_a_least_value_and_floats_a_largest(option: NumericOption) -> None:
+    if (option.command, option.option) not in CHECKED:
+        assert option.least is not None
+        assert option.kind is int or option.most is not None
 
 
 def test_finite_lets_numbers_pass_and_names_others() -> None:

@@ -38,7 +38,7 @@ def test_make_update_report_list_remove(
     assert "play: 2 characters" in made.out
     assert "rules kept: " in made.out
     assert "impossible motion: none" in made.out
-    said = "sampling was cut short by --minutes 0.005: the seed alone does not fix this scene"
+    said = "sampling was cut short by --minutes 0.005: the seed alone does not determine this scene"
     cut_short = json.loads((out / "report.json").read_text())["cut_short"]
     assert (said in made.out) == (said in (out / "report.txt").read_text()) == cut_short
     for name in ("A1.bvh", "A2.bvh", "scene.glb", "paths.png", "above.gif", "scene.gif"):
@@ -79,7 +79,9 @@ def test_time_that_cuts_a_scene_short_is_told(
     assert made.code == bool(facts["impossible"])  # what one round makes may be anything
     assert facts["cut_short"]
     assert facts["cut_at"] == {"try": 1, "rounds": 1, "of": 2}
-    said = "sampling was cut short by --minutes 0.0001: the seed alone does not fix this scene"
+    said = (
+        "sampling was cut short by --minutes 0.0001: the seed alone does not determine this scene"
+    )
     assert said in made.out
     assert "it ended after 1 of 2 rounds of try 1" in made.out
 

@@ -49,9 +49,9 @@ def test_the_samples_have_clips_for_every_action(learned_file: Path) -> None:
     import motiondb
 
     with motiondb.open(learned_file, read_only=True) as db:
-        found = find_actions(db.session, read_grammar("basketball"))
-    assert min(len(parts) for parts in found.values()) >= 2
-    whole = {part.capture for part in found["dribble"] if part.start is None}
+        actual = find_actions(db.session, read_grammar("basketball"))
+    assert min(len(parts) for parts in actual.values()) >= 2
+    whole = {part.capture for part in actual["dribble"] if part.start is None}
     assert whole == {"chidi/dribble_1", "fatou/dribble_1", "goran/dribble_1"}
 
 

@@ -32,8 +32,8 @@ def learned_dance(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path
         shutil.copy(samples_folder / f"{name}.bvh", target)
     sheet = folder / "words.tsv"
     rows = (samples_folder.parent / "captions.tsv").read_text().splitlines()
-    own = [row for row in rows if row.startswith(("file", *TAKES))]
-    sheet.write_text("\n".join(own) + "\n")
+    kept = [row for row in rows if row.startswith(("file", *TAKES))]
+    sheet.write_text("\n".join(kept) + "\n")
     path = folder / "motions.duckdb"
     with motiondb.open(path) as db:
         db.add(folder / "captures", words=sheet)

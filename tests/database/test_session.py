@@ -74,8 +74,8 @@ def test_scenes_kept_after_a_question_are_found(learned_copy: Path, tmp_path: Pa
         assert db.search("pass", where="kind=generated").matches == ()
         settings = SceneSettings(seed=2, minutes=0.02, tries=1)
         db.scenes.keep(db.scenes.make(diagram, settings, name="play"))
-        found = db.search("pass", where="kind=generated").matches
-        assert {match.capture for match in found} == {"play/A1", "play/A2"}
+        actual = db.search("pass", where="kind=generated").matches
+        assert {match.capture for match in actual} == {"play/A1", "play/A2"}
         assert db.like("play/A1", limit=1)[0].capture == "play/A1"
 
 

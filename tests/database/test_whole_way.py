@@ -139,11 +139,11 @@ def test_generated_motion_is_recognised_as_what_was_asked(db: MotionDB) -> None:
 
 def test_every_frame_has_an_origin_with_its_licence(db: MotionDB) -> None:
     made = db.generate("a person walks then kicks", 7)
-    found = made.provenance
-    assert (found.source_numbers >= 0).all()
-    for number, source in enumerate(found.sources):
+    actual = made.provenance
+    assert (actual.source_numbers >= 0).all()
+    for number, source in enumerate(actual.sources):
         info = store.load_capture(db.store, source.name)
-        frames = found.source_frames[found.source_numbers == number]
+        frames = actual.source_frames[actual.source_numbers == number]
         assert len(frames)
         assert (frames >= 0).all()
         assert (frames < info.motion_frames).all()

@@ -52,8 +52,8 @@ def fetch(site, folder, pauses=None, **options):
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
-    found = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+    actual = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in actual}
 
 
 def whole(site) -> dict[str, bytes]:
@@ -160,7 +160,7 @@ def test_a_damaged_answer_is_refused(site, tmp_path, data, fault) -> None:
         (
             "14/14_01.amc",
             f"{site.url}{BOX}: {fault}. "
-            "The server's copy is damaged or is no capture; it was not kept.",
+            "The server's copy is damaged or is not a capture; it was not kept.",
         ),
     )
     assert [path.name for path in (tmp_path / "14").glob("14_01*")] == []
@@ -219,7 +219,7 @@ def test_a_subject_that_is_not_there(site, tmp_path) -> None:
         fetch_cmu([14, 4], tmp_path, FetchSettings(site.url), accept_terms=True)
     assert str(caught.value) == (
         f"{site.url}/search.php?subjectnumber=4: expected captures of subject 4, "
-        f"found none listed. The subjects there are, are listed at {site.url}/search.php."
+        f"found none listed. Existing subjects are listed at {site.url}/search.php."
     )
     assert files_in(tmp_path) == {}
 
@@ -239,7 +239,7 @@ def test_no_network(tmp_path, monkeypatch, pauses) -> None:
     assert str(caught.value) == (
         f"{url}/search.php?subjectnumber=14: expected an answer, found none "
         "([Errno 111] Connection refused). Check the network, or name another server with "
-        "--base-url; what is there already is kept."
+        "--base-url; downloaded files are kept."
     )
     assert pauses == [1.0, 2.0]
 
@@ -271,7 +271,7 @@ def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) 
     part = tmp_path / "14" / "14_06.amc.part"
     assert str(caught.value) == (
         f"{part}: expected room on the disk, found it full. "
-        "Make room and run the same command again; what is there already is kept."
+        "Make room and run the same command again; downloaded files are kept."
     )
     assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[0]
     monkeypatch.setattr(transfer, "_open_part", real)

@@ -53,7 +53,7 @@ def test_a_file_that_is_too_long_is_refused_and_not_kept(
     ((file, reason),) = fetch(site.url, tmp_path, FetchLimits(file_bytes=100_000)).refused
     assert file == "14/14_06.amc"
     assert reason.startswith(f"{site.url}{WALK}: expected at most 100000 bytes, found ")
-    assert reason.endswith(" or more. That is no capture's size; it was not kept.")
+    assert reason.endswith(" or more. Captures are not that large; it was not kept.")
     assert names(tmp_path) == {"14.asf"}
 
 

@@ -16,18 +16,18 @@ def test_what_was_not_asked_for_takes_away() -> None:
 
 def test_a_symbol_is_as_clear_as_its_segments() -> None:
     probabilities = np.array([[0.9], [0.9], [0.9], [0.1]])
-    found = clarity.symbol_clarity(probabilities, np.array([0]), np.zeros(4, dtype=int), 2)
-    assert np.allclose(found, [[np.sqrt(0.7 * 0.9)], [0.0]])  # all on average, the clearest three
+    actual = clarity.symbol_clarity(probabilities, np.array([0]), np.zeros(4, dtype=int), 2)
+    assert np.allclose(actual, [[np.sqrt(0.7 * 0.9)], [0.0]])  # all on average, the clearest three
 
 
 def test_the_share_says_how_much_the_unasked_counts() -> None:
     probabilities = np.array([[0.8, 0.75]])
     symbols = np.zeros(1, dtype=int)
-    found = [
+    actual = [
         clarity.symbol_clarity(probabilities, np.array([0]), symbols, 1, share)[0, 0]
         for share in (0.0, 0.5, 1.0)
     ]
-    assert np.allclose(found, [0.8, 0.4, 0.2])
+    assert np.allclose(actual, [0.8, 0.4, 0.2])
 
 
 @settings(max_examples=30, deadline=None)
@@ -39,9 +39,9 @@ def test_clarity_is_between_nothing_and_the_probability(
     probabilities = rng.uniform(0.0, 0.99, (n_segments, n_words))
     symbols = rng.integers(0, 3, n_segments)
     asked = rng.permutation(n_words)[: int(rng.integers(1, n_words + 1))]
-    found = clarity.symbol_clarity(probabilities, asked, symbols, 3)
+    actual = clarity.symbol_clarity(probabilities, asked, symbols, 3)
     for symbol in range(3):
-        own = probabilities[symbols == symbol][:, asked]
-        most = own.max(axis=0) if len(own) else np.zeros(len(asked))
-        assert (found[symbol] >= 0.0).all()
-        assert (found[symbol] <= most + 1e-12).all()
+        of_symbol = probabilities[symbols == symbol][:, asked]
+        most = of_symbol.max(axis=0) if len(of_symbol) else np.zeros(len(asked))
+        assert (actual[symbol] >= 0.0).all()
+        assert (actual[symbol] <= most + 1e-12).all()

@@ -13,11 +13,11 @@ from motiondb.generate import cycles
 def naive_self_difference(poses: np.ndarray, longest: int) -> list[float]:
     """D(T), one pair of frames after the other."""
     spread = 2.0 * sum(float(np.var(poses[:, d])) for d in range(poses.shape[1]))
-    found = [0.0]
+    actual = [0.0]
     for lag in range(1, longest + 1):
         pairs = [(poses[t + lag] - poses[t]) for t in range(len(poses) - lag)]
-        found.append(float(np.mean([d @ d for d in pairs])) / spread)
-    return found
+        actual.append(float(np.mean([d @ d for d in pairs])) / spread)
+    return actual
 
 
 def test_self_difference_is_that_of_the_slow_twin() -> None:
@@ -33,9 +33,9 @@ def test_the_period_of_a_wave_is_found(period: int, seed: int) -> None:
     phase = 2 * np.pi * (np.arange(4 * period) / period + rng.random())
     poses = np.stack([np.sin(phase), np.cos(phase)], axis=1)
     poses += rng.normal(scale=0.02, size=poses.shape)
-    found = cycles.find_period(poses)
-    assert found is not None
-    assert abs(found - period) <= 1
+    actual = cycles.find_period(poses)
+    assert actual is not None
+    assert abs(actual - period) <= 1
 
 
 def test_a_single_movement_has_no_period() -> None:

@@ -63,5 +63,5 @@ def test_the_trajectory_of_a_symbol_is_what_its_segments_did() -> None:
     joined = series.join_series(symbols, np.array([0]))
     path = np.repeat(np.arange(15), series.expected_durations(joined))
     assert len(path) == 30
-    found = trajectory.most_probable(joined.means[path], joined.covars[path])
-    np.testing.assert_allclose(found, shape, atol=0.1)
+    actual = trajectory.most_probable(joined.means[path], joined.covars[path])
+    np.testing.assert_allclose(actual, shape, atol=0.1)

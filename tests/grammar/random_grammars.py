@@ -22,10 +22,12 @@ def grammars(draw: st.DrawFn) -> Grammar:
 
     Every nonterminal has a rule that ends.
     """
-    found = [*draw(st.lists(rules, min_size=2, max_size=6))]
+    actual = [*draw(st.lists(rules, min_size=2, max_size=6))]
     for left in ("S", "A", "B"):
-        found.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
-    return Grammar("S", tuple(found), ("a", "b")).with_probabilities([r.probability for r in found])
+        actual.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
+    return Grammar("S", tuple(actual), ("a", "b")).with_probabilities(
+        [r.probability for r in actual]
+    )
 
 
 def tree_log_probability(grammar: Grammar, tree: Tree) -> float:

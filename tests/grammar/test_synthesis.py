@@ -28,7 +28,7 @@ def true_terminals(name: str, take: int = 0) -> tuple[Motion, Terminals]:
     ]
     kinds = sorted({row[5] for row in rows})
     labels = np.array([kinds.index(row[5]) for row in rows])
-    found = Terminals(
+    actual = Terminals(
         tuple(kinds),
         np.full(len(rows), take),
         np.array([int(row[3]) for row in rows]),
@@ -37,7 +37,7 @@ def true_terminals(name: str, take: int = 0) -> tuple[Motion, Terminals]:
         np.array([np.flatnonzero(labels == k)[0] for k in range(len(kinds))]),
         1.0,
     )
-    return retarget.to_motion(read_capture(SAMPLES / "captures" / f"{name}.bvh")), found
+    return retarget.to_motion(read_capture(SAMPLES / "captures" / f"{name}.bvh")), actual
 
 
 @pytest.fixture(scope="module")
@@ -80,13 +80,13 @@ def test_the_greedy_choice_is_that_of_the_paper_and_never_better(
     candidates, numbers = synthesis.clip_candidates(terminals, STRING, source)
     best = synthesis.choose_clips(candidates, numbers)
     for seed in range(8):
-        found = synthesis.choose_greedily(candidates, numbers, np.random.default_rng(seed))
+        actual = synthesis.choose_greedily(candidates, numbers, np.random.default_rng(seed))
         clips = [int(np.random.default_rng(seed).integers(len(numbers[0])))]
         clips = [int(numbers[0][clips[0]])]
-        for own in numbers[1:]:
-            clips.append(min(own, key=lambda b: join_cost(terminals, source, clips[-1], b)))
-        assert found.clips == tuple(clips)
-        assert found.cost >= best.cost - 1e-9
+        for rows in numbers[1:]:
+            clips.append(min(rows, key=lambda b: join_cost(terminals, source, clips[-1], b)))
+        assert actual.clips == tuple(clips)
+        assert actual.cost >= best.cost - 1e-9
 
 
 def test_a_take_is_played_as_it_was(dance: tuple[Terminals, synthesis.ClipSource]) -> None:

@@ -69,16 +69,16 @@ def refusal(content: bytes) -> str:
 def test_what_was_written_comes_back(tmp_path: Path) -> None:
     made = small_knowledge()
     path = write_knowledge(made, tmp_path / "small.knowledge")
-    found = read_knowledge(path)
-    assert found.taught.words == made.taught.words
-    assert replace(found.origin, digest="") == ORIGIN
-    assert found.origin.digest == hashlib.sha256(path.read_bytes()).hexdigest()
-    theirs = knowledge_arrays(found)
+    actual = read_knowledge(path)
+    assert actual.taught.words == made.taught.words
+    assert replace(actual.origin, digest="") == ORIGIN
+    assert actual.origin.digest == hashlib.sha256(path.read_bytes()).hexdigest()
+    theirs = knowledge_arrays(actual)
     for name, values in knowledge_arrays(made).items():
         np.testing.assert_array_equal(theirs[name], values.astype(np.float32), err_msg=name)
-    np.testing.assert_allclose(found.taught.moments.gram, made.taught.moments.gram, atol=1e-6)
-    assert found.taught.shapes == made.taught.shapes
-    assert found.cutting == made.cutting
+    np.testing.assert_allclose(actual.taught.moments.gram, made.taught.moments.gram, atol=1e-6)
+    assert actual.taught.shapes == made.taught.shapes
+    assert actual.cutting == made.cutting
     assert [p.name for p in tmp_path.iterdir()] == ["small.knowledge"]
 
 
@@ -115,11 +115,11 @@ def test_the_summary_is_read_without_the_numbers() -> None:
     ids=lambda value: value[:30] if isinstance(value, str) else "",
 )
 def test_a_damaged_file_is_refused_with_a_reason(content: bytes, said: str) -> None:
-    with pytest.raises(KnowledgeError) as found:
+    with pytest.raises(KnowledgeError) as actual:
         from_bytes(content, "their.knowledge")
-    assert str(found.value).startswith("their.knowledge: expected ")
-    assert said in str(found.value)
-    assert "get it again" in str(found.value)
+    assert str(actual.value).startswith("their.knowledge: expected ")
+    assert said in str(actual.value)
+    assert "get it again" in str(actual.value)
 
 
 def test_a_bomb_is_not_unpacked() -> None:
@@ -166,9 +166,9 @@ def test_a_file_that_is_too_large_is_not_read(
     ],
 )
 def test_numbers_that_cannot_be_are_refused(name: str, change: Any, said: str) -> None:
-    with pytest.raises(KnowledgeError) as found:
+    with pytest.raises(KnowledgeError) as actual:
         from_bytes(with_array(name, change), "x")
-    assert said in str(found.value)
+    assert said in str(actual.value)
 
 
 @settings(max_examples=300, deadline=None)

@@ -38,13 +38,13 @@ def made_up(seed: int, n_groups: int = 6, per_group: int = 8) -> asked_certainty
 @pytest.mark.parametrize(
     "fit", [asked_certainty.words_certainty, asked_certainty.example_certainty]
 )
-def test_clear_answers_are_likelier_and_a_threshold_lies_between(fit) -> None:  # type: ignore[no-untyped-def]
-    found = fit(made_up(1))
-    assert found is not None
-    assert found.weights[0] > 0.0
-    assert np.isfinite(found.threshold)
+def test_clear_answers_are_likelier_and_a_threshold_lies_between(fit) -> None:
+    actual = fit(made_up(1))
+    assert actual is not None
+    assert actual.weights[0] > 0.0
+    assert np.isfinite(actual.threshold)
     again = fit(made_up(1))
-    np.testing.assert_array_equal(found.pack(), again.pack())
+    np.testing.assert_array_equal(actual.pack(), again.pack())
 
 
 @pytest.mark.parametrize("left_out", [1, 6])
@@ -137,11 +137,11 @@ def test_an_action_that_is_nowhere_beside_one_that_is(learned_file: Path) -> Non
 def test_an_example_finds_itself_for_certain_with_and_without_words(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         for meaning in (None, True, False):
-            found = db.like("boris/kick_1", limit=3, meaning=meaning)
-            assert found[0].capture == "boris/kick_1"
-            assert found[0].probability == pytest.approx(1.0, abs=0.01)
-            assert found.matches_anything is True
-            assert len(found) == len(found[:3]) == 3
+            actual = db.like("boris/kick_1", limit=3, meaning=meaning)
+            assert actual[0].capture == "boris/kick_1"
+            assert actual[0].probability == pytest.approx(1.0, abs=0.01)
+            assert actual.matches_anything is True
+            assert len(actual) == len(actual[:3]) == 3
         other = db.like("boris/kick_1", where='name="ana/walk_1"')
         assert other.matches_anything is False
         assert other[0].probability < 0.5
@@ -152,7 +152,7 @@ def test_without_words_there_is_no_probability(
 ) -> None:
     monkeypatch.setattr(Learned, "has_words", False)
     with motiondb.open(learned_file, read_only=True) as db:
-        found = db.like("boris/kick_1", limit=2)
-        assert found[0].capture == "boris/kick_1"
-        assert [m.probability for m in found] == [None, None]
-        assert (found.matches_anything, found.strength, found.threshold) == (None, None, None)
+        actual = db.like("boris/kick_1", limit=2)
+        assert actual[0].capture == "boris/kick_1"
+        assert [m.probability for m in actual] == [None, None]
+        assert (actual.matches_anything, actual.strength, actual.threshold) == (None, None, None)

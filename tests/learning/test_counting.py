@@ -115,10 +115,10 @@ def model_of(
     )
 
 
-def assert_same(found: dict[str, Any], expected: dict[str, Any]) -> None:
-    assert found.keys() == expected.keys()
+def assert_same(actual: dict[str, Any], expected: dict[str, Any]) -> None:
+    assert actual.keys() == expected.keys()
     for name, value in expected.items():
-        np.testing.assert_array_equal(found[name], value, name)
+        np.testing.assert_array_equal(actual[name], value, name)
 
 
 def only(table: SegmentTable, captures: list[int]) -> SegmentTable:

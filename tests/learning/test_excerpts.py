@@ -14,21 +14,21 @@ def _source(values: list[float], frames: int = 60) -> Source:
 
 
 def test_an_excerpt_grows_to_neighbours_that_are_nearly_as_good() -> None:
-    found = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150, np.random.default_rng(0))
-    best = found[0]
+    actual = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150, np.random.default_rng(0))
+    best = actual[0]
     assert (best.capture, best.start, best.end, best.score) == (7, 60, 180, 1.0)
 
 
 def test_a_long_stretch_is_cut_into_windows() -> None:
-    found = find_excerpts([_source([2.0] * 6)], 150, np.random.default_rng(0))
-    assert len(found) > 1
-    assert {e.end - e.start for e in found} == {150}
-    assert all(e.start >= 0 and e.end <= 360 for e in found)
+    actual = find_excerpts([_source([2.0] * 6)], 150, np.random.default_rng(0))
+    assert len(actual) > 1
+    assert {e.end - e.start for e in actual} == {150}
+    assert all(e.start >= 0 and e.end <= 360 for e in actual)
 
 
 def test_a_short_segment_is_extended() -> None:
-    found = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150, np.random.default_rng(0))
-    assert found[0].end - found[0].start == SHORTEST
+    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150, np.random.default_rng(0))
+    assert actual[0].end - actual[0].start == SHORTEST
 
 
 def _wave(n_frames: int, period: int) -> np.ndarray:
@@ -51,10 +51,10 @@ def test_a_count_of_a_periodic_movement_is_a_number_of_cycles() -> None:
 def test_a_count_of_a_single_movement_repeats_the_whole() -> None:
     bump = np.exp(-0.5 * ((np.arange(90) - 45) / 8.0) ** 2)[:, None]
     action = PlannedAction((("jump",),), times=Amount(3, 3))
-    found = lay_out(action, (0, 90), bump, np.concatenate([bump, bump[-1:]]))
-    assert len(found.parts) == 3
-    assert len(set(found.parts)) == 1
-    assert found.said.endswith("3 times")
+    actual = lay_out(action, (0, 90), bump, np.concatenate([bump, bump[-1:]]))
+    assert len(actual.parts) == 3
+    assert len(set(actual.parts)) == 1
+    assert actual.said.endswith("3 times")
 
 
 def test_a_duration_is_reached_by_further_cycles() -> None:

@@ -49,7 +49,7 @@ def test_windows_are_three_seconds_with_half_overlap() -> None:
     assert len(pool_windows(features[:10])) == 1
 
 
-def test_a_new_motion_is_told_by_its_word(fitted) -> None:  # type: ignore[no-untyped-def]
+def test_a_new_motion_is_told_by_its_word(fitted) -> None:
     judge, said = fitted
     left = judge_without(judging_table(judge, said, 3), [0])
     assert left is not None
@@ -61,7 +61,7 @@ def test_a_new_motion_is_told_by_its_word(fitted) -> None:  # type: ignore[no-un
     assert left.likeliest(scores, 2)[0][0] == WALK
 
 
-def test_nothing_is_told_of_a_word_without_another_capture(fitted) -> None:  # type: ignore[no-untyped-def]
+def test_nothing_is_told_of_a_word_without_another_capture(fitted) -> None:
     judge, said = fitted
     left = judge_without(judging_table(judge, said, 3), [40])
     assert left is not None
@@ -70,7 +70,7 @@ def test_nothing_is_told_of_a_word_without_another_capture(fitted) -> None:  # t
     assert ODD not in [word for word, _ in left.likeliest(scores, 3)]
 
 
-def test_leaving_captures_out_is_fitting_without_them(fitted) -> None:  # type: ignore[no-untyped-def]
+def test_leaving_captures_out_is_fitting_without_them(fitted) -> None:
     judge, said = fitted
     out = {1, 25, 39}
     left = judge_without(judging_table(judge, said, 3), out)

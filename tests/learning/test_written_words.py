@@ -67,8 +67,8 @@ def test_reasons_of_written_words_add_up(db: MotionDB) -> None:
 
 def test_evidence_is_that_of_written_words(db: MotionDB) -> None:
     learned = db.searchable
-    found = written_words(learned)
-    view = with_written(learned, found, ["exhaust", "zwickel", "walk", "nowhere"])
+    actual = written_words(learned)
+    view = with_written(learned, actual, ["exhaust", "zwickel", "walk", "nowhere"])
     assert view.known_words[-2:] == ("exhaust", "zwickel")
     column = view.word_numbers["exhaust"]
     names = {info.name: number for number, info in learned.captures.items()}
@@ -76,7 +76,7 @@ def test_evidence_is_that_of_written_words(db: MotionDB) -> None:
         np.testing.assert_array_equal(view.written[names[name]][:, column], value)
     for capture, odds in view.motion_log_odds.items():
         np.testing.assert_array_equal(odds[:, :column], learned.motion_log_odds[capture])
-    assert with_written(learned, found, ["walk", "nowhere"]) is learned
+    assert with_written(learned, actual, ["walk", "nowhere"]) is learned
 
 
 def test_a_filter_takes_words_that_nothing_holds(db: MotionDB) -> None:
@@ -124,9 +124,9 @@ def test_exact_generation_leaves_out_what_it_would_take(db: MotionDB) -> None:
 def test_commands_say_where_words_are_written(db: MotionDB, command: Any) -> None:
     path = str(db.store.path)
     db.close()
-    found = command("search", "an exhausted walk", "--limit", 2, "--db", path)
+    ended = command("search", "an exhausted walk", "--limit", 2, "--db", path)
     assert "'exhaust' was not learned; found where it is written: style=exhausted (2 captures)" in (
-        found.err
+        ended.err
     )
     facts = json.loads(command("search", "exhausted walk", "--json", "--db", path).out)
     assert facts["written"][0]["tags"] == ["style=exhausted"]

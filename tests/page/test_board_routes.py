@@ -70,7 +70,12 @@ def test_a_diagram_that_can_be_played_has_strings_and_clips(client: TestClient) 
         ("1 pass A1 to A2", "1 pass A1 to D1", 0, "a receiver of the team of A1"),
         ("2 cut A1 to 0.6 1.4", "2 cut A1 to 60 1.4", 1, "a point on the court"),
         ("3 pass A2 to A1", "3 pass A2 to A9", 2, "one of the players"),
-        ("1 pass A1 to A2", "1 pass A1 to A2 caught 9", 2, "one ball holder at the beginning"),
+        (
+            "1 pass A1 to A2",
+            "1 pass A1 to A2 caught 9",
+            2,
+            "one player with the ball at the beginning",
+        ),
     ],
 )
 def test_an_element_that_cannot_be_played_is_the_one_at_fault(

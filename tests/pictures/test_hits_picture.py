@@ -47,8 +47,8 @@ def test_the_frames_of_a_hit() -> None:
     with pytest.raises(MotionDBError) as caught:
         cut_motion(motion, Match(1, "a", 3.0, 4.0, 0.0))
     assert str(caught.value) == (
-        "a: expected an interval within its 3.00 s, found one from 3.00 s on. "
-        "Learn again, so that search and captures belong together."
+        "a: expected an interval within its 3.00 s, found one from 3.00 s on. Run motiondb learn "
+        "again, so that search and captures agree."
     )
 
 

@@ -93,7 +93,7 @@ def test_nothing_to_draw() -> None:
         space_figure(space(3, 2), ["walk"])
     assert str(caught.value) == (
         "symbol space: expected 3 labels, one a symbol, found 1. "
-        "Learn again, so that words and symbols belong together."
+        "Run motiondb learn again, so that words and symbols agree."
     )
 
 

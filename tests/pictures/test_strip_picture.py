@@ -139,10 +139,10 @@ span_lists = st.lists(
 
 @given(span_lists)
 def test_lanes_never_overlap_and_are_as_few_as_can_be(spans) -> None:
-    found = lanes(spans)
+    actual = lanes(spans)
     for i, a in enumerate(spans):
         for j, b in enumerate(spans[:i]):
-            if found[i] == found[j]:
+            if actual[i] == actual[j]:
                 assert a[1] <= b[0] + 1e-9 or b[1] <= a[0] + 1e-9
     crowd = [sum(b[0] <= a[0] < b[1] - 1e-9 for b in spans) for a in spans]
     assert n_lanes(Timeline("", spans)) == max(crowd, default=1)

@@ -33,7 +33,7 @@ def test_a_pose_before_the_take_is_replaced_by_the_first_good_frame() -> None:
     cleaned, notes = cleaning.clean(points, FPS, body.LEG_LENGTH)
     np.testing.assert_allclose(cleaned[:8], np.broadcast_to(points[8], (8, 21, 3)))
     np.testing.assert_array_equal(cleaned[8:], points[8:])
-    assert notes == ("the first 8 frames leap; the first good frame is held in their place",)
+    assert notes == ("the first 8 frames jump; they were replaced by the first good frame",)
 
 
 def test_ringing_after_the_leap_is_replaced_too() -> None:
@@ -50,7 +50,7 @@ def test_a_spike_is_interpolated_by_hand() -> None:
     wild[40, 5] += 3.0
     cleaned, notes = cleaning.clean(wild, FPS, body.LEG_LENGTH)
     np.testing.assert_allclose(cleaned, points)
-    assert notes == ("1 frames leap faster than 14 m/s and were interpolated",)
+    assert notes == ("1 frames jump faster than 14 m/s and were interpolated",)
 
 
 def test_frames_without_numbers_are_interpolated() -> None:
@@ -62,7 +62,7 @@ def test_frames_without_numbers_are_interpolated() -> None:
     cleaned, notes = cleaning.clean(wild, FPS, body.LEG_LENGTH)
     np.testing.assert_allclose(cleaned[:-1], points[:-1])
     np.testing.assert_allclose(cleaned[-1], points[-2])
-    assert notes == ("5 frames leap faster than 14 m/s and were interpolated",)
+    assert notes == ("5 frames jump faster than 14 m/s and were interpolated",)
 
 
 def test_two_long_halves_are_both_believed() -> None:
@@ -140,15 +140,15 @@ def test_sustained_speed_is_implausible() -> None:
     fast = walk() + seconds[:, None, None] * np.array([0.0, 0.0, 1270.0])
     reason = cleaning.implausible(fast, FPS, body.LEG_LENGTH)
     assert reason.startswith("a motion faster than 14 m/s for ")
-    assert reason.endswith(" s on end (in the median at 1271 m/s)")
+    assert reason.endswith(" s without interruption (in the median at 1271 m/s)")
 
 
 def test_mostly_broken_frames_are_implausible() -> None:
     broken = walk()
     broken[::2] += 5.0
-    assert "of the frames leaping" in cleaning.implausible(broken[:14], FPS, body.LEG_LENGTH)
+    assert "of the frames jumping" in cleaning.implausible(broken[:14], FPS, body.LEG_LENGTH)
     holed = walk()
     holed[: int(len(holed) * 0.6)] = np.nan
     assert cleaning.implausible(holed, FPS, body.LEG_LENGTH) == (
-        "60% of the frames leaping or without numbers"
+        "60% of the frames jumping or without numbers"
     )

@@ -91,48 +91,48 @@ def test_central_differences_by_hand() -> None:
 
 def test_headings_of_two_full_turns_are_unwrapped() -> None:
     angles = np.linspace(0, 720, 100)
-    found = features.headings(rigid(rotation.from_euler(angles[:, None], "Y")))
-    np.testing.assert_allclose(np.rad2deg(found), angles, atol=1e-6)
+    actual = features.headings(rigid(rotation.from_euler(angles[:, None], "Y")))
+    np.testing.assert_allclose(np.rad2deg(actual), angles, atol=1e-6)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("facing", [0.0, 1.0])
 def test_a_cartwheel_keeps_its_heading(side: float, facing: float) -> None:
     angles = np.rad2deg(facing) * np.ones(60), np.linspace(0, 360 * side, 60)
-    found = features.headings(rigid(rotation.from_euler(np.stack(angles, axis=1), "YZ")))
-    np.testing.assert_allclose(found, facing, atol=1e-9)
+    actual = features.headings(rigid(rotation.from_euler(np.stack(angles, axis=1), "YZ")))
+    np.testing.assert_allclose(actual, facing, atol=1e-9)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_somersault_keeps_its_heading(side: float) -> None:
     angles = np.linspace(0, 360 * side, 60)
-    found = features.headings(rigid(rotation.from_euler(angles[:, None], "X")))
-    np.testing.assert_allclose(found, 0.0, atol=1e-9)
+    actual = features.headings(rigid(rotation.from_euler(angles[:, None], "X")))
+    np.testing.assert_allclose(actual, 0.0, atol=1e-9)
 
 
 def test_a_slanted_cartwheel_turns_smoothly() -> None:
     """Leaning into it, and a quarter turn on the way, as a gymnast does."""
     share = np.linspace(0, 1, 60)
     angles = np.stack([90 * share, 360 * share, 25 * np.sin(np.pi * share)], axis=1)
-    found = features.headings(rigid(rotation.from_euler(angles, "YZX")))
-    assert found[-1] - found[0] == pytest.approx(np.pi / 2, abs=1e-6)
-    assert np.abs(np.diff(found)).max() < 0.2
+    actual = features.headings(rigid(rotation.from_euler(angles, "YZX")))
+    assert actual[-1] - actual[0] == pytest.approx(np.pi / 2, abs=1e-6)
+    assert np.abs(np.diff(actual)).max() < 0.2
 
 
 def test_one_who_lies_and_rolls_ends_where_the_body_points() -> None:
     """Neither axis stays level in a roll on the ground: interpolated, finite, no leap over pi."""
     angles = np.stack([np.full(60, -90.0), np.linspace(0, 360, 60)], axis=1)
-    found = features.headings(rigid(rotation.from_euler(angles, "XY")))
-    assert np.isfinite(found).all()
-    assert np.abs(np.diff(found)).max() < np.pi
+    actual = features.headings(rigid(rotation.from_euler(angles, "XY")))
+    assert np.isfinite(actual).all()
+    assert np.abs(np.diff(actual)).max() < np.pi
 
 
 def test_where_no_frame_is_sure_the_surest_is_taken() -> None:
     upright_left = rotation.from_euler(np.array([[90.0], [90.0], [89.0]]), "Z")
     both = rotation.multiply(upright_left, np.tile(rotation.from_euler([-90.0], "X"), (3, 1)))
-    found = features.headings(rigid(both))
-    assert found.shape == (3,)
-    assert np.isfinite(found).all()
+    actual = features.headings(rigid(both))
+    assert actual.shape == (3,)
+    assert np.isfinite(actual).all()
 
 
 def test_runs_of_nothing() -> None:

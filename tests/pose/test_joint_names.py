@@ -151,9 +151,9 @@ def test_a_long_list_of_names_is_cut() -> None:
 def test_a_users_map_fits_any_skeleton() -> None:
     made = skeleton(" ".join(f"bone{n}" for n in range(len(REQUIRED))) + " end:bone0")
     given = {role: f"Bone{n}" for n, role in enumerate(REQUIRED)} | {"head": "end:bone0"}
-    found = joint_map(made, given)
-    assert [found[role] for role in REQUIRED] == list(range(len(REQUIRED)))
-    assert found["head"] == -1
+    actual = joint_map(made, given)
+    assert [actual[role] for role in REQUIRED] == list(range(len(REQUIRED)))
+    assert actual["head"] == -1
 
 
 def test_a_users_map_overrides_the_convention() -> None:

@@ -62,9 +62,9 @@ def test_start_and_heading_are_as_asked(
 ) -> None:
     path, local = pose_vectors.to_path(make_motion(20, 1))
     motion = pose_vectors.from_path(path, local, (x, z), heading)
-    (found_x, found_z), found = start_of(motion)
+    (found_x, found_z), actual = start_of(motion)
     np.testing.assert_allclose([found_x, found_z], [x, z], atol=1e-5)
-    assert np.cos(found - heading) == pytest.approx(1.0, abs=1e-6)
+    assert np.cos(actual - heading) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_straight_walk_by_hand() -> None:

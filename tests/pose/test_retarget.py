@@ -170,15 +170,15 @@ def clip_of(points: FloatArray, drop: tuple[str, ...] = ()) -> Clip:
 def test_lacking_joints_are_placed_by_hand() -> None:
     points = posed(pelvis=np.zeros((3, 3)))
     lacking = ("spine", "chest", "head", "l_wrist", "r_wrist", "l_toe", "r_toe")
-    found = retarget.clip_keypoints(clip_of(points, lacking))
+    actual = retarget.clip_keypoints(clip_of(points, lacking))
     neck, pelvis = points[:, I["neck"]], points[:, 0]
-    np.testing.assert_allclose(found[:, I["spine"]], pelvis + 0.24 * (neck - pelvis))
-    np.testing.assert_allclose(found[:, I["chest"]], pelvis + 0.62 * (neck - pelvis))
-    np.testing.assert_allclose(found[:, I["head"]], neck + 0.4 * 0.38 * (neck - pelvis))
-    np.testing.assert_allclose(found[:, I["l_wrist"], 0], 0.17 + 0.28 + 0.9 * 0.28)
+    np.testing.assert_allclose(actual[:, I["spine"]], pelvis + 0.24 * (neck - pelvis))
+    np.testing.assert_allclose(actual[:, I["chest"]], pelvis + 0.62 * (neck - pelvis))
+    np.testing.assert_allclose(actual[:, I["head"]], neck + 0.4 * 0.38 * (neck - pelvis))
+    np.testing.assert_allclose(actual[:, I["l_wrist"], 0], 0.17 + 0.28 + 0.9 * 0.28)
     ankle = points[:, I["l_ankle"]]
     np.testing.assert_allclose(
-        found[:, I["l_toe"]] - ankle, np.tile([0, -0.14 * 0.42, 0.33 * 0.42], (3, 1)), atol=1e-9
+        actual[:, I["l_toe"]] - ankle, np.tile([0, -0.14 * 0.42, 0.33 * 0.42], (3, 1)), atol=1e-9
     )
 
 
@@ -209,8 +209,8 @@ def test_a_toe_that_points_anywhere_is_replaced() -> None:
     ends = tuple((names.index(f"{s}_ankle"), (0.0, 0.0, -0.2)) for s in "lr")
     skeleton = Skeleton(names, clip.skeleton.parents, clip.skeleton.offsets, ends)
     wrong = Clip(skeleton, 30.0, clip.local_rotations, points[:, 0], clip.joint_positions)
-    found = retarget.clip_keypoints(wrong, {"l_toe": "end:l_ankle", "r_toe": "end:r_ankle"})
-    assert (found[:, I["r_toe"], 2] - found[:, I["r_ankle"], 2]).min() > 0.1
+    actual = retarget.clip_keypoints(wrong, {"l_toe": "end:l_ankle", "r_toe": "end:r_ankle"})
+    assert (actual[:, I["r_toe"], 2] - actual[:, I["r_ankle"], 2]).min() > 0.1
 
 
 def test_a_body_without_size_is_refused() -> None:
@@ -236,12 +236,12 @@ def test_sample_captures_keep_their_joints(name: str) -> None:
     clip = read_capture(SAMPLES / f"{name}.bvh")
     motion = retarget.to_motion(clip)
     points = retarget.clip_keypoints(clip) * (body.LEG_LENGTH / motion.leg_length)
-    found, _ = retarget.motion_positions(motion)
+    actual, _ = retarget.motion_positions(motion)
     for joint, parent in (("l_knee", "l_hip"), ("r_wrist", "r_elbow"), ("l_elbow", "l_shoulder")):
         source = rotation.normalize(points[:, I[joint]] - points[:, I[parent]])
-        solved = rotation.normalize(found[:, I[joint]] - found[:, I[parent]])
+        solved = rotation.normalize(actual[:, I[joint]] - actual[:, I[parent]])
         np.testing.assert_allclose(solved, source, atol=1e-5)
     assert angles_between_frames(motion).max() < 1.0
     assert (
-        np.abs(found[:, I["head"]] - points[:, I["head"]] + points[0, 0] * [1, 0, 1]).max() < 0.15
+        np.abs(actual[:, I["head"]] - points[:, I["head"]] + points[0, 0] * [1, 0, 1]).max() < 0.15
     )

@@ -48,9 +48,9 @@ def test_the_fit_is_the_optimum_found_by_a_general_method(
         )
 
     best = minimize(cost, np.zeros(3), bounds=[(0, None), (0, None), (None, None)], tol=1e-12)
-    own = np.append(weights * spread, constant + weights @ centre)
+    fitted = np.append(weights * spread, constant + weights @ centre)
     assert (weights >= 0.0).all()
-    assert cost(own) <= best.fun + 1e-5
+    assert cost(fitted) <= best.fun + 1e-5
 
 
 def test_right_answers_are_as_many_as_the_probabilities_say() -> None:
@@ -80,9 +80,9 @@ def test_no_threshold_separates_better(present: list[float], absent: list[float]
     def balanced(threshold: float) -> float:
         return float(np.mean(there >= threshold) + np.mean(gone < threshold))
 
-    found = balanced(separate(there, gone))
-    assert found >= max(balanced(t) for t in np.linspace(-3.5, 3.5, 141)) - 1e-12
-    assert found >= max(balanced(float(t)) for t in np.concatenate([there, gone])) - 1e-12
+    actual = balanced(separate(there, gone))
+    assert actual >= max(balanced(t) for t in np.linspace(-3.5, 3.5, 141)) - 1e-12
+    assert actual >= max(balanced(float(t)) for t in np.concatenate([there, gone])) - 1e-12
 
 
 def test_without_questions_there_is_no_threshold() -> None:

@@ -33,7 +33,7 @@ def poses_of(motions: list[Motion]) -> list[Float32Array]:
     return [copies.copy_poses(m) for m in motions]
 
 
-def found(poses: list[Float32Array], query: int) -> list[tuple[int, str, int, int]]:
+def relations_of(poses: list[Float32Array], query: int) -> list[tuple[int, str, int, int]]:
     library = copies.build_library(poses)
     return [(c.take, c.kind, c.start, c.end) for c in copies.find_copies(library, [query])]
 
@@ -61,8 +61,8 @@ def test_the_same_take_in_another_file(motions: list[Motion]) -> None:
     again = retarget.motion_from_positions(other * 1.3, 30.0)
     poses = poses_of([*motions, again])
     n = motions[1].n_frames
-    assert found(poses, 6) == [(1, "same", 0, n)]
-    assert found(poses, 1) == []  # the later number is the copy
+    assert relations_of(poses, 6) == [(1, "same", 0, n)]
+    assert relations_of(poses, 1) == []  # the later number is the copy
 
 
 @pytest.mark.parametrize("shorter", [0, 1, 2])
@@ -70,30 +70,30 @@ def test_a_frame_or_two_more_or_less_is_the_same_take(motions: list[Motion], sho
     """Also where the shorter file is the last of all."""
     poses = poses_of(motions)
     n = len(poses[5])
-    assert found([*poses, poses[5][: n - shorter]], 6) == [(5, "same", 0, n - shorter)]
-    assert found([*poses[:5], poses[5][: n - shorter], poses[5]], 6) == [
+    assert relations_of([*poses, poses[5][: n - shorter]], 6) == [(5, "same", 0, n - shorter)]
+    assert relations_of([*poses[:5], poses[5][: n - shorter], poses[5]], 6) == [
         (5, "same", 0, n - shorter)
     ]
-    assert found([*poses[:5], poses[5], poses[5][: n - shorter]], 6) == [
+    assert relations_of([*poses[:5], poses[5], poses[5][: n - shorter]], 6) == [
         (5, "same", 0, n - shorter)
     ]
 
 
 def test_a_mirrored_take(motions: list[Motion]) -> None:
     poses = poses_of([*motions, retarget.mirror(motions[4])])
-    assert found(poses, 6) == [(4, "mirror", 0, motions[4].n_frames)]
+    assert relations_of(poses, 6) == [(4, "mirror", 0, motions[4].n_frames)]
 
 
 def test_a_cut_of_a_longer_take(motions: list[Motion]) -> None:
     """Heading and place begin anew in a cut, so the poses are made from its own frames."""
     poses = poses_of([*motions, cut(motions[1], 31, 75)])
-    assert found(poses, 6) == [(1, "cut", 31, 75)]
-    assert found(poses, 1) == []
+    assert relations_of(poses, 6) == [(1, "cut", 31, 75)]
+    assert relations_of(poses, 1) == []
 
 
 def test_a_cut_of_a_mirrored_take(motions: list[Motion]) -> None:
     poses = poses_of([*motions, cut(retarget.mirror(motions[1]), 20, 64)])
-    assert found(poses, 6) == [(1, "mirror", 20, 64)]
+    assert relations_of(poses, 6) == [(1, "mirror", 20, 64)]
 
 
 def test_only_the_places_asked_for_are_looked_at(motions: list[Motion]) -> None:
@@ -107,14 +107,14 @@ def test_two_who_stand_still_are_no_copies() -> None:
     """Nearer than two centimetres, but as near as the motion itself is wide."""
     rng = np.random.default_rng(1)
     still = np.cumsum(rng.normal(0, 0.001, (2, 60, 63)), axis=1).astype(np.float32)
-    assert found([still[0], still[1]], 1) == []
-    assert found([still[0], still[0]], 1) == [(0, "same", 0, 60)]
+    assert relations_of([still[0], still[1]], 1) == []
+    assert relations_of([still[0], still[0]], 1) == [(0, "same", 0, 60)]
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, copies.LEAST_FRAMES - 1])
 def test_very_short_takes_are_never_copies(motions: list[Motion], n_frames: int) -> None:
     poses = poses_of(motions)
-    assert found([*poses, poses[1][:n_frames]], 6) == []
+    assert relations_of([*poses, poses[1][:n_frames]], 6) == []
 
 
 def test_an_empty_library_holds_nothing() -> None:

@@ -100,14 +100,14 @@ def test_planted_duplicates_are_found_and_nothing_else() -> None:
             truth[len(motions)] = (number, kind)
             motions.append(motion)
     library = copies.build_library([copies.copy_poses(m) for m in motions])
-    found = copies.find_copies(library, range(len(motions)))
-    right = {(c.query, c.take, c.kind) for c in found if c.query in truth and c.take < len(takes)}
+    actual = copies.find_copies(library, range(len(motions)))
+    right = {(c.query, c.take, c.kind) for c in actual if c.query in truth and c.take < len(takes)}
     expected = {(query, *original) for query, original in truth.items()}
     assert len(right & expected) >= 0.95 * len(expected)  # recall
     names = [*TAKES, *(f"{TAKES[take]} {kind}" for take, kind in truth.values())]
     relations = [
         Relation(names[c.query], names[c.take], c.kind, c.start / 30, c.end / 30, c.distance)
-        for c in found
+        for c in actual
     ]
     durations = {name: m.n_frames / 30 for name, m in zip(names, motions)}
     groups = group_duplicates(relations, durations)

@@ -101,13 +101,13 @@ def run(data: bytes, kind: str, seed: int, expected: str) -> Outcome:
         faults = _beside(_check, path)
         asked = _beside(answers, path)
     opened = not isinstance(faults, str) or not faults.startswith("refused")
-    found = None if isinstance(faults, str) else tuple(faults)
+    actual = None if isinstance(faults, str) else tuple(faults)
     wrong = "" if asked == expected else str(asked).partition(":")[0]
     if wrong not in ("", "refused", "crashed", "hangs") and not wrong.startswith("raw"):
         wrong = "differs"
     if isinstance(faults, str) and faults.startswith("raw"):
         wrong = faults
-    return Outcome(kind, seed, opened, found, wrong)
+    return Outcome(kind, seed, opened, actual, wrong)
 
 
 def runs(path: Path, seeds: Iterable[int], kinds: Iterable[str] = KINDS) -> Iterator[Outcome]:

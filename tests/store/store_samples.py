@@ -139,22 +139,22 @@ def _space(rng: np.random.Generator, n: int) -> SymbolSpace:
     )
 
 
-def assert_equal(found: object, expected: object, where: str = "record") -> None:
+def assert_equal(actual: object, expected: object, where: str = "record") -> None:
     """Records, dicts and arrays equal to the last bit, dtype and shape included."""
     if isinstance(expected, np.ndarray):
-        assert isinstance(found, np.ndarray), where
-        assert (found.dtype, found.shape) == (expected.dtype, expected.shape), where
-        np.testing.assert_array_equal(found, expected, err_msg=where)
+        assert isinstance(actual, np.ndarray), where
+        assert (actual.dtype, actual.shape) == (expected.dtype, expected.shape), where
+        np.testing.assert_array_equal(actual, expected, err_msg=where)
     elif hasattr(expected, "__dataclass_fields__"):
         for name in expected.__dataclass_fields__:
-            assert_equal(getattr(found, name), getattr(expected, name), f"{where}.{name}")
+            assert_equal(getattr(actual, name), getattr(expected, name), f"{where}.{name}")
     elif isinstance(expected, dict):
-        assert isinstance(found, dict)
-        assert found.keys() == expected.keys(), where
+        assert isinstance(actual, dict)
+        assert actual.keys() == expected.keys(), where
         for key, value in expected.items():
-            assert_equal(found[key], value, f"{where}[{key!r}]")
+            assert_equal(actual[key], value, f"{where}[{key!r}]")
     else:
-        assert found == expected, where
+        assert actual == expected, where
 
 
 def grammar(

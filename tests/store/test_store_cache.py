@@ -34,10 +34,10 @@ def test_the_pool_holds_every_motion(filled: store.Store, samples: ModuleType) -
         assert pool.capture_ids.tolist() == [1, 2, 3]
         assert pool.offsets.tolist() == [0, 5, 11, 18]
         for number in (1, 2, 3):
-            found, expected = pool.motion(number), store.load_motion(filled, number)
-            np.testing.assert_array_equal(found.local_rotations, expected.local_rotations)
-            np.testing.assert_array_equal(found.root_positions, expected.root_positions)
-            assert found.leg_length == expected.leg_length
+            actual, expected = pool.motion(number), store.load_motion(filled, number)
+            np.testing.assert_array_equal(actual.local_rotations, expected.local_rotations)
+            np.testing.assert_array_equal(actual.root_positions, expected.root_positions)
+            assert actual.leg_length == expected.leg_length
         assert isinstance(pool.poses, np.memmap)
     with pytest.raises(QueryError, match="capture 9: expected a capture in the pool, found none"):
         pool.motion(9)
@@ -198,10 +198,10 @@ def test_pages_that_change_places_change_the_checksum() -> None:
 
 
 def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) -> None:
-    found: list[dict[str, np.ndarray]] = []
+    actual: list[dict[str, np.ndarray]] = []
     threads = [
         threading.Thread(
-            target=lambda: found.append(store.cached_arrays(filled, "features", _arrays))
+            target=lambda: actual.append(store.cached_arrays(filled, "features", _arrays))
         )
         for _ in range(8)
     ]
@@ -209,8 +209,8 @@ def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) ->
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found) == 8
-    for each in found:
+    assert len(actual) == 8
+    for each in actual:
         np.testing.assert_array_equal(each["x"], _arrays()["x"])
     assert [f.name for f in _folder(filled).iterdir() if ".new-" in f.name] == []
 

@@ -207,7 +207,7 @@ def test_a_damaged_source_is_told(database: store.Store, samples: ModuleType) ->
 @pytest.mark.parametrize("load", [store.load_motion, store.load_source])
 def test_an_unknown_number_is_told(database: store.Store, load: object) -> None:
     with pytest.raises(QueryError) as error:
-        load(database, 5)  # type: ignore[operator]
+        load(database, 5)
     assert str(error.value) == (f"capture 5: expected a capture in {database.path}, found none.")
 
 

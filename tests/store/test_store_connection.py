@@ -211,7 +211,7 @@ def test_an_interrupt_knows_whether_the_change_was_saved(
 ) -> None:
     with store.open_store(tmp_path / "m.duckdb") as opened:
         before, connection = store.Store.changes_saved, opened.connection
-        opened.connection = _InterruptedAfter(connection, words)  # type: ignore[assignment]
+        opened.connection = _InterruptedAfter(connection, words)
         with pytest.raises(KeyboardInterrupt), store.transaction(opened):
             opened.connection.execute("INSERT INTO meta VALUES (1, 2)")
         opened.connection = connection

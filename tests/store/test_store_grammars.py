@@ -42,12 +42,12 @@ def derive(database: store.Store, name: str = "dance") -> store.Derivation:
 def test_a_grammar_comes_back_as_it_was_saved(filled: store.Store, samples: ModuleType) -> None:
     run_id = save(filled, samples)
     infos = store.load_captures(filled)[:2]
-    found = store.load_grammar(filled, "dance")
+    grammar = store.load_grammar(filled, "dance")
     expected = samples.grammar("dance", infos, run_id=run_id, grammar_id=1)
-    samples.assert_equal(found, expected)
-    assert found.strings == (("x", "y", "x"), ("x", "z", "x"))
+    samples.assert_equal(grammar, expected)
+    assert grammar.strings == (("x", "y", "x"), ("x", "z", "x"))
     assert store.load_grammar_names(filled) == ["dance"]
-    assert store.load_source_numbers(filled, found) == {0: 1, 1: 2}
+    assert store.load_source_numbers(filled, grammar) == {0: 1, 1: 2}
     for table in TABLES[:-1]:
         query = f"SELECT DISTINCT run_id FROM {table}"
         assert filled.connection.execute(query).fetchall() == [(run_id,)], table

@@ -82,11 +82,13 @@ def test_killed_while_learning_keeps_a_whole_learning(
     done = _kill(path, "learn", "1", delay)
     with store.open_store(path) as database:
         assert store.check_store(database) == []
-        found = store.load_learning(database)
+        learning = store.load_learning(database)
         seeds = {run.run_id: run.seed for run in store.load_runs(database)}
-    seed = seeds[found.run_id]
+    seed = seeds[learning.run_id]
     assert seed in (done, done + 1)
-    samples.assert_equal(found, samples.learning(infos, found.run_id, n_symbols=40, seed=seed))
+    samples.assert_equal(
+        learning, samples.learning(infos, learning.run_id, n_symbols=40, seed=seed)
+    )
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.02])

@@ -157,14 +157,14 @@ def test_a_released_file_can_be_changed_by_another_process(database: store.Store
 
 def test_threads_ask_while_the_file_is_released(database: store.Store) -> None:
     store.save_synonyms(database, {"dash": "run"})
-    found: list[dict[str, str]] = []
+    actual: list[dict[str, str]] = []
     with store.released(database):
-        assert _together([lambda: found.append(store.load_synonyms(database))] * 4) == []
+        assert _together([lambda: actual.append(store.load_synonyms(database))] * 4) == []
         read = _SAVE.replace("sys.argv[1])", "sys.argv[1], read_only=True)").replace(
             'store.save_synonyms(database, {"stroll": "walk"})', ""
         )
         assert _in_another_process(database.path, read) == "1"
-    assert found == [{"dash": "run"}] * 4
+    assert actual == [{"dash": "run"}] * 4
     store.save_synonyms(database, {})
 
 

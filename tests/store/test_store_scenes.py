@@ -43,10 +43,10 @@ def keep(opened: store.Store, scene: store.StoredScene) -> int:
 
 def test_what_is_kept_comes_back(opened: store.Store) -> None:
     run = keep(opened, SCENE)
-    found = store.load_scene(opened, "play")
-    np.testing.assert_array_equal(found.ball, SCENE.ball)
-    assert replace(found, ball=SCENE.ball, run_id=0).__dict__ == SCENE.__dict__
-    assert found.run_id == run
+    scene = store.load_scene(opened, "play")
+    np.testing.assert_array_equal(scene.ball, SCENE.ball)
+    assert replace(scene, ball=SCENE.ball, run_id=0).__dict__ == SCENE.__dict__
+    assert scene.run_id == run
     assert store.check_store(opened) == []
 
 
@@ -101,4 +101,4 @@ def test_nothing_is_left_of_a_scene_that_failed(opened: store.Store) -> None:
 def test_check_finds_what_is_broken(opened: store.Store, change: str, fault: str) -> None:
     keep(opened, SCENE)
     opened.connection.execute(change)
-    assert any(found.startswith(fault) for found in store.check_store(opened))
+    assert any(actual.startswith(fault) for actual in store.check_store(opened))

@@ -109,10 +109,10 @@ def test_captures_are_compared(text: str, holds: bool | None) -> None:
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
 def test_each_operator_agrees_with_numbers(a: float, b: float) -> None:
     info = _info(height=repr(a))
-    found = [matches(info, (Condition("height", sign, repr(b)),)) for sign in ("<", "=", ">")]
-    assert found == [a < b, a == b, a > b]
+    actual = [matches(info, (Condition("height", sign, repr(b)),)) for sign in ("<", "=", ">")]
+    assert actual == [a < b, a == b, a > b]
     opposite = [matches(info, (Condition("height", s, repr(b)),)) for s in (">=", "!=", "<=")]
-    assert opposite == [not holds for holds in found]
+    assert opposite == [not holds for holds in actual]
 
 
 @settings(max_examples=50, deadline=None)
@@ -176,8 +176,8 @@ def test_a_capture_without_captions_answers_only_to_negations() -> None:
 def test_values_may_hold_parentheses_and_commas() -> None:
     (bear,) = parse_where("action=bear (human subject), slow")
     assert bear == Condition("action", "=", "bear (human subject), slow")
-    ((first,), (second,)) = parse_where("name in ('a,b)', c d)")[0].alternatives  # type: ignore[union-attr]
-    assert (first.value, second.value) == ("a,b)", "c d")  # type: ignore[union-attr]
+    ((first,), (second,)) = parse_where("name in ('a,b)', c d)")[0].alternatives
+    assert (first.value, second.value) == ("a,b)", "c d")
 
 
 @pytest.mark.parametrize(

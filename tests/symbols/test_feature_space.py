@@ -21,10 +21,10 @@ def correlated(seed: int, n_frames: int = 400, n_values: int = 8) -> Float32Arra
 def test_projections_are_white(seed: int, n_dimensions: int) -> None:
     values = correlated(seed)
     space = fit_feature_space([values[:150], values[150:]], n_dimensions)
-    found = space.project(values)
-    assert found.dtype == np.float32
-    np.testing.assert_allclose(found.mean(axis=0), 0.0, atol=1e-3)
-    np.testing.assert_allclose(np.cov(found.T, bias=True), np.eye(n_dimensions), atol=0.01)
+    actual = space.project(values)
+    assert actual.dtype == np.float32
+    np.testing.assert_allclose(actual.mean(axis=0), 0.0, atol=1e-3)
+    np.testing.assert_allclose(np.cov(actual.T, bias=True), np.eye(n_dimensions), atol=0.01)
 
 
 def test_axes_are_those_of_a_singular_value_decomposition() -> None:

@@ -1,8 +1,8 @@
-"""Limits on what one file may cost, and the one place where unexpected errors are translated.
+"""Limits of size, time and memory for one file, and the translation of unexpected errors.
 
 A file from an unknown source can be large, slow to read, or provoke errors in the libraries that
-read it. The readers check sizes before they allocate; :func:`guarded` turns whatever is left into a
-:class:`CaptureError` that names the file, so that one odd file never stops an import.
+read it. The readers check sizes before they allocate; :func:`guarded` turns all other exceptions
+into a :class:`CaptureError` that names the file, so that one invalid file does not stop an import.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MAX_SLOW_FRAMES = 100_000
 
 @dataclass(frozen=True)
 class ReadLimits:
-    """What reading one file may cost.
+    """Limits for reading one file.
 
     The slowest of 540 real captures (CMU, Bandai-Namco) takes 0.3 s to read, and a process that
     reads all of them peaks at 130 MB, so real captures stay far below the defaults. Files that are
@@ -82,9 +82,9 @@ class ReadOptions:
     Attributes
     ----------
     fps : float or None
-        Frames per second, in place of what the file says.
+        Frames per second, instead of the rate in the file.
     unit : float or None
-        Metres per length unit; None: what the file says, or estimated from the size of the body.
+        Metres per length unit; None: the unit in the file, or estimated from the size of the body.
     skip_bad_frames : bool
         Leave out frames with wrong or unreadable values instead of refusing the file.
     limits : ReadLimits
@@ -193,7 +193,8 @@ def check_duration(n_frames: int, fps: float, path: object) -> None:
 def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
     """Run a block that reads a file, so that only errors of this project leave it.
 
-    Floating-point warnings are off inside: what overflows is refused afterwards, as not finite.
+    Floating-point warnings are off inside: values that overflow are refused afterwards, as not
+    finite.
 
     Parameters
     ----------
@@ -206,7 +207,8 @@ def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
     Raises
     ------
     CaptureError
-        For every exception that is no :class:`MotionDBError`, and when the time is up.
+        For every exception that is not a :class:`MotionDBError`, and when the time limit is
+        reached.
     """
     try:
         with np.errstate(all="ignore"), _alarm(seconds):
@@ -227,7 +229,7 @@ def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
         ) from error
     except RecursionError as error:
         raise CaptureError(
-            path, "expected a file of ordinary depth, found deeply nested data. Export it again."
+            path, "expected data that are not deeply nested, found deep nesting. Export it again."
         ) from error
     except Exception as error:
         what = f"{type(error).__name__}: {error}".splitlines()[0][:120]
@@ -242,7 +244,7 @@ def cap_memory(n_bytes: float) -> None:
     """Limit how much more memory this process may take; beyond it, MemoryError is raised.
 
     Address space is limited, of which a process uses a part, so this is a bound that keeps a
-    computer alive, not an exact measure. Does nothing where the system has no such limit.
+    computer alive, not an exact measure. Does nothing if the system has no such limit.
 
     Parameters
     ----------

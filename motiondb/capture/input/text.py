@@ -3,8 +3,8 @@ r"""Text captures as clean bytes, and blocks of numbers with the line of every f
 A text capture may come with a byte order mark, as UTF-16, with CRLF or bare CR line ends. The
 readers see UTF-8 or Latin-1 bytes with ``\n`` (a ``\r`` before it counts as white space).
 
-Numbers are written in plain decimal notation with ASCII digits. What Python's ``float`` accepts
-beyond that (``1_0``, ``nan``, ``inf``, digits of other scripts) is a fault, not a number.
+Numbers are written in plain decimal notation with ASCII digits. Other forms that Python's ``float``
+accepts (``1_0``, ``nan``, ``inf``, digits of other scripts) are faults.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def clean_bytes(data: bytes, path: object) -> bytes:
 
 
 def decode(data: bytes) -> str:
-    """Return the text of cleaned bytes: UTF-8, or Latin-1 where that fails."""
+    """Return the text of cleaned bytes: UTF-8, or Latin-1 if that fails."""
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError:
@@ -151,7 +151,7 @@ def read_numbers(block: bytes) -> FloatArray | None:
     Returns
     -------
     array (values,) or None
-        The values; None where one of them is no finite number.
+        The values; None if one of them is not a finite number.
 
     >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
     (array([ 1. , -2.5]), None, None)
@@ -171,7 +171,7 @@ def read_numbers(block: bytes) -> FloatArray | None:
 
 
 def to_numbers(tokens: list[bytes]) -> FloatArray | None:
-    """Convert tokens to an array of finite numbers; None where one of them is none."""
+    """Convert tokens to an array of finite numbers; None if one of them is none."""
     if b"".join(tokens).translate(None, _NUMERIC):
         return None
     if max(map(len, tokens), default=0) > MAX_DIGITS:
@@ -234,7 +234,7 @@ def _read_row(
     for place, token in enumerate(map(decode, tokens)):
         value = number(token)
         if value is None:
-            found = f"expected numbers, found {token[:20]!r} as value {place + 1}"
-            return None, f"{found}. Correct the line, or pass --skip-bad-frames to leave it out."
+            problem = f"expected numbers, found {token[:20]!r} as value {place + 1}"
+            return None, f"{problem}. Correct the line, or pass --skip-bad-frames to leave it out."
         values.append(value)
     return values, None

@@ -3,7 +3,7 @@
 The unit is the one, among those in use, that brings the body nearest (in ratio) to a leg of 0.83 m,
 hip to ankle, as a person of 1.70 m has. Neighbours in the list differ by a factor of 2.2 or more,
 so legs between 0.56 m and 1.23 m (1.15 m to 2.5 m of height) are read rightly; a small child in
-centimetres may be taken for a person in inches: then give the unit.
+centimetres may be mistaken for a person in inches; give the unit in this case.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from motiondb.pose.joint_names import joint_map
 from motiondb.records import FloatArray, Skeleton
 
 INCH = 0.0254
+"""Metres."""
 UNITS: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cmu": INCH / 0.45, "inch": INCH, "cm": 0.01, "mm": 0.001}
 )
@@ -41,7 +42,7 @@ def unit_from_name(name: str) -> float:
     Raises
     ------
     CaptureError
-        If it is no known name and no positive number.
+        If it is neither a known name nor a positive number.
 
     >>> unit_from_name("cm"), unit_from_name("0.5")
     (0.01, 0.5)
@@ -124,7 +125,7 @@ def _body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
 
 
 def _chain_lengths(skeleton: Skeleton, lengths: FloatArray) -> list[float]:
-    """Return the length of the bones from the root to every joint; parents stand before children.
+    """Return the length of the bones from the root to every joint; parents come before children.
 
     The root's own length, its distance from the origin, does not count.
     """

@@ -4,7 +4,7 @@ Arrays: ``poses`` (frames, 66 or more), three numbers a joint, radians; or ``roo
 (frames, 3) and ``pose_body`` (frames, 63); ``trans`` (frames, 3), metres; a frame rate. Only the 22
 joints of the body are read: fingers, jaw and eyes, ``betas`` and ``gender`` are skipped, and
 every performer gets the mean body below. The world of AMASS has z up; it is turned so that y is
-up. A file whose bodies stand along y already is left as it is.
+up. A file whose bodies are already upright along y is not changed.
 
 Sizes and types of the arrays are checked before any array is unpacked, because a few kilobytes of
 compressed zeros can unpack to gigabytes.
@@ -72,7 +72,7 @@ _UNREADABLE = (
     IndexError, TypeError, OverflowError, SyntaxError, MemoryError, struct.error,
     zipfile.BadZipFile, zlib.error, tokenize.TokenError,
 )  # fmt: skip
-"""What NumPy and zipfile raise for files that are no npz files."""
+"""Exceptions of NumPy and zipfile for files that are not npz files."""
 _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
 more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
@@ -183,7 +183,7 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
 
 
 def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.generic]:
-    """Return the array of a member; its header must fit what the member holds.
+    """Return the array of a member; its header must fit the size of the member.
 
     The member is unpacked piece by piece into the array, so that it is not in memory twice.
 
@@ -282,7 +282,7 @@ def _frame_rate(arrays: dict[str, NDArray[np.generic]], path: object) -> float:
 
 
 def _is_z_up(root_rotations: FloatArray) -> bool:
-    """Say whether the bodies' own up axis lies less along the world's y than along its z."""
+    """Return whether the bodies' up axis is closer to the world's z axis than to y."""
     up = rotation.rotate(
         root_rotations, np.broadcast_to([0.0, 1.0, 0.0], root_rotations[:, 1:].shape)
     )

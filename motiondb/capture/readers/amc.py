@@ -65,7 +65,7 @@ def read_amc(
     asf : AsfFile or None
         The skeleton file.
     options : ReadOptions or None
-        How to read it. ``fps`` None: 120; ``unit`` None: as the ASF says.
+        How to read it. ``fps`` None: 120; ``unit`` None: the unit in the ASF.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def _read_table(
     table, numbers = _read_fast(block, layout)
     if table is not None:
         jumps = bool(np.any(np.diff(numbers) != 1))
-        note = "The frame numbers jump; the frames are taken as they come."
+        note = "The frame numbers have gaps; the frames are taken in order."
         return table, (note,) if jumps else ()
     table, faults = _read_slow(block, line, layout)
     if not faults:
@@ -155,7 +155,7 @@ def _first_layout(block: bytes, line: int, path: object, body: AcclaimBody) -> L
 
 
 def _is_frame_number(word: str) -> bool:
-    """Say whether a word that stands alone on its line begins a frame: ASCII digits only."""
+    """Return whether a word that is alone on its line begins a frame: ASCII digits only."""
     return word.isascii() and word.isdigit()
 
 
@@ -170,7 +170,7 @@ def _expected(bone: Bone) -> str:
 def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatArray]:
     """Read a table (frames, values) and the frame numbers, if all frames are laid out alike.
 
-    The table is None where a frame differs from the first or a value is no finite number.
+    The table is None if a frame differs from the first or a value is not a finite number.
     """
     tokens = block.split()
     nothing = np.zeros(0)

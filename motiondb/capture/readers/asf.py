@@ -62,7 +62,7 @@ class Bone:
 
 @dataclass(frozen=True, eq=False)
 class AcclaimBody:
-    """What an AMC needs of its ASF.
+    """The parts of an ASF that its AMC files need.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class AcclaimBody:
     unit : float
         Metres per length unit.
     degrees : bool
-        Whether angles are degrees where the AMC does not say.
+        Whether angles are in degrees if the AMC does not say.
     name : str
         Name of the file in messages.
     notes : tuple of str
@@ -96,7 +96,7 @@ class AcclaimBody:
 
 @dataclass
 class _Raw:
-    """What was read of the file so far: sections, and faults with their lines."""
+    """The parts of the file read so far: sections, and faults with their lines."""
 
     bones: dict[str, Bone] = field(default_factory=dict)
     parents: dict[str, str] = field(default_factory=dict)

@@ -4,7 +4,7 @@ What is kept: names, hierarchy, offsets, end sites, channel order, every frame. 
 Euler angles become quaternions, lengths become metres (``Clip.unit`` remembers the file's unit),
 a frame time within 0.01 % of a whole number of frames a second becomes that number.
 
-Convention: channels are applied in the order in which they stand, the first outermost, so that
+Convention: channels are applied in the order in which they are listed, the first outermost, so that
 "Zrotation Xrotation Yrotation" means R = Rz Rx Ry. Position channels of a joint take the place of
 its OFFSET (Meredith and Maddock, "Motion Capture File Formats Explained", 2001, leave this open;
 Blender, MotionBuilder and the Bandai-Namco files read so); an axis without a channel keeps the
@@ -120,7 +120,7 @@ def _read_counts(
     n_frames : int or None
         As the header says.
     fps : float
-        Frames per second; 0 where there is a fault.
+        Frames per second; 0 if there is a fault.
     start : int
         Byte where the numbers begin.
     """
@@ -149,7 +149,7 @@ def _read_counts(
 
 
 def _read_frame_time(written: tuple[int, str] | None, line: int, faults: Faults) -> float:
-    """Return the frames per second of a frame time (line, text); 0 where there is a fault."""
+    """Return the frames per second of a frame time (line, text); 0 if there is a fault."""
     if written is None:
         faults.append((line, "expected a line 'Frame Time: seconds', found none. Give --fps."))
         return 0.0

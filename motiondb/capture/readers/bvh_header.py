@@ -38,7 +38,7 @@ class _Node:
 
 @dataclass
 class _State:
-    """What was read so far.
+    """The state after the tokens read so far.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ def read_header(text: str) -> tuple[Skeleton | None, Faults]:
     Returns
     -------
     skeleton : Skeleton or None
-        Offsets in the file's unit; None where a fault leaves no skeleton.
+        Offsets in the file's unit; None if a fault leaves no skeleton.
     faults : list of (int or None, str)
         All structural faults with their lines.
     """
@@ -98,7 +98,7 @@ def read_header(text: str) -> tuple[Skeleton | None, Faults]:
 
 
 def _read_token(state: _State, tokens: Tokens, place: int) -> int:
-    """Read one keyword with what belongs to it; return the next place."""
+    """Read one keyword with its values; return the next place."""
     line, token = tokens[place]
     keyword = token.lower()
     if keyword == "hierarchy":

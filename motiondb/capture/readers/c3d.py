@@ -140,7 +140,7 @@ def _fill(
             "before the export, or pass --skip-bad-frames to leave those frames out.",
         )
     if lost:
-        notes.append(f"Done without markers that are lost for long: {', '.join(sorted(lost))}.")
+        notes.append(f"Left out markers that are lost for long: {', '.join(sorted(lost))}.")
     return filled, tuple(notes)
 
 

@@ -1,4 +1,4 @@
-"""Marker tracks of a C3D file, read by ezc3d in a process of its own.
+"""Marker tracks of a C3D file, read by ezc3d in a separate process.
 
 A damaged file can make ezc3d loop for ever, fill the memory or end its process. A child process
 with limits on time and memory turns all of these into a message, and lets the other captures of a
@@ -104,7 +104,7 @@ def read_points(data: bytes, path: object, limits: ReadLimits | None = None) -> 
 
 
 def _check_size(data: bytes, path: object) -> None:
-    """Refuse what is no C3D file, or is shorter than its header says.
+    """Refuse bytes that are not a C3D file, or are shorter than their header says.
 
     The header holds 16-bit words: word 2 is the number of points, word 3 the number of analog
     values in a frame, words 4 and 5 the first and the last frame, word 9 the block (of 512 bytes)
@@ -145,7 +145,7 @@ def convert(source: str, target: str) -> None:
 
 
 def limit_process(cpu_seconds: float, memory: float) -> None:
-    """Limit the processor time and the memory of this process, where the system can."""
+    """Limit the processor time and the memory of this process, if the system can."""
     cap_memory(memory)
     try:
         import resource

@@ -3,7 +3,7 @@
 ``{"Loop": ..., "Frames": [[dt, root position 3, root rotation 4, chest 4, neck 4, right hip 4,
 right knee 1, right ankle 4, right shoulder 4, right elbow 1, left ... ], ...]}``: 44 numbers,
 quaternions w, x, y, z in the parent's frame, knees and elbows radians about z. Metres. The world is
-right-handed with x ahead, y up, z to the performer's right, so it is taken over as it is; the
+right-handed with x ahead, y up, z to the performer's right, so it is used unchanged; the
 performer faces +x in the rest pose.
 
 Source: Peng, Abbeel, Levine, van de Panne, "DeepMimic", ACM Transactions on Graphics 37(4), 2018;
@@ -25,6 +25,7 @@ from motiondb.pose import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
 
 _HIP, _SHOULDER = 0.084887, (-0.02405, 0.24350, 0.18311)
+"""Offsets of the right hip (z) and the right shoulder in metres, from DeepMimic's humanoid3d."""
 
 
 def _side(name: str, sign: float) -> tuple[tuple[str, str, tuple[float, float, float], int], ...]:
@@ -207,7 +208,7 @@ def _fps(durations: FloatArray, path: object) -> tuple[float, tuple[str, ...]]:
             "Give the right frame rate with --fps.",
         )
     uneven = float(np.ptp(good)) > _UNEVEN / fps
-    notes = ("The frames last unevenly; their median is taken.",) if uneven else ()
+    notes = ("The durations of frames differ; their median is taken.",) if uneven else ()
     return (float(round(fps)) if abs(fps - round(fps)) < 1e-4 * fps else fps), notes
 
 

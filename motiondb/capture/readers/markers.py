@@ -50,8 +50,8 @@ _KNEE, _ANKLE, _SHOULDER = 0.05, 0.04, 0.05
 radius of the marker, and the depth of the shoulder joint below the skin. Rounded to a centimetre;
 not tuned."""
 _CHEST_SHARE, _SPINE_SHARE, _HEAD_SHARE = 0.55, 0.45, 0.4
-"""Where joints without markers stand on the way from the pelvis to the neck (chest), to the chest
-(spine), and beyond the neck along the trunk (head): close to the canonical body."""
+"""Positions of joints without markers, as fractions from the pelvis to the neck (chest), to the
+chest (spine), and beyond the neck along the trunk (head); close to those of the canonical body."""
 _FOREARM_SHARE, _COLLAR_SHARE = 0.9, 0.2
 """Length of the forearm by the upper arm, and the collar's place from neck to shoulder: close to
 the canonical body."""

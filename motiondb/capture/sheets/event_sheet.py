@@ -3,7 +3,7 @@
 Columns: ``file`` (path below the added folder, with or without its ending), ``event`` (what
 happens: foot_strike, catch, release, contact, ...), ``frame`` (of the canonical motion, 30 per
 second) or ``time`` (seconds), and, where it is known, ``joint`` (of the canonical body, such as
-r_wrist) and ``other`` (what takes part beside the joint, such as ball). Further columns are
+r_wrist) and ``other`` (what takes part besides the joint, such as ball). Further columns are
 ignored.
 """
 
@@ -49,7 +49,7 @@ class EventSheet:
     entries : dict of str to tuple of (int, Event)
         Events with their lines, by capture name (path without ending).
     notes : tuple of str
-        Sentences about what was odd but used.
+        Sentences about unusual entries that were used.
     """
 
     path: str
@@ -64,7 +64,7 @@ class EventSheet:
     def unknown(self, names: Iterable[str]) -> list[str]:
         """Return a sentence for every file that is not among the captures."""
         files = {name: (rows[0][0], name) for name, rows in self.entries.items()}
-        return unknown_files(self.path, files, names, "a capture that is there")
+        return unknown_files(self.path, files, names, "an existing capture")
 
     def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
         """Return the events of a capture that lie within it.

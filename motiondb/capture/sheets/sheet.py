@@ -2,8 +2,8 @@
 
 Columns: ``file`` (path below the added folder, with or without its ending) and any of ``words``,
 ``start``, ``end`` (seconds: the row's words describe this part), ``performer``, ``fps``,
-``licence``, ``skeleton``; every further column is kept as a tag. What a sheet says overrides the
-file's header.
+``licence``, ``skeleton``; every further column is kept as a tag. The values of a sheet override
+those in the file's header.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Rows = list[tuple[int, list[str]]]
 
 @dataclass(frozen=True)
 class SheetEntry:
-    """What a sheet says of one capture.
+    """The entries of a sheet for one capture.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class SheetEntry:
     tags : dict of str to str
         Performer, licence and all further columns.
     fps : float or None
-        Frames per second, in place of what the file says.
+        Frames per second, instead of the rate in the file.
     skeleton : str or None
         The ASF file of an AMC.
     """
@@ -77,7 +77,7 @@ class Sheet:
     entries : dict of str to SheetEntry
         Entries by capture name (path without ending).
     notes : tuple of str
-        Sentences about what was odd but used.
+        Sentences about unusual entries that were used.
     """
 
     path: str
@@ -192,7 +192,7 @@ def read_rows(path: Path, header: str) -> Rows:
     path : Path
         The file: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
     header : str
-        What an empty sheet lacks, and what to do, for messages.
+        The missing columns of an empty sheet, with advice, for messages.
 
     Returns
     -------
@@ -377,12 +377,12 @@ def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
 
 
 def _number(cells: dict[str, str], column: str) -> float | None:
-    """Return the number in a column, None where the cell is empty.
+    """Return the number in a column, None if the cell is empty.
 
     Raises
     ------
     ValueError
-        If it is no number in plain decimal notation, or negative.
+        If it is not a number in plain decimal notation, or is negative.
     """
     text = cells.get(column, "")
     if not text:

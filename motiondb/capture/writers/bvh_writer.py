@@ -78,7 +78,7 @@ def to_bvh(clip: Clip, path: object = "clip") -> str:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write beside the file under another name, then rename, so that no half file is ever seen.
+    """Write to another name in the same folder, then rename, so that the file is never incomplete.
 
     Raises
     ------
@@ -90,8 +90,8 @@ def write_atomically(path: Path, data: bytes) -> None:
             draft.write_bytes(data)
     except OSError as error:
         expected = "to write the file" if path.parent.is_dir() else "a folder to write in"
-        found = error.strerror or error
-        raise CaptureError(path, f"expected {expected}, found {found}.") from error
+        reason = error.strerror or error
+        raise CaptureError(path, f"expected {expected}, found {reason}.") from error
 
 
 def _translations(clip: Clip) -> FloatArray:
@@ -184,7 +184,7 @@ def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
 def _angles(rotations: FloatArray, order: str) -> FloatArray | None:
     """Return angles (frames, n), degrees, about the axes of ``order``, n of them.
 
-    None where these axes cannot represent the rotations.
+    None if these axes cannot represent the rotations.
     """
     if len(set(order)) != len(order):
         return None

@@ -226,7 +226,7 @@ def joint_nodes(clip: Clip, first: int = 0, prefix: str = "") -> list[dict[str, 
 
 
 def _slides(clip: Clip) -> NDArray[np.bool_]:
-    """Find the joints that move in their parent's frame, where there is no bone (joints,)."""
+    """Find the joints that move relative to their parent, without a bone (joints,)."""
     if clip.joint_positions is None:
         return np.zeros(len(clip.skeleton.names), dtype=bool)
     return np.asarray(np.ptp(clip.joint_positions, axis=0).max(axis=-1) > _SLIDING)

@@ -35,6 +35,7 @@ from motiondb.records import Clip, FloatArray
 BALL_RADIUS = 0.12
 """Metres; a basketball of size 7 measures 0.749 to 0.780 m round (FIBA)."""
 _BALL_COLOUR = (0.85, 0.42, 0.13)
+"""Red, green and blue of a basketball, 0 to 1."""
 _RINGS, _SIDES = 8, 16
 """Parallels and meridians of the sphere: round enough at the size of a ball, and 240 triangles."""
 

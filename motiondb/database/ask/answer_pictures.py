@@ -43,8 +43,8 @@ def draw_reasons(base: QuestionVerbs, answer: WordAnswer, path: str | Path, titl
         )
     best, why = answer.matches[0], answer.explanations[0]
     words = [*why.words, *(word for one in why.excluded for word in one.words)]
-    found = [(best.start, best.end, f"{best.start:.1f}-{best.end:.1f} s", 0)]
-    timelines = [*map(_timeline, words), pictures.Timeline("found", found)]
+    rows = [(best.start, best.end, f"{best.start:.1f}-{best.end:.1f} s", 0)]
+    timelines = [*map(_timeline, words), pictures.Timeline("found", rows)]
     return pictures.draw_strip(
         base.motion(best.capture), path, title=f"{title}: {best.capture}", timelines=timelines
     )

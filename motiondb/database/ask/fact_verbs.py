@@ -1,4 +1,4 @@
-"""The verbs that tell facts: symbols and activities of captures, origins."""
+"""The methods that return facts: symbols and activities of captures, origins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class FactVerbs(MakingVerbs):
     """Verbs on facts; those that ask are inherited."""
 
     def segments(self, name: str) -> list[Row]:
-        """Symbols of a capture with their times (seconds); empty where it is not learned.
+        """Symbols of a capture with their times (seconds); empty if it is not learned.
 
         Raises
         ------
@@ -43,7 +43,7 @@ class FactVerbs(MakingVerbs):
         return showing.symbol_segments(self.learned, symbol)
 
     def activities(self, name: str) -> list[Row]:
-        """What a capture does, one thing after another; empty where it does one thing throughout.
+        """The successive activities of a capture; empty if there is only one.
 
         Raises
         ------

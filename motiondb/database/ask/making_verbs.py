@@ -20,7 +20,7 @@ class MakingVerbs(QuestionVerbs):
         exact: bool = False,
         anyway: bool = False,
     ) -> generating.Generated:
-        """Make a motion that shows what a sentence says.
+        """Generate a motion from a sentence.
 
         ``shown`` of the result says for every action whether the motion shows it.
 
@@ -29,7 +29,7 @@ class MakingVerbs(QuestionVerbs):
         words : str
             The sentence, such as "a person walks slowly, then kicks twice".
         seed : int
-            The same seed gives the same motion, another seed another one where there is a choice.
+            The same seed gives the same motion, another seed another one if there is a choice.
         method : str
             "stitched" (excerpts of captures), "trajectory" (most probable smooth trajectory) or
             "montecarlo" (every frame drawn).
@@ -37,7 +37,7 @@ class MakingVerbs(QuestionVerbs):
             Whether words that no caption holds are left out; otherwise a word that may be taken as
             a known one is replaced by the likeliest.
         anyway : bool
-            Whether to make what can be made where nothing in the database shows an action.
+            Whether to generate the nearest motion if nothing in the database shows an action.
 
         Raises
         ------

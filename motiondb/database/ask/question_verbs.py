@@ -1,4 +1,4 @@
-"""The verbs that ask: search, like, describe, and what is worth captioning next."""
+"""The methods for questions: search, like, describe, and suggestions of what to caption next."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 
 class QuestionVerbs(CatalogueVerbs):
-    """Verbs that answer from what was learned; each answer is of one revision of the store."""
+    """Methods that answer questions; each answer uses one revision of the store."""
 
     @property
     def learned(self) -> Learned:
-        """What was learned, with the catalogue of the same revision.
+        """The learned model, with the catalogue of the same revision.
 
         Raises
         ------
@@ -49,7 +49,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     @property
     def searchable(self) -> Learned:
-        """What was learned, with the generated captures beside those learned from.
+        """The learned model, with the generated captures in addition to those learned from.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class QuestionVerbs(CatalogueVerbs):
         written: bool = True,
         exact: bool = False,
     ) -> word_answers.WordAnswer:
-        """Find the intervals that show what the words ask for, in their order, best first.
+        """Find the intervals that show the actions of a question, best first.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class QuestionVerbs(CatalogueVerbs):
         by_symbols : bool
             Decode the words to symbols and align these with the captures, as in paper A.
         written : bool
-            Whether captions count as evidence beside the motion.
+            Whether captions count as evidence, in addition to the motion.
         exact : bool
             Whether words that no caption holds are left out rather than taken as known ones.
 
@@ -112,7 +112,7 @@ class QuestionVerbs(CatalogueVerbs):
             return replace(
                 answer,
                 sources=(*answer.sources, *word_sources(learned, behind)),
-                written=learned.found if isinstance(learned, LearnedWithWritten) else (),
+                written=learned.added_words if isinstance(learned, LearnedWithWritten) else (),
             )
 
     def like(  # noqa: PLR0913  five of the seven have defaults
@@ -141,10 +141,10 @@ class QuestionVerbs(CatalogueVerbs):
             Largest number of matches.
         meaning : bool, optional
             Whether learned words take part in the resemblance, so that the same action in other
-            styles counts as alike; None: where there are words.
+            styles counts as alike; None: if there are words.
         exact : bool
-            Whether words of the filter that nothing holds match nothing rather than being taken as
-            others.
+            Whether unknown words of the filter match nothing, instead of being replaced by known
+            words.
 
         Raises
         ------
@@ -194,7 +194,7 @@ class QuestionVerbs(CatalogueVerbs):
             return [info.name for info in captured if info.capture_id not in learned]
 
     def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
-        """Captures without words, the one whose words would say most about the others first.
+        """Captures without captions, the most informative about the others first.
 
         Parameters
         ----------
@@ -216,7 +216,7 @@ class QuestionVerbs(CatalogueVerbs):
         return part_suggestions.suggest_parts(self.learned, limit)
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
-        """Which captions taught some words: own ones, and those of the start; empty without one.
+        """The captions from which some words were learned; empty without a start.
 
         Parameters
         ----------
@@ -226,7 +226,7 @@ class QuestionVerbs(CatalogueVerbs):
         return word_sources(self.learned, words)
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
-        """What the words of a filter are taken as that no caption and no tag holds.
+        """The known words that replace words of a filter that are in no caption and no tag.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What is known of a capture and of the symbols, as plain facts and as pictures."""
+"""Facts and pictures of a capture and of the symbols."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LIKELY = 0.2
 """Probability from which on a word is named. Chosen by hand; not tuned."""
 LEAST_SHOWN = 0.01
-"""t(word | symbol) from which on a symbol is named beside a word. Chosen by hand; not tuned."""
+"""Smallest t(word | symbol) for which a symbol is listed with a word. Chosen by hand; not tuned."""
 
 Row = dict[str, Any]
 """A row of a table, by column name."""
@@ -115,10 +115,10 @@ def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
 
 
 def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
-    """What a capture does, one thing after another; equal numbers are the same activity.
+    """The successive activities of a capture; equal numbers are the same activity.
 
     Found in the capture alone, without labels (:mod:`motiondb.symbols.segments.activities`); where
-    words were learned, each comes with those that its motion most likely shows. Empty where the
+    words were learned, each comes with those that its motion most likely shows. Empty if the
     capture does one thing throughout.
     """
     motion = store.load_motion(base.store, capture_id)
@@ -257,8 +257,9 @@ def _timed(words: str, start: float | None, end: float | None) -> str:
 
 
 def _sources(base: QuestionVerbs, capture_id: int) -> list[str]:
-    found = store.load_provenance(base.store, capture_id)
+    provenance = store.load_provenance(base.store, capture_id)
+    numbers = provenance.source_numbers
     return [
-        f"{s.name} (frames {int((found.source_numbers == n).sum())}, licence {s.licence or '?'})"
-        for n, s in enumerate(found.sources)
+        f"{s.name} (frames {int((numbers == n).sum())}, licence {s.licence or '?'})"
+        for n, s in enumerate(provenance.sources)
     ]

@@ -1,4 +1,4 @@
-"""What people wrote about captures that are added, in sheets, and what of it is not used."""
+"""Captions and tags from sheets for captures that are added, and the entries that are not used."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from motiondb.records import Caption
 
 @dataclass(frozen=True)
 class Sheets:
-    """What people wrote about the captures to add.
+    """Captions and tags of the captures to add.
 
     Attributes
     ----------
@@ -62,8 +62,8 @@ def events_left(
     if not count:
         return []
     return [
-        f"{sheet.path}: has other events for {count} captures that were there already; they were "
-        f"left as they are (motiondb events import {sheet.path} replaces them)"
+        f"{sheet.path}: has other events for {count} captures that had been added before; they "
+        f"were not changed (motiondb events import {sheet.path} replaces them)"
     ]
 
 
@@ -83,8 +83,8 @@ def words_left(
     if not count:
         return []
     return [
-        f"{sheet.path}: has other words for {count} captures that were there already; they were "
-        f"left as they are (motiondb words import {sheet.path} replaces them)"
+        f"{sheet.path}: has other words for {count} captures that had been added before; they "
+        f"were not changed (motiondb words import {sheet.path} replaces them)"
     ]
 
 

@@ -1,4 +1,4 @@
-"""The verbs on what people wrote about captures: captions, events, synonyms."""
+"""The methods for annotations of captures: captions, events, synonyms."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class AnnotationVerbs:
         return self.session.store
 
     def captions(self, name: str) -> tuple[Caption, ...]:
-        """What people wrote about a capture.
+        """The captions of a capture.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class AnnotationVerbs:
             return store.load_captions(self.store, number).get(number, ())
 
     def all_captions(self) -> dict[int, tuple[Caption, ...]]:
-        """What people wrote about all captures, by capture number."""
+        """The captions of all captures, by capture number."""
         with self.session.reading():
             return dict(store.load_captions(self.store))
 
@@ -63,7 +63,7 @@ class AnnotationVerbs:
         end: float | None = None,
         keep: bool = False,
     ) -> updating.Change:
-        """Write down what a capture, or a part of it, shows, and count it.
+        """Set the caption of a capture, or of a part of it, and count it.
 
         Words that are new to the vocabulary are counted at the next ``learn``.
 

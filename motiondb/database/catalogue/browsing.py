@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 MOST_VALUES = 50
 """Different values of a tag up to which it is counted by value. Chosen by hand: longer lists are
-names or numbers, which nobody picks from a list."""
+names or numbers, which are not useful as a filter."""
 FACET_COLUMNS = ("kind", "format")
 FIRST_TAGS = ("performer", "licence")
 TAG = "tag."
@@ -29,7 +29,7 @@ TAG = "tag."
 
 @dataclass(frozen=True, eq=False)
 class BrowsedCapture:
-    """A row of the catalogue with what belongs to it.
+    """A row of the catalogue with its tags and captions.
 
     Attributes
     ----------
@@ -107,11 +107,11 @@ def browse(session: Session, where: str, sort: str, offset: int, limit: int) -> 
     Raises
     ------
     QueryError
-        When the filter cannot be read, or there is nothing of this name to sort by.
+        When the filter cannot be read, or there is no such column to sort by.
     """
     with session.reading():
-        found = _filtered(session, where)
-        ordered = session.kept(("browsed", where, sort), lambda: _sorted(found, sort))
+        rows = _filtered(session, where)
+        ordered = session.kept(("browsed", where, sort), lambda: _sorted(rows, sort))
     return BrowsedPage(tuple(ordered[offset : offset + limit]), len(ordered), offset)
 
 
@@ -129,14 +129,14 @@ def facets(session: Session, where: str) -> tuple[Facet, ...]:
         rows = _filtered(session, where)
     keys = dict.fromkeys(key for row in rows for key in row.info.tags)
     tags = [*(t for t in FIRST_TAGS if t in keys), *sorted(set(keys) - set(FIRST_TAGS))]
-    found = [
+    chosen = [
         _facet(column, [str(getattr(r.info, column)) for r in rows]) for column in FACET_COLUMNS
     ]
     for tag in tags:
         facet = _facet(tag, [row.info.tags.get(tag, "") for row in rows])
         if tag in FIRST_TAGS or 2 <= len(facet.values) <= MOST_VALUES:
-            found.append(facet)
-    return tuple(found)
+            chosen.append(facet)
+    return tuple(chosen)
 
 
 def rows_by_name(session: Session) -> dict[str, BrowsedCapture]:

@@ -22,7 +22,7 @@ from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 
 
 class CatalogueVerbs(AnnotationVerbs):
-    """Verbs on captures; those on what people wrote about them are inherited."""
+    """Methods for captures; those for annotations are inherited."""
 
     def add(
         self,
@@ -46,14 +46,14 @@ class CatalogueVerbs(AnnotationVerbs):
         settings : AddSettings, optional
             How files are read.
         progress : callable, optional
-            Called with what is being done, how many are done, and how many there are.
+            Called with the name of the step, the number done, and the total number.
         events : str or Path, optional
             Sheet of events, TSV or CSV.
 
         Raises
         ------
         MotionDBError
-            When there is nothing to add, or a sheet cannot be read.
+            When there are no captures to add, or a sheet cannot be read.
         """
         sheets = added_sheets.Sheets(
             read_sheet(words) if words is not None else None,
@@ -81,8 +81,8 @@ class CatalogueVerbs(AnnotationVerbs):
         where : str
             Filter on columns and tags, such as "performer=14".
         exact : bool
-            Whether words in it that no caption and no tag holds match nothing; otherwise such a
-            word may be taken as one that is there (``taken_in_filter``).
+            Whether words in it that are in no caption and no tag match nothing; otherwise such a
+            word may be replaced by a known one (``taken_in_filter``).
 
         Raises
         ------
@@ -134,7 +134,7 @@ class CatalogueVerbs(AnnotationVerbs):
         return browsing.facets(self.session, where)
 
     def browsed(self, name: str) -> browsing.BrowsedCapture | None:
-        """The row of the capture of exactly this name; None where there is none."""
+        """The row of the capture of exactly this name; None if there is none."""
         with self.session.reading():
             return browsing.rows_by_name(self.session).get(name)
 
@@ -217,7 +217,7 @@ class CatalogueVerbs(AnnotationVerbs):
         end: float | None = None,
         canonical: bool = False,
     ) -> Path:
-        """Write a capture to a file; its own format gives back the very bytes that were added.
+        """Write a capture to a file; in its original format, the bytes are those that were added.
 
         Parameters
         ----------
@@ -226,7 +226,8 @@ class CatalogueVerbs(AnnotationVerbs):
         path : str or Path
             The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
         start : float, optional
-            Start of the part of the capture, seconds. A part is written anew.
+            Start of the part of the capture, seconds. A part of a capture is always written as a
+            new file.
         end : float, optional
             End of the part of the capture, seconds.
         canonical : bool
@@ -250,7 +251,7 @@ class CatalogueVerbs(AnnotationVerbs):
             return write_clip(cut_clip(self.clip(name), start, end), path)
 
     def remove(self, names: Iterable[str]) -> list[str]:
-        """Remove captures, all or none; what was learned is as if they had never been counted.
+        """Remove captures, all or none; their counts are removed from the learned model.
 
         Parameters
         ----------
@@ -265,7 +266,7 @@ class CatalogueVerbs(AnnotationVerbs):
         Raises
         ------
         QueryError
-            When one of the names is no capture's.
+            When there is no capture of one of the names.
         """
         with store.transaction(self.store):
             infos = [store.load_capture(self.store, name) for name in names]

@@ -24,12 +24,12 @@ from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
 Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how many are done, how many there are."""
+"""Called with the name of the step, the number done, and the total number."""
 
 
 @dataclass(frozen=True)
 class AddReport:
-    """What ``add`` did.
+    """The result of ``add``.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class AddReport:
     events : int
         Number of events saved with ``added``.
     without_performer : int
-        How many of ``added`` nobody named the performer of.
+        Number of captures of ``added`` whose performer is not given.
     """
 
     added: tuple[str, ...]
@@ -87,7 +87,7 @@ def add_captures(
     problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
-        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
+        f"{names[capture_name(_below(path, folder))].name} too. Rename one of them."
         for path in files
         if names[capture_name(_below(path, folder))] != path
     ]
@@ -114,7 +114,7 @@ def add_captures(
 
 @dataclass(frozen=True)
 class _Batch:
-    """What is added together."""
+    """The data that are added together."""
 
     folder: Path
     sheets: Sheets
@@ -142,7 +142,7 @@ def _save(
     problems: Sequence[str],
     tell: Progress,
 ) -> AddReport:
-    """Save what is new; inside a transaction."""
+    """Save the new captures; inside a transaction."""
     sheets = batch.sheets
     known = _report_known(opened, sheets, chosen, problems)
     if not chosen.new:
@@ -175,7 +175,7 @@ def _save(
 
 @dataclass(frozen=True, eq=False)
 class _Chosen:
-    """What of the readings is new, what is known by its content, and what can not be saved."""
+    """Readings that are new, those with known content, and those that cannot be saved."""
 
     new: tuple[Reading, ...]
     known: tuple[tuple[str, str], ...]
@@ -183,7 +183,7 @@ class _Chosen:
 
 
 def _sort_readings(opened: store.Store, readings: Sequence[Reading]) -> _Chosen:
-    """Divide the readings by what is in the database now."""
+    """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
     new: list[Reading] = []
@@ -234,7 +234,7 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
     library = copies.build_library(poses)
     fresh = [n for n, info in enumerate(infos) if info.name in new]
     old = [n for n in range(len(infos)) if n not in set(fresh)]
-    found = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
+    relations = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
     return [
         Relation(
             infos[c.query].name,
@@ -244,7 +244,7 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
             c.end / MOTION_FPS,
             c.distance,
         )
-        for c in found
+        for c in relations
     ]
 
 

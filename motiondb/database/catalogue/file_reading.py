@@ -1,7 +1,7 @@
 """Reading capture files: several at a time, in other processes.
 
-A file becomes everything that is to be saved, or the sentence that says why not; nothing here
-touches the store. A file that ends its process, or takes too much time or memory, becomes such a
+A file becomes a record of everything to save, or a sentence with the reason why not. The store is
+not used here. A file that ends its process, or takes too much time or memory, becomes such a
 sentence too, and the others are read.
 """
 
@@ -57,9 +57,9 @@ class AddSettings:
     Attributes
     ----------
     unit : float or None
-        Metres per length unit; None: what each file says, or estimated from the size of the body.
+        Metres per length unit; None: the unit in each file, or estimated from the size of the body.
     fps : float or None
-        Frames per second, in place of what the files say.
+        Frames per second, instead of the rates in the files.
     skip_bad_frames : bool
         Leave out bad frames instead of refusing their file.
     joint_map : mapping of str to str
@@ -67,7 +67,7 @@ class AddSettings:
     jobs : int
         Processes that read files.
     limits : ReadLimits
-        What reading one file may cost.
+        Limits for reading one file.
     keep_implausible : bool
         Keep captures that move faster than people can.
     outside_skeletons : bool
@@ -122,10 +122,10 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Read files, in other processes where there are more than a few.
+    """Read files, in other processes if there are more than a few.
 
-    When a process dies, the files that it may have been reading are read again, each in a process
-    of its own, so that only the one that kills it is lost.
+    When a process dies, the files that it may have been reading are read again, each in a separate
+    process, so that only the file that kills its process is lost.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def _working_folder() -> str:
 
 
 def _read_alone(job: _Job) -> Reading:
-    """Read one file in a process of its own; a problem where the process dies."""
+    """Read one file in a separate process; the result is a problem if the process dies."""
     try:
         (reading,) = _read_in_processes([job], 1)
     except BrokenProcessPool:
@@ -255,7 +255,7 @@ def _read_beside(folder: str, job: _Job) -> Reading:
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
 ) -> Reading:
-    """Read a file; whatever goes wrong becomes the problem of the reading."""
+    """Read a file; an error becomes the problem of the reading."""
     try:
         n_bytes = path.stat().st_size if path.is_file() else 0
         with capture.guarded(path, settings.limits.seconds_for(n_bytes)):
@@ -312,7 +312,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
     Raises
     ------
     MotionDBError
-        with every line that is no such pair.
+        with every line that is not such a pair.
     """
     try:
         lines = read_bounded_text(path).splitlines()
@@ -346,7 +346,7 @@ def read_stored(
     parameters : dict
         Parameters of the run that added it.
     fps : float or None
-        Frames per second; None for what the file says.
+        Frames per second; None for the value in the file.
     """
     unit = parameters.get("unit")
     skeleton = None

@@ -1,9 +1,9 @@
-"""Words of a filter that no caption and no tag holds, taken as those that are there.
+"""Replacement of filter words that are in no caption and no tag by words that are.
 
-A condition ``caption ~ word``, or ``tag = word`` or ``tag ~ word``, that no capture fulfils asks
-for nothing. If the word may be taken as words that captions, or the values of this tag, do hold
+No capture fulfils a condition ``caption ~ word``, ``tag = word`` or ``tag ~ word`` with an unknown
+word. If the word may be taken as words that captions, or the values of this tag, do hold
 (:mod:`motiondb.words.nearby.taking`), the condition asks for these instead. Conditions with ``!=``
-and ``!~``, and those within ``not``, are left as they are: what nothing holds excludes nothing.
+and ``!~``, and those within ``not``, are not changed: an unknown word excludes nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from motiondb.words.nearby.taking import TAKEN, Taking, take_word
 def take_filter_words(
     opened: store.Store, where: str
 ) -> tuple[tuple[Filter, ...], dict[str, Taking]]:
-    """A filter whose words nothing holds are taken as others.
+    """A filter whose unknown words are replaced by known ones.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def take_filter_words(
     filters : tuple of Filter
         With other conditions for words that are taken.
     takings : dict
-        From each word that nothing holds to what it is taken as, or what is suggested for it.
+        Unknown word -> the known words that replace it or are suggested for it.
     """
     filters = parse_where(where)
     if not any(_is_word(each) for each in _positive(filters)):
@@ -53,13 +53,13 @@ def take_filter_words(
 
 def _positive(filters: Iterable[Filter]) -> list[Condition]:
     """Conditions that are not within a negation."""
-    found: list[Condition] = []
+    conditions: list[Condition] = []
     for each in filters:
         if isinstance(each, Condition):
-            found.append(each)
+            conditions.append(each)
         elif isinstance(each, OneOf):
-            found += _positive(f for alternative in each.alternatives for f in alternative)
-    return found
+            conditions += _positive(f for alternative in each.alternatives for f in alternative)
+    return conditions
 
 
 def _is_word(condition: Condition) -> bool:
@@ -106,7 +106,7 @@ def _take(
 def _values(
     name: str, infos: Sequence[CaptureInfo], captions: Mapping[int, Sequence[str]]
 ) -> dict[str, set[str]]:
-    """Lemmas that captions or the values of a tag hold, each with what to compare with."""
+    """Lemmas in captions or in the values of a tag, each with the text to compare with."""
     values: dict[str, set[str]] = {}
     if name == CAPTION:
         for texts in captions.values():

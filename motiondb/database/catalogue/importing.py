@@ -16,7 +16,7 @@ from motiondb.records import CaptureInfo
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What an import of words did.
+    """The result of an import of words.
 
     captures : how many have the sheet's words and tags now. problems : a sentence per row without a
     capture. notes : what of the sheet was left out, and why.
@@ -29,7 +29,7 @@ class ImportReport:
 
 @dataclass(frozen=True)
 class EventReport:
-    """What an import of events did.
+    """The result of an import of events.
 
     captures, events : how many captures have the sheet's events now, and how many these are.
     problems : a sentence per row without a capture, or after its end. notes : what was odd.
@@ -63,7 +63,7 @@ def import_words(opened: store.Store, path: str | Path) -> ImportReport:
 
 
 def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
-    """A note where a sheet tells how captures are to be read that were read long ago."""
+    """A note if a sheet says how to read captures that were already added."""
     notes = []
     for what in ("fps", "skeleton"):
         count = sum(
@@ -82,7 +82,7 @@ def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
 def import_events(opened: store.Store, path: str | Path) -> EventReport:
     """Replace the events of the captures that a sheet names, all in one transaction.
 
-    Nothing is learned from events, so that what was learned stays as it is.
+    Nothing is learned from events, so the learned model does not change.
     """
     sheet = read_event_sheet(path)
     with store.reading(opened):

@@ -1,7 +1,8 @@
-"""Save what is readable of a damaged database into a new one.
+"""Save the readable parts of a damaged database into a new one.
 
-What a capture has lost is made anew where the rest of it allows: a motion by reading the stored
-file again, a file by writing the motion as BVH. What was learned is not taken over: learn again.
+Lost parts of a capture are restored from its other parts if possible: a motion by reading the
+stored file again, a file by writing the motion as BVH. The learned model is not copied: learn
+again.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from motiondb.whole_files import is_running
 
 @dataclass(frozen=True)
 class RescueReport:
-    """What a rescue saved and what it could not.
+    """The captures that a rescue saved, and those that it could not.
 
     Attributes
     ----------
@@ -33,7 +34,7 @@ class RescueReport:
     captures : tuple of str
         Names of the captures that were saved, whole or in part.
     mended : tuple of str
-        A sentence for every capture of which a part was lost or made anew.
+        A sentence for every capture of which a part was lost or restored.
     lost : tuple of str
         A sentence for everything that is not in the new database.
     was_learned : bool
@@ -119,7 +120,7 @@ def _sweep(output: Path) -> None:
 def _save_all(
     damaged: store.Store, new: store.Store, output: Path, lost: list[str]
 ) -> RescueReport:
-    """Copy capture by capture, then what belongs to several."""
+    """Copy capture by capture, then the data that belong to several captures."""
     runs = {run.run_id: run for run in store.salvage_runs(damaged)}
     names: list[str] = []
     mended: list[str] = []
@@ -139,7 +140,7 @@ def _save_all(
                 note = _save_capture(new, salvaged, runs.get(info.run_id))
             except MotionDBError as error:
                 what = ", ".join(salvaged.lost) or "nothing"
-                lost.append(f"{name}: could not be read ({what}), nor made anew: {error}")
+                lost.append(f"{name}: could not be read ({what}) or restored: {error}")
                 continue
             names.append(name)
             if note:
@@ -153,7 +154,7 @@ def _save_all(
 
 
 def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | None) -> str:
-    """Save a capture, with what is missing made anew; says what that was."""
+    """Save a capture with its missing parts restored; return what was restored."""
     info, source, motion = salvaged.info, salvaged.source, salvaged.motion
     notes = [f"could not read {', '.join(salvaged.lost)}"] if salvaged.lost else []
     if source is None and motion is None:
@@ -193,7 +194,7 @@ def _read_anew(
 
 
 def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store.Source]:
-    """A file for a motion whose own was lost."""
+    """A file for a motion whose file was lost."""
     clip = retarget.to_clip(motion)
     file = f"{info.name.replace('/', '_')}.bvh"
     packed = store.pack_source(file, capture.to_bvh(clip, file).encode(), "bvh")

@@ -1,4 +1,4 @@
-"""Files of a generated motion: the motion itself, and beside it where every frame comes from."""
+"""Files of a generated motion: the motion, and the origin of every frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from motiondb.records import MOTION_FPS, Motion
 
 
 class Made(Protocol):
-    """What was generated in any way: a motion that knows where its frames come from."""
+    """Any generated motion with the origin of its frames."""
 
     @property
     def motion(self) -> Motion:
@@ -36,7 +36,7 @@ def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> d
     made : Made
         What was generated.
     facts : dict
-        What the provenance file says beside the origin of the frames.
+        Facts for the provenance file, in addition to the origin of the frames.
     path : Path
         The motion's file: .bvh, .glb or .gltf.
 
@@ -59,13 +59,13 @@ def draw_generated(made: Made, title: str, path: str | Path) -> Path:
 
 def source_facts(made: Made) -> list[dict[str, Any]]:
     """The captures that frames come from, with licence, digest and number of frames."""
-    found = made.provenance
+    provenance = made.provenance
     return [
         {
             "capture": s.name, "licence": s.licence or "unknown", "sha256": s.sha256,
-            "frames": int((found.source_numbers == n).sum()),
+            "frames": int((provenance.source_numbers == n).sum()),
         }
-        for n, s in enumerate(found.sources)
+        for n, s in enumerate(provenance.sources)
     ]  # fmt: skip
 
 
@@ -75,14 +75,16 @@ def frame_runs(made: Made) -> list[dict[str, Any]]:
     Each has its frames [start, end), the first frame in the source, the step from frame to frame
     there (1 as recorded, 2 at twice the tempo), and what was done.
     """
-    found = made.provenance
-    steps = np.diff(found.source_frames)
-    same = np.diff(found.source_numbers) == 0
-    same &= np.array([a == b for a, b in zip(found.edits[:-1], found.edits[1:])], dtype=bool)
+    provenance = made.provenance
+    steps = np.diff(provenance.source_frames)
+    same = np.diff(provenance.source_numbers) == 0
+    same &= np.array(
+        [a == b for a, b in zip(provenance.edits[:-1], provenance.edits[1:])], dtype=bool
+    )
     runs: list[tuple[int, int, float]] = []
-    start, n_frames = 0, len(found.source_frames)
+    start, n_frames = 0, len(provenance.source_frames)
     while start < n_frames:
-        step = _step(found.edits[start])
+        step = _step(provenance.edits[start])
         end = start + 1
         while end < n_frames and same[end - 1] and abs(steps[end - 1] - step) < 1e-6:
             end += 1
@@ -92,10 +94,12 @@ def frame_runs(made: Made) -> list[dict[str, Any]]:
         {
             "start": a,
             "end": b,
-            "capture": found.sources[n].name if (n := int(found.source_numbers[a])) >= 0 else None,
-            "source_start": round(float(found.source_frames[a]), 6),
+            "capture": provenance.sources[n].name
+            if (n := int(provenance.source_numbers[a])) >= 0
+            else None,
+            "source_start": round(float(provenance.source_frames[a]), 6),
             "source_step": step,
-            "edit": found.edits[a],
+            "edit": provenance.edits[a],
         }
         for a, b, step in runs
     ]

@@ -63,10 +63,10 @@ class Generated:
     provenance : Provenance
         Origin and licence of every frame.
     question : KnownQuestion
-        The sentence as it was understood.
+        The parsed sentence.
     shown : tuple of JudgedAction
-        Per action that was asked for, whether the motion shows it, told by a judge that had no part
-        in making it.
+        For each requested action, whether the motion shows it, according to a judge that is
+        independent of the generation.
     decided : tuple of str
         What the sentence leaves open, and how it was decided.
     spans : tuple of (int, int)
@@ -80,11 +80,11 @@ class Generated:
     method : str
         One of ``METHODS``.
     taken : dict
-        Word that no caption holds -> what it was taken as; the likeliest was used.
+        Word that is in no caption -> the known words that replace it; the most probable was used.
     suggested : dict
-        Word that no caption holds -> what is made of it where it was not taken.
+        Word that is in no caption and was not replaced -> suggested known words.
     sources : tuple of WordSource
-        Which captions taught the words, where the database learned with a start.
+        The captions from which the words were learned, if the database learned with a start.
     """
 
     motion: Motion
@@ -113,11 +113,11 @@ class Generated:
 
     @property
     def shows_all(self) -> bool:
-        """Whether the judge finds every action that was asked for to be shown."""
+        """Whether every requested action is shown, according to the judge."""
         return all(one.shown is True for one in self.shown)
 
     def facts(self) -> dict[str, Any]:
-        """What was asked, decoded and used, for JSON; times in seconds."""
+        """The request, its decoding and the sources, for JSON; times in seconds."""
         return {
             "words": self.words,
             "seed": self.seed,
@@ -185,7 +185,7 @@ class GenerateSettings:
         Whether words that no caption holds are left out; otherwise a word that may be taken as a
         known one is replaced by the likeliest.
     anyway : bool
-        Whether to make what can be made where nothing in the database shows an action.
+        Whether to generate the nearest motion if nothing in the database shows an action.
     """
 
     method: str = "stitched"
@@ -196,7 +196,7 @@ class GenerateSettings:
 def generate(
     session: Session, words: str, seed: int, settings: GenerateSettings, number: int = 1
 ) -> list[Generated]:
-    """Make motions that show what a sentence says.
+    """Generate motions from a sentence.
 
     Parameters
     ----------
@@ -236,13 +236,13 @@ def generate(
             learned, takings = _replace_unknown(session.learned, words, settings.anyway)
         for variant in range(number):
             rng = np.random.default_rng([seed, variant] if variant else seed)
-            found = make_motion(
+            generated = make_motion(
                 learned, session.takes,
                 MotionRequest(words, settings.method, settings.anyway), rng, used,
             )  # fmt: skip
-            used.update(enumerate(found.captures))
+            used.update(enumerate(generated.captures))
             motions.append(
-                _to_generated(session, found, (words, seed), settings, (learned, takings))
+                _to_generated(session, generated, (words, seed), settings, (learned, takings))
             )
     return motions
 
@@ -271,29 +271,29 @@ def _replace_unknown(
 
 def _to_generated(
     session: Session,
-    found: MadeMotion,
+    motion: MadeMotion,
     asked: tuple[str, int],
     settings: GenerateSettings,
     known: tuple[Learned, Mapping[str, Taking]],
 ) -> Generated:
-    made, (learned, takings) = found.made, known
+    made, (learned, takings) = motion.made, known
     provenance = store.to_provenance(session.store, made.captures, made.frames, edits=made.edits)
     return Generated(
         motion=made.motion,
-        symbols=tuple(int(s) for s in found.symbols),
-        positions=found.positions,
-        actions=found.actions,
-        decodings=found.decodings,
-        recognised=tuple(int(s) for s in found.recognised),
+        symbols=tuple(int(s) for s in motion.symbols),
+        positions=motion.positions,
+        actions=motion.actions,
+        decodings=motion.decodings,
+        recognised=tuple(int(s) for s in motion.recognised),
         provenance=provenance,
-        question=found.question,
-        shown=found.shown,
-        decided=found.decided,
+        question=motion.question,
+        shown=motion.shown,
+        decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested={word: taking for word, taking in takings.items() if not taking.is_taken},
-        spans=found.spans,
-        not_used=found.not_used,
-        sources=word_sources(learned, (word for action in found.actions for word in action)),
+        spans=motion.spans,
+        not_used=motion.not_used,
+        sources=word_sources(learned, (word for action in motion.actions for word in action)),
         words=asked[0],
         seed=asked[1],
         method=settings.method,

@@ -42,17 +42,17 @@ class Stretch:
     edits: tuple[str, ...]
 
 
-def stretches(found: store.Provenance) -> tuple[Stretch, ...]:
+def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:
     """Return the stretches of a motion, from the origin of its frames."""
-    numbers, frames = found.source_numbers, found.source_frames
+    numbers, frames = provenance.source_numbers, provenance.source_frames
     if not len(numbers):
         return ()
     breaks = (np.diff(numbers) != 0) | (np.abs(np.diff(frames)) > _LEFT_OUT)
     bounds = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(numbers)]
     runs = []
     for start, end in pairwise(bounds):
-        source = found.sources[number] if (number := int(numbers[start])) >= 0 else None
-        said = (part for edit in found.edits[start:end] for part in edit.split(", "))
+        source = provenance.sources[number] if (number := int(numbers[start])) >= 0 else None
+        said = (part for edit in provenance.edits[start:end] for part in edit.split(", "))
         edits = sorted({"blend" if part.startswith("blend") else part for part in said if part})
         runs.append(
             Stretch(

@@ -1,11 +1,11 @@
 """Complete a pattern of words and terminals by sentences of a grammar that its captures can show.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
-them. A word stands for one segment: for one of the terminals in whose segments the word is probable
+them. A word means one segment, with one of the terminals in whose segments the word is probable
 (:mod:`.grammar_words`). A word that no caption holds may be taken as known ones
 (:mod:`motiondb.learning.taken_words`), and is probable where these are. A text without ``?`` and
 ``...`` that does not consist of terminals is a sentence in words: its words follow each other in
-this order, with anything between, before and after. The way is from words to motion symbols (the
+this order, with anything between, before and after. The steps are from words to motion symbols (the
 association), to terminals, to a sentence that obeys the grammar, to motion.
 """
 
@@ -91,7 +91,7 @@ def generate(
     seed: int,
     exact: bool = False,
 ) -> GrammarSequence:
-    """Draw a sentence that matches a pattern, as probable as it is among all that match; play it.
+    """Draw a sentence from those that match a pattern, by their probabilities, and assemble it.
 
     Parameters
     ----------
@@ -117,8 +117,8 @@ def generate(
     """
     if length is not None:
         raise QueryError(
-            f"length: expected none beside a pattern, found {length}. Write the wanted number of"
-            " terminals as places: '? ? ?'."
+            f"length: expected none with a pattern, found {length}. Write the number of terminals "
+            f"as places: '? ? ?'."
         )
     pattern = pattern_of(material, _learned(session), like, exact)
     rng = np.random.default_rng(seed)
@@ -185,7 +185,7 @@ def pattern_of(
     Raises
     ------
     QueryError
-        When the text is empty or too long, or a word is no terminal and no terminal shows it.
+        When the text is empty or too long, or a word is not a terminal and no terminal shows it.
     GrammarError
         When the pattern needs too many states.
     """
@@ -211,7 +211,7 @@ def pattern_of(
 
 
 def _words_in_order(learned: Learned, text: str) -> list[str]:
-    """Return the words of a sentence; whatever is more than an order of actions is refused."""
+    """Return the words of a sentence; anything but an order of actions is refused."""
     known = understand(learned, text)
     if known.unknown:
         raise QueryError(nothing_known(text, known.unknown))
@@ -248,10 +248,10 @@ def _word_places(material: Material, learned: Learned) -> Callable[[str], Place]
 
     def place(word: str) -> Place:
         names = material.learned.terminals.names
-        found = [names[k] for k in terminals_for(learned, shares, word)]
-        if not found:
+        terminals = [names[k] for k in terminals_for(learned, shares, word)]
+        if not terminals:
             raise QueryError(_shown_by_none(material, learned, shares, word))
-        return Place(word, frozenset(found))
+        return Place(word, frozenset(terminals))
 
     return place
 
@@ -261,8 +261,8 @@ def _shown_by_none(material: Material, learned: Learned, shares: Shares, word: s
     shown = [w for w in learned.association.words if terminals_for(learned, shares, w)]
     options = ", ".join(shown[:20]) or "none"
     return (
-        f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found that"
-        f" none does. They show: {options}."
+        f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found one "
+        f"that none shows. They show: {options}."
     )
 
 

@@ -1,6 +1,6 @@
 """Edit a sequence: replace the region around a picked terminal by another derivation.
 
-Terminals and segments outside the region stay as they are. The motion there is therefore the same,
+Terminals and segments outside the region do not change. The motion there is therefore the same,
 except for the blends at the ends of the region. Its position and heading may change, because they
 depend on the motion that precedes it.
 """
@@ -113,8 +113,8 @@ def offer(
     except context_free.GrammarError as error:  # the region was asked for by the user
         raise QueryError(str(error)) from None
     rng = np.random.default_rng(seed)
-    found = edit.alternatives(material.learned.grammar, tree, region, n, rng)
-    return Edit(tree, clips, region, found)
+    offered = edit.alternatives(material.learned.grammar, tree, region, n, rng)
+    return Edit(tree, clips, region, offered)
 
 
 def play_alternative(material: Material, edited: Edit, number: int, seed: int) -> GrammarSequence:
@@ -142,14 +142,14 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
     if gone:
         raise QueryError(
             f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
-            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string instead"
-            " of the sequence: then all of it is played anew."
+            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string "
+            f"instead of the sequence: then all of it is assembled again."
         )
     return play(material, tree, np.random.default_rng(seed), pinned)
 
 
 def play_saved(material: Material, name: str, seed: int) -> GrammarSequence:
-    """Return a saved sequence as motion, played anew by its own segments.
+    """Return a saved sequence as motion, assembled again from its segments.
 
     Parameters
     ----------
@@ -214,10 +214,10 @@ def _is_kept(
     return len(words) == 1 and words[0] not in grammar.terminals
 
 
-def _check_same(found: str, wanted: str, what: str) -> None:
+def _check_same(actual: str, wanted: str, what: str) -> None:
     """Raise QueryError if a sequence belongs to another grammar."""
-    if found != wanted:
+    if actual != wanted:
         raise QueryError(
-            f"{what}: expected a sequence of the grammar {wanted}, found one of {found}."
-            f" Edit it by that one: motiondb grammar edit {found} ..."
+            f"{what}: expected a sequence of the grammar {wanted}, found one of {actual}. Edit it "
+            f"with that grammar: motiondb grammar edit {actual} ..."
         )

@@ -110,14 +110,14 @@ def terminal_facts(
     terminals = learned.terminals
     facts = []
     for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
-        own = terminals.labels == k
+        members = terminals.labels == k
         medoid = int(terminals.medoids[k])
         facts.append(
             {
                 "terminal": name,
-                "count": int(own.sum()),
+                "count": int(members.sum()),
                 "seconds": round(
-                    float((terminals.ends - terminals.starts)[own].mean()) / MOTION_FPS, 3
+                    float((terminals.ends - terminals.starts)[members].mean()) / MOTION_FPS, 3
                 ),
                 "words": [{"word": w, "probability": p} for w, p in meaning.words],
                 "symbols": [{"symbol": s, "share": p} for s, p in meaning.symbols],

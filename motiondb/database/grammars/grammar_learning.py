@@ -104,18 +104,18 @@ def learn_grammar(
     store.check_writable(database)
     try:
         with store.released(database):
-            found = _search(database, infos, motions, settings, rng, tell)
+            result = _search(database, infos, motions, settings, rng, tell)
     except parse.ParseError:  # an internal fault: a learned grammar parses its sentences
         raise
     except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
     tell("parses", 0.0, 1.0)
-    learned = _record(name, infos, found, motions)
+    learned = _record(name, infos, result, motions)
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
-    if found.tried:
-        parameters["tried"] = {str(k): ledger.total for k, ledger in found.tried.items()}
-        parameters["noise"] = found.noise
-        parameters["standard_error"] = standard_error(found.noise)
+    if result.tried:
+        parameters["tried"] = {str(k): ledger.total for k, ledger in result.tried.items()}
+        parameters["noise"] = result.noise
+        parameters["standard_error"] = standard_error(result.noise)
     with store.transaction(database):
         run_id = store.start_run(database, "grammar", parameters, settings.seed)
         lost = store.save_grammar(database, learned, run_id)
@@ -141,17 +141,17 @@ class _Found:
 
 
 def _record(
-    name: str, infos: Sequence[CaptureInfo], found: _Found, motions: Sequence[Motion]
+    name: str, infos: Sequence[CaptureInfo], result: _Found, motions: Sequence[Motion]
 ) -> store.LearnedGrammar:
-    """Collect what was learned into a record for the store."""
-    grammar, sentences = found.sentences.grammar, found.sentences.sentences
-    ledger = make_ledger(motions, found.terminals, found.sentences)
+    """Collect the learned grammar into a record for the store."""
+    grammar, sentences = result.sentences.grammar, result.sentences.sentences
+    ledger = make_ledger(motions, result.terminals, result.sentences)
     return store.LearnedGrammar(
         name,
         tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
-        found.terminals,
-        found.symbols,
-        context_free.Grammar(grammar.start, grammar.rules, found.terminals.names),
+        result.terminals,
+        result.symbols,
+        context_free.Grammar(grammar.start, grammar.rules, result.terminals.names),
         _intervals(sentences),
         tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
         {"motion": ledger.motion, "sentences": ledger.string, "rules": ledger.grammar},
@@ -182,7 +182,7 @@ def _sources(database: store.Store, captures: Sequence[str]) -> list[CaptureInfo
         if info.kind != "captured":
             raise QueryError(
                 f"{info.name}: expected a capture that was captured, found a generated one."
-                " A grammar is learned from what people did: leave it out."
+                " A grammar is learned from captured motion only: leave it out."
             )
         if any(info.capture_id == other.capture_id for other in infos[:number]):
             raise QueryError(
@@ -219,15 +219,17 @@ def _search(
 ) -> _Found:
     """Find terminals and then sentences; both for each number of terminals that is tried."""
     captions = store.load_captions(database) if settings.sentences == "captions" else {}
-    own = [captions.get(info.capture_id, ()) for info in infos]
-    if settings.sentences == "captions" and not any(c.start for timed in own for c in timed):
+    captions_of_takes = [captions.get(info.capture_id, ()) for info in infos]
+    if settings.sentences == "captions" and not any(
+        c.start for timed in captions_of_takes for c in timed
+    ):
         raise QueryError(
-            "sentences: expected captures with timed words, found none. Write some down"
-            " (motiondb words set --from --to), or let sentences be found (--sentences auto)."
+            "sentences: expected captures with timed words, found none. Add some (motiondb words "
+            "set --from --to), or search for the sentences (--sentences auto)."
         )
 
     def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:
-        return _sentences(terminals, own, settings, rng, tell)
+        return _sentences(terminals, captions_of_takes, settings, rng, tell)
 
     def advance(done: int, total: int, what: str) -> None:
         tell(what, done, total)

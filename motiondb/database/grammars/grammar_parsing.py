@@ -1,9 +1,9 @@
-"""Parse a capture: from the stored sentences if the grammar was learned from it, else read it anew.
+"""Parse a capture: by its stored sentences if the grammar was learned from it, else by reading.
 
-Reading assigns a terminal to each segment, whatever the motion shows. A motion that has nothing in
-common with the grammar therefore also becomes a string, which may even parse. For this reason the
-result gives the distance of each segment from its terminal, and the distance beyond which a
-segment is unlike everything from which the grammar was learned (see
+Reading assigns a terminal to every segment, even if the motion shows something else. A motion that
+has nothing in common with the grammar therefore also becomes a string, which may even parse. For
+this reason the result gives the distance of each segment from its terminal, and the distance beyond
+which a segment is unlike everything from which the grammar was learned (see
 :mod:`motiondb.grammar.terminals.labelling`).
 """
 
@@ -167,11 +167,15 @@ def as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
     """
     terminals = learned.terminals
     rows = np.flatnonzero(terminals.takes == take)
-    own = [n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]]
+    sentences_of_take = [
+        n for n, (a, _) in enumerate(learned.sentences) if rows[0] <= a <= rows[-1]
+    ]
     return ParsedMotion(
         learned.string(int(rows[0]), int(rows[-1]) + 1),
         tuple((terminals.starts[rows] / MOTION_FPS).tolist()),
         tuple((terminals.ends[rows] / MOTION_FPS).tolist()),
         True,
-        tuple(context_free.derive_by(learned.grammar, learned.parses[n]) for n in own),
+        tuple(
+            context_free.derive_by(learned.grammar, learned.parses[n]) for n in sentences_of_take
+        ),
     )

@@ -1,9 +1,9 @@
-"""Generate motion from a grammar: derive a sentence, play it, and save it with its derivation.
+"""Generate motion from a grammar: derive a sentence, assemble its motion, and save both.
 
 A derivation gives a string of terminals. Each terminal is played by one of its segments. The
 segments are chosen so that the total cost of all joins is least, and are then stitched together.
 The tree and the segments are saved with the motion, so that the sequence can be edited later: a
-region is derived anew, and everything outside the region keeps its terminals and its segments.
+region is derived again, and everything outside the region keeps its terminals and its segments.
 """
 
 from __future__ import annotations
@@ -213,8 +213,8 @@ def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, 
     derivation = store.load_derivation(database, info.capture_id)
     if derivation is None:
         raise QueryError(
-            f"{info.name}: expected a capture that a grammar derived, found none such (or its"
-            " grammar was learned anew or removed). Generate one: motiondb grammar generate."
+            f"{info.name}: expected a capture that a grammar derived, found no such capture (or "
+            f"its grammar was learned again or removed). Generate one: motiondb grammar generate."
         )
     learned = store.load_grammar(database, derivation.grammar)
     return context_free.derive_by(learned.grammar, derivation.rules), derivation

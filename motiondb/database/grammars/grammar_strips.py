@@ -20,7 +20,7 @@ PATH_STEP = 3
 
 @dataclass(frozen=True)
 class StripTerminal:
-    """A terminal of a sequence, and what plays it.
+    """A terminal of a sequence, and its segment.
 
     Attributes
     ----------

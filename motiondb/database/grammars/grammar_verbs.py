@@ -76,8 +76,8 @@ class Grammars(SequenceVerbs):
         Raises
         ------
         QueryError
-            When the captures, the name or a setting are not valid, or nothing can be learned from
-            the captures. Nothing is saved then.
+            When the captures, the name or a setting are not valid, or no grammar can be learned
+            from the captures. Nothing is saved then.
         """
         return grammar_learning.learn_grammar(
             self._session.store, list(captures), name, settings or GrammarSettings(), progress
@@ -127,9 +127,9 @@ class Grammars(SequenceVerbs):
         """Draw the terminals with figures and words, and the captures as strings, as PNG."""
         return grammar_pictures.draw_strings(self.material(name), self.meanings(name), path)
 
-    def draw_parse(self, name: str, found: ParsedMotion, path: str | Path) -> Path:
+    def draw_parse(self, name: str, parsed: ParsedMotion, path: str | Path) -> Path:
         """Draw the trees of a parsed motion as PNG."""
-        return grammar_pictures.draw_parse(self.material(name), found.trees, path)
+        return grammar_pictures.draw_parse(self.material(name), parsed.trees, path)
 
     def draw_edit(self, name: str, edited: Edit, path: str | Path) -> Path:
         """Draw a sequence and the alternatives of its region as trees, as PNG."""
@@ -143,8 +143,9 @@ class Grammars(SequenceVerbs):
         """Return the sentences of a motion, stored or newly parsed.
 
         The sentences are the stored ones if the grammar was learned from the motion. Otherwise the
-        motion is read, which assigns a terminal to each segment, whatever it shows. ``unlike`` of
-        the result gives the segments that are unlike everything from which the grammar was learned.
+        motion is read, which assigns a terminal to every segment, even if the motion shows
+        something else. ``unlike`` of the result gives the segments that are unlike everything from
+        which the grammar was learned.
 
         Parameters
         ----------
@@ -203,7 +204,7 @@ class Grammars(SequenceVerbs):
         goal : str
             The terminal to reach.
         shortest : bool
-            Whether the shortest continuation is wanted instead.
+            Whether to return the shortest continuation instead.
 
         Raises
         ------
@@ -263,7 +264,7 @@ class Grammars(SequenceVerbs):
             used.
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
-            those that match, as probable as they are in the grammar.
+            those that match, by their probabilities in the grammar.
         exact : bool
             As in :meth:`complete`.
 

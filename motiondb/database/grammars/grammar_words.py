@@ -86,7 +86,7 @@ def terminal_meanings(
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """What the segments of each terminal show.
+    """The symbols and words of the segments of each terminal.
 
     Attributes
     ----------
@@ -125,14 +125,14 @@ def terminal_shares(
     words = np.zeros((n, len(learned.association.words) if has_words else 0))
     frames = np.zeros(n)
     for take, capture in takes.items():
-        own = np.flatnonzero(terminals.takes == take)
+        segments = np.flatnonzero(terminals.takes == take)
         rows = learned.rows[capture]
         starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
-        shared = np.minimum(terminals.ends[own][:, None], ends) - np.maximum(
-            terminals.starts[own][:, None], starts
+        shared = np.minimum(terminals.ends[segments][:, None], ends) - np.maximum(
+            terminals.starts[segments][:, None], starts
         )
         shared = np.maximum(shared, 0).astype(float)
-        labels = terminals.labels[own]
+        labels = terminals.labels[segments]
         np.add.at(frames, labels, shared.sum(axis=1))
         worn = np.zeros((len(starts), symbols.shape[1]))
         worn[np.arange(len(starts)), learned.segments.symbols[rows]] = 1.0
@@ -157,7 +157,7 @@ def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...
     learned : Learned
         What the database has learned.
     shares : Shares
-        What the segments of each terminal show.
+        The symbols and words of the segments of each terminal.
     word : str
         A word of the vocabulary.
     """

@@ -58,10 +58,12 @@ class SequenceVerbs:
         with self._session.reading():
             infos = [i for i in store.load_captures(opened) if i.kind == "generated"]
             derived = [(i.name, store.load_derivation(opened, i.capture_id)) for i in infos]
-        return [capture for capture, found in derived if found and found.grammar == name]
+        return [
+            capture for capture, derivation in derived if derivation and derivation.grammar == name
+        ]
 
     def open(self, name: str, seed: int = 0) -> GrammarSequence:
-        """Return a saved sequence, played anew with its own segments.
+        """Return a saved sequence, assembled again from its segments.
 
         Parameters
         ----------

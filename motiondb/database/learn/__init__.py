@@ -1,1 +1,1 @@
-"""Learn from the store, and keep what was learned true."""
+"""Learn from the store, and update the learned model when captures change."""

@@ -1,4 +1,4 @@
-"""``learn`` and ``drift``: load the captures, compute, save what was learned as a whole or not."""
+"""``learn`` and ``drift``: load the captures, compute, save all results or none."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def learn(
     progress : callable, optional
         Called with the step and the share of it that is done.
     start : str, Path or Knowledge, optional
-        What to start from (:func:`motiondb.database.learn.starting.find_start`). None: what the
-        database started from when it learned before, if anything.
+        What to start from (:func:`motiondb.database.learn.starting.find_start`). None: the start
+        that the database used when it learned before, if any.
 
     Raises
     ------
     MotionDBError
-        When the database holds no captures, or fewer segments than symbols asked for.
+        When the database holds no captures, or fewer segments than the requested symbols.
     KnowledgeError
         When there is no such knowledge.
     """
@@ -75,7 +75,7 @@ def learn(
     raise MotionDBError(
         f"{opened.path}: expected captures and words to stay as they are while learning, found "
         f"them changed by others in {_ATTEMPTS} attempts. Nothing was changed; run motiondb learn "
-        "again when nobody adds or edits."
+        f"again when no other process changes the database."
     )
 
 
@@ -95,7 +95,7 @@ def _save(
 
 
 def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
-    """Features of the captured captures, and what people wrote about them; of one revision."""
+    """Features and captions of the captured captures, of one revision."""
     with store.reading(opened):
         taught = _load_catalogue(opened)
         if not taught.performers:
@@ -107,7 +107,7 @@ def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
 
 
 def _load_catalogue(opened: store.Store) -> TaughtWords:
-    """Who performs in the captured captures, and what people wrote about them."""
+    """Performers and captions of the captured captures."""
     captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
     captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
     return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))
@@ -119,7 +119,7 @@ def _same(first: TaughtWords, second: TaughtWords) -> bool:
 
 
 def measure(opened: store.Store) -> Drift | None:
-    """The drift since the database learned; None where it has not, or kept no baseline."""
+    """The drift since the database learned; None if it has not, or kept no baseline."""
     with store.reading(opened):
         if not store.is_learned(opened):
             return None

@@ -1,4 +1,4 @@
-"""Knowledge to start from: found by name or file, exported, and what of a database it accounts for.
+"""Knowledge to start from: found by name or file, exported, and its share in a database.
 
 Knowledge that is shipped with motiondb lies in ``motiondb/knowledge/NAME.knowledge``.
 """
@@ -25,7 +25,7 @@ from motiondb.learning.start.knowledge import Knowledge
 from motiondb.learning.symbol_fitting import LearnSettings
 
 NONE = "none"
-"""Name that stands for no start."""
+"""Name that means no start."""
 ENDING = ".knowledge"
 _RUN = ("kind", "seed", "version")  # of a run, what does not depend on the machine or the day
 
@@ -47,7 +47,7 @@ def shipped_starts() -> list[dict[str, Any]]:
 
 
 def load_knowledge(what: str | Path) -> Knowledge:
-    """Knowledge by the name of what is shipped, or from a file.
+    """Knowledge by the name of a shipped file, or from another file.
 
     Parameters
     ----------
@@ -74,15 +74,15 @@ def load_knowledge(what: str | Path) -> Knowledge:
 def find_start(
     opened: store.Store, start: str | Path | Knowledge | None, settings: LearnSettings
 ) -> Knowledge | None:
-    """What ``learn`` starts from; None where it starts from nothing.
+    """What ``learn`` starts from; None if it starts from nothing.
 
     Parameters
     ----------
     opened : Store
         The open store.
     start : str, Path, Knowledge or None
-        A shipped name, a file, knowledge itself or "none"; None stands for what the database
-        started from before.
+        A shipped name, a file, knowledge itself or "none"; None means the start that the database
+        used before.
     settings : LearnSettings
         A number of symbols contradicts a start, whose symbols are taken over.
 
@@ -91,20 +91,21 @@ def find_start(
     KnowledgeError
         When there is no such knowledge.
     QueryError
-        When a number of symbols is asked for too.
+        When a number of symbols is given too.
     """
     if isinstance(start, Knowledge):
-        found: Knowledge | None = start
+        knowledge: Knowledge | None = start
     elif start is not None:
-        found = None if str(start) == NONE else load_knowledge(start)
+        knowledge = None if str(start) == NONE else load_knowledge(start)
     else:
-        found = _former_start(opened)
-    if found is not None and settings.n_symbols is not None:
+        knowledge = _former_start(opened)
+    if knowledge is not None and settings.n_symbols is not None:
         raise QueryError(
-            f"learn: expected a number of symbols or the start {found.origin.name!r}, found both. "
-            f"The symbols of a start are taken over; --start {NONE} learns own ones."
+            f"learn: expected a number of symbols or the start {knowledge.origin.name!r}, found "
+            f"both. A start brings its own symbols; --start {NONE} learns symbols from the "
+            f"captures."
         )
-    return found
+    return knowledge
 
 
 def _former_start(opened: store.Store) -> Knowledge | None:
@@ -138,25 +139,25 @@ def start_knowledge(learned: Learned) -> Knowledge:
     if learned.started is None:
         raise NotLearnedError(
             f"{learned.source}: expected a database that learned with a start, found one that "
-            "learned from its own captures alone. Name a file, or cmu."
+            f"learned from its own captures only. Name a file, or cmu."
         )
     return learned.started.knowledge
 
 
 def start_facts(learned: Learned) -> dict[str, Any] | None:
-    """Where the start of a database comes from and what it accounts for; None without a start."""
+    """The origin of the start of a database and its share in the database; None without a start."""
     started = learned.started
     if started is None or learned.counted is None:
         return None
     counts = learned.counted.counts
-    own = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
+    captioned = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
     return {
         **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
         "strange_motion": round(strange_share(learned.segments), 4),
         "fits": fits(learned.segments),
-        "words_of_start_alone": len(set(started.names) - own),
-        "words_of_both": len(set(started.names) & own),
-        "words_of_own_captions_alone": len(own - set(started.names)),
+        "words_of_start_alone": len(set(started.names) - captioned),
+        "words_of_both": len(set(started.names) & captioned),
+        "words_of_own_captions_alone": len(captioned - set(started.names)),
     }

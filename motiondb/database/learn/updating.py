@@ -1,4 +1,4 @@
-"""Keeping what was learned true while captures and words change, without learning again.
+"""Updates of the learned model when captures and words change, without learning again.
 
 One context manager surrounds every change of captures, words or synonyms. Before the change, the
 counts of the captures that will change are subtracted. After it, the captures that are there are
@@ -28,7 +28,7 @@ from motiondb.words.lexicon import vocabulary
 
 @dataclass
 class Change:
-    """What a change of captures or words counted.
+    """The result of counting a change of captures or words.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Change:
 def changing(
     opened: store.Store, kind: str, parameters: Mapping[str, object], touched: Iterable[int] = ()
 ) -> Iterator[Change]:
-    """A transaction with a run of its own around :func:`counted`.
+    """A transaction with a separate run around :func:`counted`.
 
     Parameters
     ----------
@@ -73,15 +73,15 @@ def changing(
 def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[Change]:
     """Surround a change of captures or words, inside a transaction, so that counts stay true.
 
-    Where the database has not learned, or an earlier version learned that kept no counts, nothing
-    is counted.
+    Nothing is counted if the database has not learned, or learned with an earlier version without
+    counts.
 
     Parameters
     ----------
     opened : Store
         The open store.
     run_id : int
-        Run of the change; what is saved names it.
+        Run of the change; saved rows refer to it.
     touched : iterable of int
         Captures whose words may change, or that may be removed.
     """
@@ -112,7 +112,7 @@ def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> It
 
 
 def _load_counted(opened: store.Store) -> LearnedModel | None:
-    """What was learned, where its counts were kept."""
+    """The learned model, if its counts were kept."""
     if not store.is_learned(opened) or not store.load_parameters(opened, COUNTED_NAME):
         return None
     return from_stored(store.load_learning(opened))

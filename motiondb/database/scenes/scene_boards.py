@@ -1,7 +1,7 @@
-"""What is known of a tactics diagram before a scene is made: faults, holder, strings, clips.
+"""Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
 
-A program with a board asks after every change. So nothing is raised for a diagram that cannot be
-played: every fault is returned with the line that it is about.
+A program with a board asks after every change. No exception is raised for a diagram that cannot be
+played: every fault is returned with its line.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ class BoardFault:
     Attributes
     ----------
     line : int
-        Line of the text, from 1; 0 where it is about the whole diagram.
+        Line of the text, from 1; 0 if it is about the whole diagram.
     message : str
         The sentence, without the place.
     player : str
-        The player who cannot do what is asked, or "".
+        The player who cannot do what the diagram requires, or "".
     """
 
     line: int
@@ -48,24 +48,24 @@ class BoardFault:
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """A diagram, and what is known of it.
+    """A diagram with its facts.
 
     Attributes
     ----------
     text : str
         Its text.
     diagram : Diagram or None
-        The diagram; None where the text cannot be read.
+        The diagram; None if the text cannot be read.
     grammar : MotionGrammar or None
-        Its grammar; None where there is none of this name.
+        Its grammar; None if there is none of this name.
     faults : tuple of BoardFault
         Why it cannot be played; none for one that can.
     holder : str
-        Who has the ball at first, or "".
+        Name of the player who has the ball at first, or "".
     strings : dict of str to tuple of str
-        Shortest string of actions of each player who can do what is asked.
+        Shortest string of actions of each player who can do what the diagram requires.
     expressions : dict of str to str
-        What is asked of each player, as the paper writes it.
+        The requirements of each player, in the notation of the paper.
     """
 
     text: str
@@ -83,7 +83,7 @@ class Board:
 
 
 def read_board(text: str) -> Board:
-    """Return what is known of the text of a diagram, whose grammar is a shipped one.
+    """Return the facts of the text of a diagram with a shipped grammar.
 
     Raises
     ------
@@ -119,17 +119,17 @@ def read_board(text: str) -> Board:
 
 def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:
     """Return the faults of an error: each begins with the place."""
-    found: list[BoardFault] = []
+    faults: list[BoardFault] = []
     for line in message.split("\n"):
         place = _LINE.match(line)
         if place:
-            found.append(BoardFault(int(place[1]), line[place.end() :], player))
-        elif found and not line.startswith(f"{WHERE}: "):
-            last = found.pop()
-            found.append(BoardFault(last.line, f"{last.message}\n{line}", player))
+            faults.append(BoardFault(int(place[1]), line[place.end() :], player))
+        elif faults and not line.startswith(f"{WHERE}: "):
+            last = faults.pop()
+            faults.append(BoardFault(last.line, f"{last.message}\n{line}", player))
         else:
-            found.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
-    return tuple(found)
+            faults.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
+    return tuple(faults)
 
 
 def element_faults(board: Board) -> tuple[str, ...]:

@@ -6,8 +6,8 @@ name no other action: "walk, veer left" and "run, stop" show walking and running
 times is about its part of the capture, one without about the whole capture.
 
 If a caption names several actions in order, all of them actions of the grammar and exactly one of
-them a throw (its event is a release), the hands tell when the throw is (see
-:mod:`motiondb.scene.clips.throws`). Its clip begins there, and what is named before it comes
+them a throw (its event is a release), the time of the throw is determined from the hands (see
+:mod:`motiondb.scene.clips.throws`). Its clip begins there, and the actions named before it come
 before. This is not done for captures with other captions that have times.
 
 Words of phrases that no caption holds may be taken as known ones (:mod:`.scene_words`).
@@ -145,15 +145,15 @@ def _shown(
     captions: Iterable[_Said], asked: Mapping[str, tuple[_Words, _Words]], thrown: set[str]
 ) -> dict[str, tuple[ShownAction, ...]]:
     """Return for every terminal the parts that captions say show it."""
-    found: dict[str, dict[ShownAction, None]] = {name: {} for name in asked}
+    parts_of: dict[str, dict[ShownAction, None]] = {name: {} for name in asked}
     for one in captions:
         for name, (phrases, without) in asked.items():
             if _all_show(one.named, phrases, without):
-                found[name][one.part] = None
+                parts_of[name][one.part] = None
         if one.may_cut:
             for name, stretch in _about_a_throw(one.named, asked, thrown):
-                found[name][replace(one.part, stretch=stretch)] = None
-    return {name: tuple(parts) for name, parts in found.items()}
+                parts_of[name][replace(one.part, stretch=stretch)] = None
+    return {name: tuple(parts) for name, parts in parts_of.items()}
 
 
 def _about_a_throw(
@@ -165,11 +165,11 @@ def _about_a_throw(
     if len(named) < 2 or not all(shown) or len(throws) != 1:
         return []
     at = throws[0]
-    found = sorted(shown[at] & thrown)
-    if any(no <= words for name in found for no in asked[name][1] for words in named):
+    with_throw = sorted(shown[at] & thrown)
+    if any(no <= words for name in with_throw for no in asked[name][1] for words in named):
         return []  # a feigned throw, which hands cannot tell from one
     before = set.intersection(*shown[:at]) if at else set()
-    return [(name, THROW) for name in found] + [(name, BEFORE) for name in sorted(before)]
+    return [(name, THROW) for name in with_throw] + [(name, BEFORE) for name in sorted(before)]
 
 
 def _words(

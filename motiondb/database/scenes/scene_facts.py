@@ -1,4 +1,4 @@
-"""Facts of a made scene for its record: details of the report, and what players do when."""
+"""Facts of a scene for its record: details of the report, and the actions of players with times."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from motiondb.scene.polish.placed import Placed
 
 
 def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
-    """Return what a player does when, as captions with times; consecutive equal actions are joined.
+    """Return the actions of a player as captions with times; consecutive equal actions are joined.
 
     Waiting has no caption.
     """

@@ -55,7 +55,7 @@ def shipped_text(name: str, ending: str) -> str:
     """
     if name not in shipped(ending):
         near = suggestion(name, shipped(ending)) or f" There are: {', '.join(shipped(ending))}."
-        raise SceneError(f"{name}: expected a shipped {_KINDS[ending]}, found none such.{near}")
+        raise SceneError(f"{name}: expected a shipped {_KINDS[ending]}, found no such name.{near}")
     folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
     return folder.joinpath(name + ending).read_text(encoding="utf-8")
 

@@ -3,8 +3,8 @@
 ``NAME.bvh`` for every character, in one world, so that all of them together are the scene, with
 ``NAME.provenance.json`` beside it; ``scene.glb`` with all characters and the ball; ``paths.png``,
 ``above.gif`` and ``scene.gif``; ``report.txt`` and ``report.json``; ``scene.json``, from which
-``scene update`` begins; the texts of the diagram and the grammar. The folder is written beside its
-place under another name and then renamed, so that it is there whole or not at all.
+``scene update`` begins; the texts of the diagram and the grammar. The folder is written under
+another name and then renamed, so that it is complete or absent.
 """
 
 from __future__ import annotations
@@ -139,44 +139,44 @@ def _draw(
     progress("drawing", 1.0, record.error)
 
 
-def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
+def source_facts(provenance: store.Provenance) -> list[dict[str, Any]]:
     """Return the captures that frames come from, with licence, digest and number of frames."""
     return [
         {
             "capture": source.name,
             "licence": source.licence or "unknown",
             "sha256": source.sha256,
-            "frames": int((found.source_numbers == number).sum()),
+            "frames": int((provenance.source_numbers == number).sum()),
         }
-        for number, source in enumerate(found.sources)
+        for number, source in enumerate(provenance.sources)
     ]
 
 
 def action_runs(
-    clips: IntArray, made: MadeScene, name: str, found: store.Provenance
+    clips: IntArray, made: MadeScene, name: str, provenance: store.Provenance
 ) -> list[dict[str, Any]]:
     """Return runs of frames of one action: their capture, its frames, and what was done to them.
 
-    Waiting is a run of its own, and so are the frames after frames that were left out.
+    Waiting is a separate run, and a new run begins after frames that were left out.
     """
     actions = made.state.players[_number(made, name)].tree.leaves()
     numbers = np.asarray(clips)
-    waits = waiting(found.edits)
-    changed = (np.diff(numbers) != 0) | (np.diff(found.source_numbers) != 0)
-    changed |= (waits[1:] != waits[:-1]) | (np.abs(np.diff(found.source_frames)) > _LEFT_OUT)
+    waits = waiting(provenance.edits)
+    changed = (np.diff(numbers) != 0) | (np.diff(provenance.source_numbers) != 0)
+    changed |= (waits[1:] != waits[:-1]) | (np.abs(np.diff(provenance.source_frames)) > _LEFT_OUT)
     bounds = [0, *(np.flatnonzero(changed) + 1).tolist(), len(numbers)]
     return [
         {
             "start": start,
             "end": end,
             "action": actions[int(numbers[start])],
-            "capture": found.sources[int(found.source_numbers[start])].name,
-            "source_start": round(float(found.source_frames[start]), 2),
-            "source_end": round(float(found.source_frames[end - 1]), 2),
+            "capture": provenance.sources[int(provenance.source_numbers[start])].name,
+            "source_start": round(float(provenance.source_frames[start]), 2),
+            "source_end": round(float(provenance.source_frames[end - 1]), 2),
             "edits": sorted(
                 {
                     "blend" if part.startswith("blend") else part
-                    for edit in found.edits[start:end]
+                    for edit in provenance.edits[start:end]
                     for part in edit.split(", ")
                     if part
                 }
@@ -238,9 +238,9 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     try:
         record = from_json(path.read_text(encoding="utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:
-        found = getattr(error, "strerror", None) or "other bytes than text"
+        reason = getattr(error, "strerror", None) or "other bytes than text"
         raise SceneError(
-            f"{path}: expected the record of a scene, found: {found}."
+            f"{path}: expected the record of a scene, found: {reason}."
             " Make the scene with motiondb scene make, or name the folder of one."
         ) from None
     try:
@@ -248,7 +248,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise SceneError(
             f"{path}: expected a record that can be reported, found"
-            f" {type(error).__name__}: {error}. It was changed by hand: make the scene anew."
+            f" {type(error).__name__}: {error}. It was changed by hand: make the scene again."
         ) from None
     return record
 
@@ -281,9 +281,9 @@ def draw_folder(folder: Path, png: Path) -> Path:
 
 
 def _mend(folder: Path) -> None:
-    """Repair what killed processes left while they wrote this folder.
+    """Repair the state that killed processes left while they wrote this folder.
 
-    An earlier scene that had been moved away comes back; partial folders are removed.
+    An earlier scene that had been moved away is restored; partial folders are removed.
     """
     for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
         owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")

@@ -1,9 +1,9 @@
 """The clips of a motion grammar's terminals, from the captures of a database.
 
-Captions tell which parts of captures show an action (:mod:`.scene_clips`). Annotated events, or
-else the motion, tell when its event is and where it can be cut. The rest is done by
-:mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session keeps it
-until the database changes.
+The captions determine which parts of captures show an action (:mod:`.scene_clips`). The annotated
+events, or else the motion, determine the time of its event and where it can be cut. The rest is
+done by :mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session
+keeps it until the database changes.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def scene_clips(
     Raises
     ------
     SceneError
-        A terminal has no clip. The message names it, its phrases, and what to do.
+        A terminal has no clip. The message names it, its phrases, and a remedy.
     """
     chosen = settings or VariantSettings()
     return session.kept(
@@ -127,9 +127,9 @@ def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> t
     return (first, last) if part.stretch == THROW else (start, first)
 
 
-def _check_terminals(grammar: MotionGrammar, found: set[str]) -> None:
+def _check_terminals(grammar: MotionGrammar, shown: set[str]) -> None:
     """Refuse a grammar with terminals that no capture shows."""
-    missing = [terminal for terminal in grammar.terminals if terminal.name not in found]
+    missing = [terminal for terminal in grammar.terminals if terminal.name not in shown]
     if not missing:
         return
     asked = "; ".join(

@@ -2,7 +2,7 @@
 
 Sampling and polishing are pure. This module gives captures to them, limits their time if asked to,
 and tries again with other random numbers if a rule is still broken after polishing, players touch
-or go faster than people do, or a motion is impossible. Of all tries the one with the fewest such
+or move faster than people can, or a motion is impossible. Of all tries the one with the fewest such
 faults is kept, then the one with the lowest error.
 
 Settings fix the number of steps of the sampling. So the same seed gives the same scene on any
@@ -36,13 +36,12 @@ from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, wa
 from motiondb.scene.sampling.warm_start import WARM, warm_start
 
 SceneProgress = Callable[[str, float, float], None]
-"""Called with what is being done, the fraction of it that is done, and the error (NaN if
-unknown)."""
+"""Called with the name of the step, the fraction that is done, and the error (NaN if unknown)."""
 
 _MOST_CHAINS = 64
 """Most Markov chains; more only take memory."""
 FASTEST = 8.0
-"""Speed of a pelvis, m/s, above which a scene is begun again: nobody is as fast on a court. Chosen
+"""Speed of a pelvis, m/s, above which a scene is begun again; players on a court are slower. Chosen
 by hand."""
 
 
@@ -88,7 +87,7 @@ class SceneSettings:
         if not 1 <= self.chains <= _MOST_CHAINS:
             raise SceneError(
                 f"chains: expected 1 to {_MOST_CHAINS} Markov chains, found {self.chains}."
-                " A few more than processors do well."
+                " Use a few more than there are processors."
             )
         if self.rounds < 1:
             raise SceneError(f"rounds: expected at least 1, found {self.rounds}. Leave it out.")
@@ -164,12 +163,12 @@ class MadeScene:
 
     @property
     def too_fast(self) -> tuple[str, ...]:
-        """The players who had to go faster than people do for the rules to hold."""
+        """The players who had to move faster than people can for the rules to hold."""
         return tuple(pace.player for pace in self.report.paces if pace.after > FASTEST)
 
     @property
     def clean(self) -> bool:
-        """Whether rules hold, no players touch or go too fast, and no motion is impossible."""
+        """Whether rules hold, no players touch or move too fast, and no motion is impossible."""
         return self.report.clean and not self.too_fast
 
     @property
@@ -206,7 +205,7 @@ def make(
     Raises
     ------
     SceneError
-        The grammar has no string that does what the diagram asks of a player.
+        The grammar has no string that meets the requirements of the diagram for a player.
     """
     seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
     sampler = _sampler(settings, start is not None)
@@ -288,10 +287,10 @@ def _attempt(
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
     if shown is not None and number == 0:
         shown(polished)
-    found = report_scene(state, clips.library, clips.motions, table, polished)
+    report = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
     return MadeScene(
-        text, settings, clips, state, table, polished, found, trace, trace.final, number + 1,
+        text, settings, clips, state, table, polished, report, trace, trace.final, number + 1,
         seconds, cut_short,
     )  # fmt: skip
 

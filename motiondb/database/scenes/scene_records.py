@@ -1,8 +1,8 @@
 """The record of a scene, which the store and a folder's ``scene.json`` keep, and back to a state.
 
 The record names captures and not entries of a library, so that it remains valid when the library
-changes. On the way back every clip is found by its capture, frames and edit. If the library no
-longer has it, it is replaced by the most similar entry of the same action.
+changes. When a scene is read back, every clip is identified by its capture, frames and edit. If the
+library no longer has it, it is replaced by the most similar entry of the same action.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def scene_record(
 
 
 def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePlayer, ...]:
-    library, found = made.clips.library, []
+    library, players = made.clips.library, []
     for who, state in zip(made.text.diagram.players, made.state.players, strict=True):
         entries = np.asarray(state.entries).tolist()
         begins = state.delay + np.concatenate([[0], np.cumsum(library.n_frames[entries])])
@@ -90,10 +90,10 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
         )  # fmt: skip
         x, z, heading = (float(value) for value in state.origin)
         rules = choices_of(state.tree)
-        found.append(
+        players.append(
             store.ScenePlayer(who.name, who.team, rules, (x, z, heading), int(state.delay), clips)
         )
-    return tuple(found)
+    return tuple(players)
 
 
 def record_text(record: store.StoredScene) -> SceneText:
@@ -123,14 +123,14 @@ def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrar
         if kept is None:
             raise SceneError(
                 f"{record.name}: expected the player {who.name} of its diagram, found none."
-                " The scene was changed by hand: make it anew."
+                " The scene was changed by hand: make it again."
             )
         grammar = text.grammar.started(text.grammar.start_of(who.team))
         tree = derive_by(grammar, kept.rules)
         if tree.leaves() != tuple(clip.terminal for clip in kept.clips):
             raise SceneError(
                 f"{record.name}: expected clips of the actions of {who.name}, found others."
-                " The scene was changed by hand: make it anew."
+                " The scene was changed by hand: make it again."
             )
         entries = [_entry(library, clip) for clip in kept.clips]
         players.append(PlayerState(tree, np.array(entries), kept.origin, kept.delay))
@@ -220,5 +220,5 @@ def from_json(text: str, where: str) -> store.StoredScene:
     except (ValueError, KeyError, TypeError, AttributeError, SceneError) as error:
         raise SceneError(
             f"{where}: expected a scene as motiondb scene make writes it, found something else"
-            f" ({type(error).__name__}: {error}). Make it anew."
+            f" ({type(error).__name__}: {error}). Make it again."
         ) from None

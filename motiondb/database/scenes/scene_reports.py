@@ -50,8 +50,11 @@ def report_facts(record: store.StoredScene) -> dict[str, Any]:
 def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
     """Return the rules, each with its first evaluated frame and the one after the last."""
     unknown: list[_Span] = [(None, None)] * len(record.rules)
-    found = record.report.get("rule_frames", unknown)
-    return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, found, strict=True)]
+    frames_of_rules = record.report.get("rule_frames", unknown)
+    return [
+        (rule, (start, end))
+        for rule, (start, end) in zip(record.rules, frames_of_rules, strict=True)
+    ]
 
 
 def _rule_facts(rule: store.SceneRule, span: _Span) -> dict[str, Any]:
@@ -105,8 +108,8 @@ def cut_short_lines(record: store.StoredScene) -> list[str]:
     at = record.report.get("cut_at", {})
     ended = f"; it ended after {at['rounds']} of {at['of']} rounds of try {at['try']}" if at else ""
     return [
-        f"sampling was cut short by --minutes {minutes:g}: the seed alone does not fix this scene,"
-        f" and with more minutes it may be better{ended}"
+        f"sampling was cut short by --minutes {minutes:g}: the seed alone does not determine this "
+        f"scene, and more minutes may improve it{ended}"
     ]
 
 
@@ -132,13 +135,13 @@ def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
 
 
 def _contact_lines(record: store.StoredScene) -> list[str]:
-    found = record.report.get("collisions", [])
-    if not found:
+    collisions = record.report.get("collisions", [])
+    if not collisions:
         return ["collisions: none"]
     return ["collisions:"] + [
         f"  {' and '.join(c['players'])}, frames {c['start']} to {c['end']},"
         f" {c['depth']:.2f} m deep"
-        for c in found
+        for c in collisions
     ]
 
 
@@ -147,7 +150,7 @@ _IMPOSSIBLE = {
     "speed": "travels at {value:.1f} m/s, at most {limit:.1f} m/s is possible",
     "step": "feet {value:.2f} m apart, at most {limit:.2f} m is possible",
     "foot jump": "a planted foot jumps by {value:.2f} m, at most {limit:.2f} m is possible",
-    "limbs": "limbs pass through one another",
+    "limbs": "limbs pass through each other",
 }
 
 
@@ -183,12 +186,10 @@ def _limb_lines(record: store.StoredScene) -> list[str]:
 
 def _guard_lines(record: store.StoredScene) -> list[str]:
     guards = record.report.get("guards", [])
-    return ["distance of guards over all frames (rules look at those of guarding):"] * bool(
-        guards
-    ) + [
+    return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
         f"  {g['player']} from {g['target']}: outside {g['near']:g} to {g['far']:g} m in"
-        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules look at {g['n_frames']}),"
-        f" farthest {g['farthest']:.1f} m at frame {g['frame']}"
+        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules use {g['n_frames']}), "
+        f"farthest {g['farthest']:.1f} m at frame {g['frame']}"
         for g in guards
     ]
 
@@ -196,7 +197,7 @@ def _guard_lines(record: store.StoredScene) -> list[str]:
 def _feet_lines(record: store.StoredScene) -> list[str]:
     feet = record.report.get("feet", {})
     lines = ["feet on the ground slide (in the captures), m/s:"]
-    lines += [f"  {name:6} {own:.3f} ({there:.3f})" for name, (own, there) in feet.items()]
+    lines += [f"  {name:6} {slip:.3f} ({there:.3f})" for name, (slip, there) in feet.items()]
     jumps = record.report.get("planted_feet", [])
     lines += ["largest jump of a planted foot within 0.3 s (in the captures), m:"] * bool(jumps)
     lines += [
@@ -220,10 +221,10 @@ def _source_lines(record: store.StoredScene) -> list[str]:
     return lines
 
 
-def source_list(found: Sequence[store.Provenance]) -> list[dict[str, Any]]:
+def source_list(provenances: Sequence[store.Provenance]) -> list[dict[str, Any]]:
     """Return the captures that a scene's frames come from, each once, with licence and frames."""
     frames: dict[store.SourceCapture, int] = {}
-    for one in found:
+    for one in provenances:
         for number, source in enumerate(one.sources):
             count = int((np.asarray(one.source_numbers) == number).sum())
             frames[source] = frames.get(source, 0) + count

@@ -49,8 +49,8 @@ class SceneText:
     @cached_property
     def expressions(self) -> Mapping[str, str]:
         """What the diagram requires of each player, such as ``(hold)(pass)(run)*(catch)``."""
-        found = expressions(self.diagram)
-        return {name: "".join(map(str, items)) for name, items in found.items()}
+        items_of = expressions(self.diagram)
+        return {name: "".join(map(str, items)) for name, items in items_of.items()}
 
     @cached_property
     def shortest(self) -> Mapping[str, tuple[str, ...]]:
@@ -109,7 +109,7 @@ class SceneTextVerbs:
     def validate(
         cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
     ) -> services.Validation:
-        """Parse a string of actions: its tree, or where it fails and what was expected.
+        """Parse a string of actions: its tree, or the place and reason of the failure.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ class SceneTextVerbs:
         goals: Sequence[str | Collection[str]],
         start: str = "",
     ) -> tuple[str, ...]:
-        """Return the shortest string that goes on from some actions and reaches goals in order.
+        """Return the shortest string that continues some actions and reaches goals in order.
 
         Parameters
         ----------

@@ -1,8 +1,8 @@
 """The verbs of scenes: ``db.scenes.make``, ``update``, ``write``, ``keep``, ``find``, ``remove``.
 
-A diagram tells what happens, a motion grammar how, and the database's captures are the motion. A
-scene can be written into a folder, and kept in the store under a name. Every player's motion is
-then a capture, ``NAME/PLAYER``, with the origin of its frames.
+A diagram specifies what happens, a motion grammar how, and the captures of the database provide the
+motion. A scene can be written into a folder, and kept in the store under a name. Every player's
+motion is then a capture, ``NAME/PLAYER``, with the origin of its frames.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Scene:
     record : store.StoredScene
         Its record.
     provenance : dict of str to store.Provenance
-        Where every frame of each player comes from.
+        Origin of every frame of each player.
     """
 
     made: MadeScene
@@ -188,7 +188,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
     ) -> None:
         """Write a scene's folder, in place of an earlier scene's; with ``kept``, keep it as well.
 
-        If anything fails, folder and database stay as they were.
+        If anything fails, folder and database do not change.
 
         Parameters
         ----------
@@ -360,7 +360,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         if gone:
             raise QueryError(
                 f"{name}: expected the motions of its players, found that the captures of"
-                f" {', '.join(gone)} were removed. Make the scene anew."
+                f" {', '.join(gone)} were removed. Make the scene again."
             )
         motions = {
             player.name: store.load_motion(self._session.store, player.capture_id)

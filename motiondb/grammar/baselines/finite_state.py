@@ -32,7 +32,7 @@ def observed_transitions(sentences: Sentences) -> Counter[Transition]:
     Returns
     -------
     Counter of (str or None, str or None)
-        Counts of neighbours. None stands before the first symbol and after the last.
+        Counts of neighbours. None is the symbol before the first and after the last.
 
     >>> observed_transitions(["ab", "b"])[None, "b"]
     1

@@ -155,12 +155,12 @@ def held_out_coverage(
             " Use fewer folds or more sentences."
         )
     order = rng.permutation(len(sentences))
-    found = 0
+    n_derived = 0
     for fold in range(folds):
         held = set(order[fold::folds].tolist())
         grammar = learn([tuple(s) for k, s in enumerate(sentences) if k not in held])
-        found += sum(accepts(grammar, sentences[k]) for k in held)
-    return found / len(sentences)
+        n_derived += sum(accepts(grammar, sentences[k]) for k in held)
+    return n_derived / len(sentences)
 
 
 def derived_strings(
@@ -239,10 +239,10 @@ def finite_language(grammar: AnyGrammar, limit: int = 10_000) -> frozenset[Strin
             before = [known[symbol] for symbol in group]
             for symbol in group:
                 if not compiled.terminals.start <= symbol < compiled.terminals.stop:
-                    found = _strings_of(compiled, int(symbol), known, limit)
-                    if found is None:
+                    strings = _strings_of(compiled, int(symbol), known, limit)
+                    if strings is None:
                         return None
-                    known[symbol] = found
+                    known[symbol] = strings
             if not cyclic or before == [known[symbol] for symbol in group]:
                 break
     return known[compiled.start]
@@ -266,15 +266,15 @@ def _strings_of(
 
     The limit applies to each symbol: no useful symbol has more strings than the start symbol.
     """
-    found: set[String] = set()
+    strings: set[String] = set()
     left, right = compiled.left[symbol], compiled.right[symbol]
     if left >= 0:
         for first in known[left]:
-            found.update(first + second for second in known[right])
-            if len(found) > limit:
+            strings.update(first + second for second in known[right])
+            if len(strings) > limit:
                 return None
-        return frozenset(found)
+        return frozenset(strings)
     for rule in range(compiled.rule_of[symbol], compiled.rule_of[symbol + 1]):
         below = compiled.rule_right[rule]
-        found.update([()] if below < 0 else known[below])
-    return frozenset(found) if len(found) <= limit else None
+        strings.update([()] if below < 0 else known[below])
+    return frozenset(strings) if len(strings) <= limit else None

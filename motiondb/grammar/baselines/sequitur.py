@@ -71,13 +71,13 @@ def _as_grammar(bodies: dict[int, list[Symbol]], counts: list[int]) -> Grammar:
 
 def _by_appearance(bodies: dict[int, list[Symbol]]) -> list[int]:
     """Return the rules in breadth-first order from the start rule, without it."""
-    found: dict[int, None] = {}
+    appeared: dict[int, None] = {}
     level = [0]
     while level:
         below = [s for rule in level for s in bodies[rule] if isinstance(s, int)]
-        level = [rule for rule in dict.fromkeys(below) if rule not in found]
-        found.update(dict.fromkeys(level))
-    return list(found)
+        level = [rule for rule in dict.fromkeys(below) if rule not in appeared]
+        appeared.update(dict.fromkeys(level))
+    return list(appeared)
 
 
 class _Builder:

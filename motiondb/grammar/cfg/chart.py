@@ -4,8 +4,8 @@ A cell (i, j) lists its symbols in ascending order with their values. A value is
 number times a power of two that the whole cell shares, so that long sentences do not underflow.
 Cells are filled from the right: a tail (Y Z) over (i, j) takes Y from a dense row of cells that
 begin at i, and Z from the list of (k, j) (Cocke, Younger and Kasami, on sparse cells). What a cell
-then derives without reading more comes from the chains of the compiled grammar, so that unit cycles
-and empty rules cost nothing here.
+derives without reading more symbols is taken from the chains of the compiled grammar, so unit
+cycles and empty rules need no work here.
 
 A chart sums the values of derivations (probabilities, or their number) or keeps the greatest.
 :mod:`.best_tree` reads the best tree from a chart of greatest values; see also :mod:`.forward`.

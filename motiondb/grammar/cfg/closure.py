@@ -188,7 +188,7 @@ def _close_component(kind: int, inner: FloatArray) -> None:
 def _gather(
     kind: int, node: int, graph: _Graph, rows: _Rows, component: _Component, n_reached: int
 ) -> int:
-    """Fill the row of a node: steps inside its component, and what the steps out of it lead to.
+    """Fill the row of a node: steps inside its component, and rows that are reached from it.
 
     Returns how many nodes are reached so far.
     """

@@ -1,7 +1,7 @@
 """A grammar as arrays of numbers, made once and used for many parses.
 
-Symbols are numbered: nonterminals, terminals, then *tails*. A tail stands for two or more symbols
-at the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end with them. Then a rule of
+Symbols are numbered: nonterminals, terminals, then *tails*. A tail replaces two or more symbols at
+the end of a rule, X Y Z = X (Y Z), and is shared by all rules that end with them. Then a rule of
 the grammar rewrites a nonterminal into one symbol (or into nothing), and a tail always splits into
 its two children. Trees over this form and trees of the grammar correspond one to one, for any
 grammar, with empty rules, unit cycles and left recursion.
@@ -174,7 +174,7 @@ class CompiledGrammar:
 
     @cached_property
     def left_corners(self) -> Sparse:
-        """Sum over all chains from a symbol to what its string can begin with, by the symbol."""
+        """Sum over all chains from a symbol to the first symbols of its strings, by the symbol."""
         steps = _steps(self, self.probabilities, self.empties, corners=True)
         return close_graph(SUM, steps)
 
@@ -243,14 +243,14 @@ def compile_grammar(grammar: Grammar) -> CompiledGrammar:
 def _check_size(grammar: Grammar) -> None:
     """Refuse a grammar that would take too long to compile."""
     lengths = [len(rule.right) for rule in grammar.rules]
-    for what, found, most in (
+    for what, count, most in (
         ("nonterminals", len(grammar.nonterminals), MOST_NONTERMINALS + 1),  # that of passages
         ("symbols on a right side", max(lengths, default=0), LONGEST_RULE),
         ("symbols on all right sides", sum(lengths), LARGEST_GRAMMAR),
     ):
-        if found > most:
+        if count > most:
             raise GrammarError(
-                f"grammar: expected at most {most:,} {what}, found {found:,}. Divide it into"
+                f"grammar: expected at most {most:,} {what}, found {count:,}. Divide it into"
                 " smaller grammars."
             )
 
@@ -293,7 +293,7 @@ def _steps(
 ) -> Sparse:
     """Return the graph of steps that read nothing.
 
-    With ``corners``, of steps to what a string begins with.
+    With ``corners``, of steps to the first symbols of a string.
     """
     sources, targets, values, _ = list_steps(compiled, weights, empties, corners)
     return sparse_graph(compiled.n_symbols, sources, targets, values)
@@ -313,7 +313,7 @@ def list_steps(
     empties : array (S,)
         Weight with which each symbol becomes empty.
     corners : bool
-        Whether a step to a left child is always free: steps to what a string begins with.
+        Whether a step to a left child is always allowed: steps to the first symbols of a string.
 
     Returns
     -------
@@ -374,7 +374,7 @@ def with_chances(compiled: CompiledGrammar, chances: FloatArray) -> CompiledGram
 
 
 def numbered(compiled: CompiledGrammar, sentence: Sequence[str]) -> IntArray:
-    """Return a sentence as symbol numbers, -1 for what is no terminal of the grammar."""
+    """Return a sentence as symbol numbers, -1 for a name that is not a terminal of the grammar."""
     if len(sentence) > MOST_SYMBOLS:
         raise GrammarError(
             f"sentence: expected at most {MOST_SYMBOLS:,} symbols, found {len(sentence):,}. Time"

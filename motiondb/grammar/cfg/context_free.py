@@ -84,14 +84,14 @@ class Tree:
 
     def leaves(self) -> tuple[str, ...]:
         """Return the string that the tree derives."""
-        found: list[str] = []
+        terminals: list[str] = []
         waiting = [self]
         while waiting:
             tree = waiting.pop()
             if tree.is_leaf:
-                found.append(tree.symbol)
+                terminals.append(tree.symbol)
             waiting.extend(reversed(tree.children))
-        return tuple(found)
+        return tuple(terminals)
 
     def nodes(self) -> Iterator[Tree]:
         """Yield all nodes in preorder."""
@@ -115,7 +115,7 @@ class Grammar:
     rules : tuple of Rule
         The rules.
     terminals : tuple of str
-        All terminals of the rules, and perhaps others that stand in no rule.
+        All terminals of the rules, and possibly others that occur in no rule.
     """
 
     start: str
@@ -139,7 +139,7 @@ class Grammar:
         numbers: dict[str, list[int]] = {}
         for number, rule in enumerate(self.rules):
             numbers.setdefault(rule.left, []).append(number)
-        return {left: tuple(found) for left, found in numbers.items()}
+        return {left: tuple(rules) for left, rules in numbers.items()}
 
     def is_nonterminal(self, symbol: str) -> bool:
         """Whether a rule rewrites the symbol."""
@@ -183,12 +183,12 @@ def format_grammar(grammar: Grammar) -> str:
 def read_grammar(text: str, where: str = "grammar") -> Grammar:
     """Read a grammar from its text; the first line's left side is the start symbol.
 
-    Alternatives without a probability share what the others leave; all are scaled to sum to 1.
+    Alternatives without a probability share the remainder equally; all are scaled to sum to 1.
 
     Raises
     ------
     GrammarError
-        A line is no rule, a name is not valid, or there is no rule; with the number of the line.
+        A line is not a rule, a name is not valid, or there is no rule; with the line number.
     """
     alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -241,7 +241,7 @@ def _probability(text: str | None, where: str) -> float | None:
 
 
 def _share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> Iterator[Rule]:
-    """Yield the rules; what has no probability gets an equal share of what is left."""
+    """Yield the rules; those without a probability get equal shares of the remainder."""
     given: dict[str, list[float | None]] = {}
     for left, _, chance in alternatives:
         given.setdefault(left, []).append(chance)
@@ -377,9 +377,9 @@ def _build(grammar: Grammar, waiting: list[int]) -> Tree:
     while True:
         if grammar.is_nonterminal(symbol):
             if not waiting or waiting[-1] not in grammar.rules_of[symbol]:
-                found = f"rule {waiting[-1]}" if waiting else "the end"
+                rest = f"rule {waiting[-1]}" if waiting else "the end"
                 raise GrammarError(
-                    f"derivation: expected a rule of {symbol!r}, found {found}."
+                    f"derivation: expected a rule of {symbol!r}, found {rest}."
                     " The parse belongs to another grammar: parse again."
                 )
             open_nodes.append((symbol, waiting.pop(), []))

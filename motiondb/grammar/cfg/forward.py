@@ -1,10 +1,10 @@
-"""Forward probabilities: what may stand at each place of a sentence, given all symbols before it.
+"""Forward probabilities: the next symbol at each position of a sentence, given those before it.
 
 A string that begins with the first i symbols and then X needs a symbol that is *predicted* at place
-i and whose left corner X is. The start symbol is predicted at 0. Where a tail (Y Z) is a left
-corner at i of what is predicted there, and Y derives the symbols i..k, then Z is predicted at k,
-times the inside probability of Y. The sum over all chains of left corners is taken in closed form
-(Stolcke, 1995, whose forward probabilities these are, on a chart instead of Earley's states).
+i and whose left corner X is. The start symbol is predicted at 0. If a tail (Y Z) is a left corner
+at i of a predicted symbol, and Y derives the symbols i..k, then Z is predicted at k, times the
+inside probability of Y. The sum over all chains of left corners is taken in closed form (Stolcke,
+1995, whose forward probabilities these are, on a chart instead of Earley's states).
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def forward(chart: Chart, n: int, start: int, corners: Corners) -> tuple[FloatAr
 
 @njit(cache=True)
 def _close_corners(predicted: FloatArray, weights: FloatArray, closure: Sparse) -> int:
-    """Fill the weights of all left corners of what is predicted; return their power of two."""
+    """Fill the weights of all left corners of the predicted symbols; return their power of two."""
     greatest = 0.0
     for value in predicted:
         greatest = max(greatest, value)

@@ -45,25 +45,27 @@ def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> Bool
         Whether a tail needs both its children, and a rule may be empty; else one child is enough,
         and an empty rule gives nothing.
     """
-    found, waiting = seed.copy(), np.flatnonzero(seed).tolist()
+    reached, waiting = seed.copy(), np.flatnonzero(seed).tolist()
     if all_parts:
         waiting += compiled.rule_left[compiled.rule_right < 0].tolist()
-        found[waiting] = True
-        waiting = np.flatnonzero(found).tolist()
+        reached[waiting] = True
+        waiting = np.flatnonzero(reached).tolist()
     above, starts = _users(compiled)
     while waiting:
         symbol = waiting.pop()
         for user in above[starts[symbol] : starts[symbol + 1]].tolist():
             left, right = compiled.left[user], compiled.right[user]
-            if found[user] or (all_parts and left >= 0 and not (found[left] and found[right])):
+            if reached[user] or (
+                all_parts and left >= 0 and not (reached[left] and reached[right])
+            ):
                 continue
-            found[user] = True
+            reached[user] = True
             waiting.append(user)
-    return found
+    return reached
 
 
 def _users(compiled: CompiledGrammar) -> tuple[IntArray, IntArray]:
-    """List what holds each symbol, left sides and tails, and where the list of each begins."""
+    """List the left sides and tails that contain each symbol, and where the list of each begins."""
     tails, real = np.flatnonzero(compiled.left >= 0), compiled.rule_right >= 0
     parts = np.concatenate((compiled.rule_right[real], compiled.left[tails], compiled.right[tails]))
     users = np.concatenate((compiled.rule_left[real], tails, tails))

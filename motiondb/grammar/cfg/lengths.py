@@ -2,7 +2,7 @@
 
 W(X, l) is the total probability of the strings of l terminals that X derives: the chart of a
 sentence of l symbols that may be anything, in which only the length of a span matters. W(A, l) =
-sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k). What reads nothing is
+sum p(A -> Y) W(Y, l) and W(Y Z, l) = sum over k of W(Y, k) W(Z, l - k). Steps that read nothing are
 summed by the chains of the compiled grammar. Each length has its own power of two.
 """
 
@@ -22,7 +22,7 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 
 
 class _Forms(NamedTuple):
-    """What the lengths of strings depend on.
+    """The data on which the lengths of strings depend.
 
     Attributes
     ----------
@@ -122,8 +122,8 @@ def shortest_length(compiled: CompiledGrammar) -> int:
 def longest_length(compiled: CompiledGrammar) -> float:
     """Return the length of the longest string of the grammar, infinite if there is no longest.
 
-    A tree in which no symbol stands below itself is no deeper than there are symbols: lengths that
-    still grow after so many rounds grow for ever.
+    A tree in which no symbol occurs below itself is at most as deep as the number of symbols.
+    Lengths that still grow after so many rounds are unbounded.
     """
     lengths = np.full(compiled.n_symbols, -inf)
     lengths[compiled.terminals] = 1.0
@@ -176,21 +176,21 @@ def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
     chances : array (rules in use,)
         Probability of each rule.
     """
-    parts, own = _expected_parts(compiled)
+    parts, n_terminals = _expected_parts(compiled)
     expected = np.zeros((compiled.n_nonterminals, compiled.n_nonterminals))
     np.add.at(expected, compiled.rule_left, chances[:, None] * parts)
     terminals = np.bincount(
-        compiled.rule_left, weights=chances * own, minlength=compiled.n_nonterminals
+        compiled.rule_left, weights=chances * n_terminals, minlength=compiled.n_nonterminals
     )
     right_sides = np.stack([terminals, np.ones(compiled.n_nonterminals)], axis=1)
     try:
-        found = np.linalg.solve(np.eye(compiled.n_nonterminals) - expected, right_sides)
+        means = np.linalg.solve(np.eye(compiled.n_nonterminals) - expected, right_sides)
     except np.linalg.LinAlgError:
         return inf
     # rules needed: at least 1 each and finite exactly where the spectral radius is below 1
-    if not (np.isfinite(found).all() and (found[:, 1] >= 1 - 1e-9).all()):
+    if not (np.isfinite(means).all() and (means[:, 1] >= 1 - 1e-9).all()):
         return inf
-    return float(found[compiled.start, 0])
+    return float(means[compiled.start, 0])
 
 
 @lru_cache(maxsize=16)
@@ -198,11 +198,11 @@ def _expected_parts(compiled: CompiledGrammar) -> tuple[FloatArray, FloatArray]:
     """Count nonterminals (R, N) and terminals (R,) on the right side of each rule in use."""
     index = {name: k for k, name in enumerate(compiled.names[: compiled.n_nonterminals])}
     parts = np.zeros((len(compiled.rule_numbers), compiled.n_nonterminals))
-    own = np.zeros(len(compiled.rule_numbers))
+    terminals = np.zeros(len(compiled.rule_numbers))
     for row, rule in enumerate(compiled.rule_numbers):
         for symbol in compiled.grammar.rules[rule].right:
             if symbol in index:
                 parts[row, index[symbol]] += 1
             else:
-                own[row] += 1
-    return parts, own
+                terminals[row] += 1
+    return parts, terminals

@@ -1,8 +1,8 @@
 """Show loops as loops: rules that repeat as repetitions, and chains in trees as one node.
 
 The rules of a nonterminal A fall into three kinds: L A, which put something before A, A R, which
-put something after it, and all others, Z. The strings of A are then those of L* Z R*, whatever L, Z
-and R hold, A itself included. If L and Z are the same, this is L+. So is L* beside L.
+put something after it, and all others, Z. The strings of A are then those of L* Z R*, for any L, Z
+and R, which may contain A. If L and Z are the same, this is L+. So is L* beside L.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from motiondb.grammar.cfg.context_free import EMPTY, Grammar, Rule, Tree, format
 def format_loops(grammar: Grammar) -> str:
     r"""Return the grammar as text, rules that repeat as repetitions.
 
-    ``X+ [0.6]`` is X, and with probability 0.6 once more, and so on; ``X*`` is the same or nothing.
-    The probabilities of several things that may repeat are those of the rules.
+    ``X+ [0.6]`` is X, and with probability 0.6 once more, and so on; ``X*`` is the same or the
+    empty string. The probabilities of several things that may repeat are those of the rules.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def with_loops(tree: Tree) -> Tree:
 
     A node whose first or last part is a node of the same symbol takes the parts of that node in its
     place. It is named by the symbol and the number of nodes that became one. The result is for
-    pictures; it is no derivation.
+    pictures; it is not a derivation.
 
     Parameters
     ----------

@@ -2,10 +2,10 @@
 
 Ambiguous grammars, empty rules, unit cycles and left recursion are all allowed. Among the trees of
 a sentence the most probable is taken; of equally probable ones that with the fewest rules, then at
-each node, from the root down, the rule that stands first in the grammar, then the shortest first
-part. The probability of a sentence is the sum over all its trees, of which there may be infinitely
-many. Rule probabilities are scaled to sum to 1 for each left side; a rule with probability 0 is
-never used.
+each node, from the root down, the rule that is first in the grammar, then the shortest first part.
+The probability of a sentence is the sum over all its trees, of which there may be infinitely many.
+Rule probabilities are scaled to sum to 1 for each left side; a rule with probability 0 is never
+used.
 
 Cost: n^3 for a sentence of n symbols, times the symbols that really meet in a cell of the chart.
 """
@@ -37,12 +37,12 @@ class ParseError(GrammarError):
     Attributes
     ----------
     position : int
-        The first symbol, from 0, with which no string of the grammar goes on; the length of the
-        sentence if more must follow.
-    found : str or None
+        Position (from 0) of the first symbol that cannot follow the symbols before it in any string
+        of the grammar; the length of the sentence if more symbols must follow.
+    symbol : str or None
         That symbol, None at the end of the sentence.
     expected : tuple of str
-        The terminals with which it could go on, in the grammar's order.
+        The terminals that may follow, in the order of the grammar.
     may_end : bool
         Whether the sentence could have ended there.
     """
@@ -51,12 +51,12 @@ class ParseError(GrammarError):
         self,
         message: str,
         position: int,
-        found: str | None,
+        symbol: str | None,
         expected: tuple[str, ...],
         may_end: bool,
     ) -> None:
         super().__init__(message)
-        self.position, self.found = position, found
+        self.position, self.symbol = position, symbol
         self.expected, self.may_end = expected, may_end
 
 
@@ -143,8 +143,8 @@ def count_trees(grammar: AnyGrammar, sentence: Sequence[str]) -> int | float:
 def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
     """Return where and why a sentence fails, None if it does not.
 
-    The place is the first symbol with which no string of the grammar goes on after the symbols
-    before it.
+    The place is that of the first symbol that cannot follow the symbols before it in any string of
+    the grammar.
     """
     reading = read_sentence(grammar, sentence)
     if reading.position == len(sentence) and reading.end > 0:
@@ -154,7 +154,7 @@ def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """How far a sentence can be read from left to right, and what can stand there.
+    """How far a sentence can be read from left to right, and the symbols that can occur there.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ class Reading:
 
 
 def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
-    """Read a sentence, or the beginning of one, as far as strings of the grammar go."""
+    """Read a sentence, or a prefix of one, as far as it agrees with strings of the grammar."""
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
     unknown = np.flatnonzero(symbols < 0)
@@ -202,8 +202,8 @@ def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Read
     expected = tuple(t for t, weight in zip(terminals, reading.weights) if weight > 0)
     may_end = reading.end > 0
     message = _say(compiled, sentence, reading.position, expected, may_end)
-    found = sentence[reading.position] if reading.position < len(sentence) else None
-    return ParseError(message, reading.position, found, expected, may_end)
+    symbol = sentence[reading.position] if reading.position < len(sentence) else None
+    return ParseError(message, reading.position, symbol, expected, may_end)
 
 
 def passage_grammar(grammar: Grammar) -> Grammar:
@@ -225,7 +225,7 @@ def parse_passage(grammar: Grammar, string: Sequence[str]) -> tuple[Tree, ...]:
     Raises
     ------
     ParseError
-        The string is no passage; with the first place where none goes on.
+        The string is not a passage; with the first place where no passage continues.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> a B\nB -> b | c c")

@@ -1,12 +1,12 @@
-"""What may come next: probabilities of the next terminal after the beginning of a sentence.
+"""Probabilities of the next terminal after a prefix of a sentence.
 
 P(w ...) is the probability that a sentence begins with w: the sum over all trees of all sentences
 that do, left recursion included, which is summed in closed form over the chains of left corners.
 Then P(t | w) = P(w t ...) / P(w ...) for a terminal t, and P(end | w) = P(w) / P(w ...); they sum
-to 1. All probabilities are given that the derivation ends: of a grammar that may go on for ever,
+to 1. All probabilities are given that the derivation ends: for a grammar with infinite derivations,
 only the finite sentences count.
 
-A string is no more probable than its beginnings. So a search that always extends the most probable
+A string is at most as probable as its prefixes. So a search that always extends the most probable
 beginning yields the strings of a language in the order of their probability (:func:`best_strings`).
 
 Sources: F. Jelinek and J. D. Lafferty, "Computation of the Probability of Initial Substring

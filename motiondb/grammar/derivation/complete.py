@@ -6,7 +6,7 @@ states t.
 
 Trees that match are drawn from the root down by W: this is the distribution of the grammar, given
 that the sentence matches. The most probable trees are found by A* search, in which V is the exact
-cost of what is still to derive, so each step of the search serves a tree that is wanted.
+remaining cost, so no step of the search is spent on other trees.
 
 Source: P. E. Hart, N. J. Nilsson and B. Raphael, "A Formal Basis for the Heuristic Determination of
 Minimum Cost Paths" (1968), for A*.
@@ -30,7 +30,8 @@ from motiondb.grammar.derivation.pattern import Pattern, Place
 from motiondb.records import FloatArray
 
 _TREES_A_STRING = 20
-"""Trees that are looked at for each wanted string, at most. Chosen by hand, to bound the time."""
+"""Largest number of trees that are examined for each requested string. Chosen by hand, to bound the
+time."""
 
 _SHOWN = 20  # possible terminals that a message names
 
@@ -66,17 +67,17 @@ class Completions:
 
     Attributes
     ----------
-    found : tuple of Completion
+    sentences : tuple of Completion
         The sentences, most probable first.
     probability : float
         Probability that a sentence of the grammar matches.
     proven : bool
         Whether no other sentence is more probable than the last of these. If every sentence has one
-        tree, it is so in any case. Else it may be unknown: the trees of a sentence that was not
+        tree, it is so in any case. Else it may be unknown: the trees of a sentence that is not
         found might be many.
     """
 
-    found: tuple[Completion, ...]
+    sentences: tuple[Completion, ...]
     probability: float
     proven: bool
 
@@ -105,8 +106,8 @@ def complete(
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> from motiondb.grammar.derivation.pattern import read_pattern
     >>> toy = read_grammar("S -> walk A shoot\nA -> dribble A [0.5] | pass [0.3] | empty [0.2]")
-    >>> found = complete(toy, read_pattern("walk ... ? shoot".split()), n=2)
-    >>> [(" ".join(c.string), round(c.probability, 4)) for c in found.found]
+    >>> completions = complete(toy, read_pattern("walk ... ? shoot".split()), n=2)
+    >>> [(" ".join(c.string), round(c.probability, 4)) for c in completions.sentences]
     [('walk pass shoot', 0.375), ('walk dribble pass shoot', 0.1875)]
     """
     meeting = intersect(grammar, pattern, allowed)
@@ -188,11 +189,11 @@ def _expansions(meeting: Intersection, item: Item) -> Iterator[tuple[int, tuple[
 
 def _listed(rules: _Rules) -> list[int]:
     """Return linked rules in the order in which they were taken."""
-    found = []
+    chosen = []
     while rules is not None:
         rule, rules = rules
-        found.append(rule)
-    return found[::-1]
+        chosen.append(rule)
+    return chosen[::-1]
 
 
 def sample_completion(
@@ -202,7 +203,7 @@ def sample_completion(
     *,
     allowed: frozenset[str] | None = None,
 ) -> Tree:
-    """Draw a tree of a sentence that matches a pattern, as probable as it is among all such trees.
+    """Draw a tree from those of sentences that match a pattern, by their probabilities.
 
     Parameters
     ----------

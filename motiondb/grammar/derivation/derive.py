@@ -8,8 +8,8 @@ greatest factor for which the mean length of a string does not exceed a given me
 the damped grammar end with probability 1.
 
 For a given length, trees are drawn exactly from the undamped grammar, restricted to strings of this
-length. The draw goes from the root down, by the weights W(X, l) of symbol X at length l; see
-:mod:`motiondb.grammar.cfg.lengths`.
+length. Symbols are drawn from the root downwards, by the weights W(X, l) of symbol X at length l;
+see :mod:`motiondb.grammar.cfg.lengths`.
 """
 
 from __future__ import annotations

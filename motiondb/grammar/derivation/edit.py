@@ -152,9 +152,9 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
 ) -> tuple[Alternative, ...]:
     """Return up to `n` other strings for a region, the most probable first, each once.
 
-    The strings are drawn at random from the nonterminal of the region. If drawing gives fewer than
-    `n`, and no length is asked for, the most probable strings that were not drawn are added. Fewer
-    than `n` come back if the nonterminal has no more strings, or if the search does not reach them.
+    The strings are drawn at random from the nonterminal of the region. If fewer than `n` are drawn,
+    and no length is given, the most probable strings that were not drawn are added. Fewer than `n`
+    come back if the nonterminal has no more strings, or if the search does not reach them.
 
     Parameters
     ----------
@@ -189,21 +189,21 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
         )
     local = compiled_form(replace(whole, start=region.symbol))
     old = _node(tree, region.path).leaves()
-    found: dict[tuple[str, ...], Tree] = {}
+    trees: dict[tuple[str, ...], Tree] = {}
     for _ in range(_TRIES * n):
         drawn = derive(local, rng, length=length, most=most)
         string = drawn.leaves()
         if string != old:
-            found.setdefault(string, drawn)
-        if len(found) == n:
+            trees.setdefault(string, drawn)
+        if len(trees) == n:
             break
-    if len(found) < n and length is None:
-        for string, _ in best_strings(local, n + 1 + len(found), steps=_STEPS):
-            if string != old and string not in found and len(found) < n:
-                found[string] = parse(local, string)
+    if len(trees) < n and length is None:
+        for string, _ in best_strings(local, n + 1 + len(trees), steps=_STEPS):
+            if string != old and string not in trees and len(trees) < n:
+                trees[string] = parse(local, string)
     ranked = [
         Alternative(subtree, string, log_probability(local, string))
-        for string, subtree in found.items()
+        for string, subtree in trees.items()
     ]
     return tuple(sorted(ranked, key=lambda a: (-a.log_probability, a.string)))
 

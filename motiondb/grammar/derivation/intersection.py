@@ -1,7 +1,8 @@
-"""Intersect a grammar with an automaton: how probable what each symbol derives is, state by state.
+"""Intersection of a grammar with an automaton: weights of each symbol between pairs of states.
 
-An item (X, s, t) stands for what a symbol X derives that leads the automaton from state s to state
-t. Its weight W is the sum of the probabilities of these derivations, and V the greatest of them:
+An item (X, s, t) is the set of strings that a symbol X derives and that lead the automaton from
+state s to state t. Its weight W is the sum of the probabilities of these derivations, and V the
+greatest of them:
 
     W(A, s, t) = sum p(A -> Y) W(Y, s, t),    W(Y Z, s, t) = sum over u of W(Y, s, u) W(Z, u, t),
 
@@ -29,7 +30,7 @@ _CLOSE = 1e-13
 """Relative change of a weight below which an iteration has converged."""
 
 _MOST_ROUNDS = 100_000
-"""Iterations at most. Chosen by hand: a loop that goes on with probability 0.999 needs 30,000."""
+"""Iterations at most. Chosen by hand: a loop that continues with probability 0.999 needs 30,000."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,7 @@ def weights_of(compiled: CompiledGrammar, automaton: Automaton, *, best: bool) -
     automaton : Automaton
         The automaton over its terminals.
     best : bool
-        Whether V is wanted, else W.
+        Whether to compute V instead of W.
 
     Returns
     -------

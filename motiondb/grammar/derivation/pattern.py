@@ -20,7 +20,7 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, IntArray
 
 GAP, ANY = "...", "?"
-"""What stands for any number of terminals, and for any one terminal."""
+"""The notation for any number of terminals, and for any one terminal."""
 
 MOST_STATES = 200
 """States of the automaton at most. The time of a completion grows with their third power."""
@@ -111,7 +111,7 @@ def read_pattern(words: Sequence[Place | str]) -> Pattern:
     Raises
     ------
     GrammarError
-        There is no place, and no gap.
+        There is neither a place nor a gap.
 
     >>> read_pattern(["...", "a", "?", "...", "..."]).gaps
     (True, False, True)
@@ -184,9 +184,9 @@ def automaton_of(
 
 def _targets(pattern: Pattern, state: int, terminal: str) -> list[int]:
     """Return the numbers of places that may be filled after a terminal."""
-    found = [state] if pattern.gaps[state] else []
+    states = [state] if pattern.gaps[state] else []
     if state < len(pattern.places):
         wanted = pattern.places[state].terminals
         if wanted is None or terminal in wanted:
-            found.append(state + 1)
-    return found
+            states.append(state + 1)
+    return states

@@ -209,10 +209,10 @@ class _Search:
         top : Item
             A settled item.
         """
-        found, waiting = [], [top]
+        rules, waiting = [], [top]
         while waiting:
             rule, parts = self.settled[waiting.pop()]
             if rule >= 0:
-                found.append(rule)
+                rules.append(rule)
             waiting.extend(reversed(parts))
-        return found
+        return rules

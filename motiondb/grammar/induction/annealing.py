@@ -2,21 +2,21 @@
 
 From a rule set, changes are tried at random:
 
-* *exchange*: two right sides of one nonterminal become one, what they do not share becoming the
+* *exchange*: two right sides of one nonterminal become one, and their differing parts become the
   alternatives of a nonterminal;
-* *class*: two parts that stand between the same neighbours become alternatives, in these two
-  places or wherever they stand; one may be empty;
+* *class*: two parts that occur between the same neighbours become alternatives, in these two places
+  or wherever they occur; one may be empty;
 * *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one; where loops are
   allowed, it may join a nonterminal that it holds;
 * *fold*: an alternative is replaced by its nonterminal elsewhere;
 * *merge*: two nonterminals become one;
-* *substitute*: a nonterminal that is not needed is replaced by what it stands for.
+* *substitute*: a nonterminal that is not needed is replaced by its right side.
 
 A change that costs d bits is accepted with probability exp(-d / t). The temperature t falls
-geometrically. In this way structures are found that save bits only when they are complete, which a
-search that takes the best next step never reaches. A change that breaks the laws of the rule set is
-never accepted. A try takes a few microseconds: rules are arrays, and rules that do not change are
-only copied (:mod:`.rule_arrays`, :mod:`.rewriting`, :mod:`.proposals`).
+geometrically. This finds structures that save bits only when they are complete, which a greedy
+search does not reach. A change that breaks the laws of the rule set is never accepted. A try takes
+a few microseconds: rules are arrays, and rules that do not change are only copied
+(:mod:`.rule_arrays`, :mod:`.rewriting`, :mod:`.proposals`).
 
 Sources: S. Kirkpatrick, C. D. Gelatt and M. P. Vecchi, "Optimization by Simulated Annealing",
 Science 220 (1983); M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, for exchange;
@@ -91,8 +91,7 @@ def anneal(
     coldest : float
         Last temperature, bits.
     new_loops : bool
-        Whether nonterminals that do not derive themselves yet may come to do so, if the laws allow
-        loops at all.
+        Whether moves may make a nonterminal derive itself, if the laws allow loops.
     """
     size = sum(len(right) + 2 for _, right in rule_set.uses())
     n_rows = 2 * len(list(rule_set.uses())) + size // 4 + 32

@@ -2,7 +2,7 @@
 
 A node of a nonterminal with h alternatives costs log2 h bits, and a symbol of a new rule the
 logarithm of the alphabet. A sentence that the rules do not derive is covered: it becomes a new
-right side of the start symbol, made of terminals and of nonterminals that stand for parts of it, in
+right side of the start symbol, made of terminals and of nonterminals that derive parts of it, in
 the fewest bits.
 
 The compiled part is a chart over spans, filled component by component of the nonterminals,
@@ -324,12 +324,12 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
     waiting = [(0, 0, 0, 0, 0)][:0]
     for k in range(roots.shape[0]):
         waiting.append((roots[k, 0], roots[k, 1], roots[k, 2], -1, 0))
-    found = [(0, 0, 0, 0)][:0]
+    kept = [(0, 0, 0, 0)][:0]
     while len(waiting) > 0:
         left, i, j, parent, place = waiting.pop()
         r = chart.how[left, i, j]
-        node = len(found)
-        found.append((r, parent, place, j - i))
+        node = len(kept)
+        kept.append((r, parent, place, j - i))
         _reach_ends(table, r, chart, sentence, i)
         for k in range(table.rows[r, LENGTH] - 1, -1, -1):
             symbol = table.text[table.rows[r, OFFSET] + k] - table.n_terminals
@@ -342,7 +342,7 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
                     waiting.append((symbol, m, j, node, k))
                     j = m
                     break
-    nodes = np.empty((len(found), 4), dtype=np.int64)
-    for k in range(len(found)):
-        nodes[k] = found[k]
+    nodes = np.empty((len(kept), 4), dtype=np.int64)
+    for k in range(len(kept)):
+        nodes[k] = kept[k]
     return nodes

@@ -6,7 +6,7 @@ that they make are read as rules. The family and the selection of the fewest bit
 the results of all of them, and from the plain sentences, a search for fewer bits begins
 (:mod:`.rule_compaction`). The grammar that is returned derives every example.
 
-Two types are merged only if no nonterminal then derives itself, and if every terminal that stands
+Two types are merged only if no nonterminal then derives itself, and if every terminal that occurs
 equally often in all examples keeps its number. Plain alignment-based learning merges without this
 check; its cycles let a basketball player shoot twice where each example has one shot.
 
@@ -106,9 +106,9 @@ def induce(
     selection : str
         "first", "leaf", "branch", or "auto" for the one of the fewest bits.
     compacted : bool
-        False stops at what alignment-based learning itself gives.
+        If False, return the result of alignment-based learning without compaction.
     effort : Effort, optional
-        How much is searched; chosen by the number of symbols unless given.
+        Effort of the search; by default chosen by the number of symbols.
     loops : bool
         Whether nonterminals may derive themselves where the sentences support it
         (:mod:`.loop_evidence`).
@@ -140,7 +140,7 @@ def without_loops(sentences: Sequence[Sentence], effort: Effort | None = None) -
     sentences : sequence of Sentence
         The examples.
     effort : Effort, optional
-        How much is searched; chosen by the number of symbols unless given.
+        Effort of the search; by default chosen by the number of symbols.
     """
     if effort is None:
         names, counted = _numbered(sentences)
@@ -180,8 +180,8 @@ def induce_with_bits(
         flat = flat_rules(counted, len(names))
         donors = [one.rule_set for one in candidates if one.bits < _WORTH_PLANTING * flat.bits()]
         searched = compact(flat, [*donors, *known], effort=effort)
-        found = [rules.without_idle_start() for rules in (searched, *known)]
-        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in found]
+        rule_sets = [rules.without_idle_start() for rules in (searched, *known)]
+        candidates += [Candidate(rules.bits(), FLAT, FLAT, rules) for rules in rule_sets]
     best = min(candidates, key=lambda candidate: round(candidate.bits, 6))
     return _finished(best, names, sentences)
 
@@ -253,7 +253,7 @@ def _numbered(sentences: Sequence[Sentence]) -> tuple[tuple[str, ...], Counter[R
 
 
 def _among(known: tuple[Name, ...], wanted: str, kind: str) -> tuple[Name, ...]:
-    """Return all known names for "auto", else the wanted one."""
+    """Return all known names for "auto", else the given one."""
     if wanted == AUTO:
         return known
     chosen = tuple(name for name in known if name == wanted)

@@ -24,7 +24,7 @@ from motiondb.grammar.induction.rule_arrays import (
 from motiondb.records import BoolArray, IntArray
 
 _WAITS, _FITS, _BREAKS = range(3)
-"""What is known of a rule while the laws are checked bottom-up."""
+"""The state of a rule while the laws are checked bottom-up."""
 
 
 class Laws(NamedTuple):
@@ -36,7 +36,7 @@ class Laws(NamedTuple):
         A random number for each constant terminal and 0 for the others, so that sums of weights
         are equal only where the numbers of these terminals are.
     marks : array (T,)
-        A bit of its own for each single terminal, 0 for the others.
+        A different bit for each single terminal, 0 for the others.
     total : int
         The sum of weights of a sentence.
     empties : bool
@@ -142,7 +142,7 @@ def _read_right(
 
 @compiled
 def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
-    """Whether a nonterminal that may be empty stands beside itself."""
+    """Whether a nonterminal that may be empty occurs next to itself."""
     text = table.text
     for r in range(table.used[ROWS]):
         offset = table.rows[r, OFFSET]
@@ -284,7 +284,7 @@ def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bo
 
 @njit(cache=True)
 def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: IntArray) -> bool:
-    """Whether a nonterminal derives itself with nothing beside it."""
+    """Whether a nonterminal derives exactly itself."""
     waiting = alternatives > 0
     dropped = True
     while dropped:
@@ -298,7 +298,7 @@ def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: I
 
 @compiled
 def _waits_alone(table: RuleTable, k: int, waiting: BoolArray, nullable: BoolArray) -> bool:
-    """Whether a rule of a nonterminal derives one that waits, with nothing beside it."""
+    """Whether a rule of a nonterminal derives exactly a waiting one."""
     for r in range(table.used[ROWS]):
         if table.rows[r, LEFT] - table.n_terminals != k:
             continue

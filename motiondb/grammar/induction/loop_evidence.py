@@ -11,14 +11,14 @@ string does not count. A rule is supported if
   above one, in one sentence or in two: so one of several things that may repeat can be rare;
 * the sentences do not stop at a bound. Let C be the most rounds, m the number of sentences with C
   rounds, and q the share of those that went on among all times that a sentence could go on or stop
-  before C. If nothing but chance ends a loop, m sentences all stop at C with probability
-  (1 - q)^m. The rule is refused if this is less than 0.05 and m is at least 3. (Two longest
-  sentences are often equally long by chance where q is high.) Where a sentence may go through the
+  before C. If loops end only by chance, m sentences all stop at C with probability (1 - q)^m. The
+  rule is refused if this is less than 0.05 and m is at least 3. (Two longest sentences are often
+  equally long by chance where q is high.) Where a sentence may go through the
   loop several times, or in several ways, 0.01 is asked for.
 
 A rule that is not supported is written out: the nonterminals that derive each other are copied once
-for each round, and the last copy lacks the rule. Then the rules are refitted, which drops what is
-not used. What remains is judged again. Loops that are supported must also be used in the same way
+for each round, and the last copy lacks the rule. Then the rules are refitted, which drops unused
+rules. What remains is judged again. Loops that are supported must also be used in the same way
 wherever they stand (:mod:`.context_evidence`).
 """
 
@@ -37,7 +37,7 @@ from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import BoolArray, IntArray
 
 _FEW = 20
-"""Sentences below which three rounds are asked for."""
+"""Number of sentences below which three rounds are required."""
 
 _ROUNDS, _ROUNDS_OF_FEW = 2, 3
 """Rounds that some sentence must have."""
@@ -49,7 +49,8 @@ rounds of a sentence are the most of several, and equal numbers are more frequen
 thirty true grammars that nest one in five was refused."""
 
 _FEWEST_AT_BOUND = 3
-"""Sentences that stop at the most rounds before this counts as a bound."""
+"""Sentences that stop at the most rounds before this counts as a bound. Chosen by hand; not
+tuned."""
 
 _MOST_COPIES = 60
 """Copies of nonterminals that writing a loop out may make. Chosen by hand, to bound the time."""
@@ -113,7 +114,7 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
     rows, readings = parsed
     counts = np.array([sentences[sentence] for sentence in readings])
     lefts = np.array([left for left, _ in rows])
-    found: list[Judged] = []
+    verdicts: list[Judged] = []
     for group in components(rule_set.rules):
         places = _loop_places(rows, set(group))
         looping = np.flatnonzero(places.any(axis=1)).tolist()
@@ -132,11 +133,11 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
             strict = strict or (enough and not bounded)
             within = bool(above.any() and below.any()) and most >= asked - 1
             of_group.append((row, most, enough, within, bounded))
-        found += [
+        verdicts += [
             Judged(*rows[row], most, (enough or (within and strict)) and not bounded)
             for row, most, enough, within, bounded in of_group
         ]
-    return found
+    return verdicts
 
 
 def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:
@@ -185,7 +186,8 @@ def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LE
 def _rounds(nodes: IntArray, row: int, places: BoolArray) -> tuple[int, int, int]:
     """Return the rounds of a rule, and whether rounds of its loop are above and below one.
 
-    ``places`` (rules, longest right side) marks what leads back into the component of the rule.
+    ``places`` (rules, longest right side) marks symbols that lead back into the component of the
+    rule.
     """
     n = nodes.shape[0]
     rounds = np.zeros(n, dtype=np.int64)  # of the rule, on the path to a node and with it

@@ -1,11 +1,11 @@
-"""Perturb rules at random, so that a search that has stopped can go on from there.
+"""Perturb rules at random, so that a search that has stopped can continue from there.
 
 Annealing ends in rules from which no small change saves bits. Five larger changes lead out:
 
 * *plant*: some nonterminals are put into the plain sentences (:mod:`.planting`);
 * *forget*: some rules are removed, and new rules made for the sentences that used them;
-* *split one*, *split all*: a nonterminal that stands in several places is copied for one of them,
-  or for each, so that what was merged too early can become different;
+* *split one*, *split all*: a nonterminal that occurs in several places is copied for one of them,
+  or for each, so that symbols that were merged too early can become different;
 * *sample*: the rules are annealed on some of the sentences only, without the constraints of others.
 
 After each change the sentences are parsed again (:mod:`.refitting`), so that copies keep only the
@@ -102,7 +102,7 @@ def _without_rules(rule_set: RuleSet) -> set[int]:
 
 
 def split(rule_set: RuleSet, once: bool, rng: np.random.Generator) -> RuleSet | None:
-    """Copy a random nonterminal that stands in several places, for one or for each of them.
+    """Copy a random nonterminal that occurs in several places, for one or for each of them.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def split(rule_set: RuleSet, once: bool, rng: np.random.Generator) -> RuleSet | 
     Returns
     -------
     RuleSet or None
-        None if no nonterminal stands in several places.
+        None if no nonterminal occurs in several places.
 
     >>> rules = RuleSet(2, {2: {(3, 0, 3): 2}, 3: {(0,): 2, (1,): 2}})
     >>> split(rules, False, np.random.default_rng(1)).rules

@@ -2,8 +2,8 @@
 
 A search that has merged too much rarely splits it again, for rules do not record which sentence
 uses which. So it begins again from the sentences, with some of the nonterminals of good rules. Each
-is put into the sentences, those it needs first, wherever one of its alternatives stands, so that
-as few symbols as possible are left. Among equally short results one is drawn at random. Rules with
+is put into the sentences, those it needs first, wherever one of its alternatives occurs, so that as
+few symbols as possible are left. Among equally short results one is drawn at random. Rules with
 loops are planted by parsing the sentences instead.
 
 Source: to begin again from parts of the best result so far is iterated local search; H. R.
@@ -98,7 +98,7 @@ def _shorten_all(
 def _shorten(
     right: Right, left: int, parts: list[Right], rng: np.random.Generator
 ) -> tuple[Right, list[Right]]:
-    """Return the right side in the fewest symbols, and the parts that ``left`` stands for."""
+    """Return the right side in the fewest symbols, and the parts that ``left`` replaces."""
     n = len(right)
     fewest = [0.0] * (n + 1)
     chosen: list[Right | None] = [None] * n

@@ -2,11 +2,11 @@
 
 A move reads the rows of a table and writes the changed rows into one of two spare tables,
 ``goals``. It returns which of them, -1 if there was nothing to change. Unless loops are allowed, no
-nonterminal is put into its own rules or into those it leads to.
+nonterminal is put into its own rules or into those of symbols that it derives.
 
 The shares of the moves, and of the variants within a move, were chosen by hand; they were not
-tuned. What ``benchmarks/grammar_effort.py`` chose with them is the number and the length of the
-annealings (:mod:`.rule_compaction`).
+tuned. With these shares, ``benchmarks/grammar_tasks/effort.py`` chose the number and the length of
+the annealings (:mod:`.rule_compaction`).
 """
 
 from __future__ import annotations
@@ -57,31 +57,34 @@ _CLASSES = _EXCHANGES + 0.3
 _CHUNKS = _CLASSES + 0.15
 _FOLDS = _CHUNKS + 0.12
 _MERGES = _FOLDS + 0.1
-"""Shares of the moves, summed up; what is left substitutes a nonterminal. Most tries go to
-exchanges and classes, which alone make alternatives. Chosen by hand."""
+"""Cumulative shares of the moves; the remainder substitutes a nonterminal. Most moves are exchanges
+and classes, because only these make alternatives. Chosen by hand."""
 
 _FROM_THE_LEFT = 0.5
-"""Probability that an exchange looks for a common beginning before a common end."""
+"""Probability that an exchange looks for a common beginning before a common end. Chosen by hand;
+not tuned."""
 
 _SHORTENED = 0.1
 """Probability that an exchange takes less than all that is shared, which may be chance."""
 
 _TWO_PLACES = 0.4
-"""Probability that a class is made in two places only, and not wherever its members stand."""
+"""Probability that a class is made in two places only, and not wherever its members occur.
+Chosen by hand; not tuned."""
 
 _CHUNK_JOINS = 0.2
-"""Probability that a chunk which is no alternative yet joins a random nonterminal."""
+"""Probability that a chunk that is not yet an alternative joins a random nonterminal. Chosen by
+hand; not tuned."""
 
 _CHUNK_LOOPS = 0.5
-"""Probability that a chunk that is no alternative yet and holds nonterminals joins one of these,
-where loops are allowed. Chosen by hand."""
+"""Probability that a chunk that is not yet an alternative and contains nonterminals joins one of
+these, if loops are allowed. Chosen by hand."""
 
 _FOLD_ONCE = 0.4
-"""Probability that an alternative is replaced in one rule only."""
+"""Probability that an alternative is replaced in one rule only. Chosen by hand; not tuned."""
 
 
 _NOTHING = -1
-"""What a move returns that changed nothing."""
+"""Return value of a move that changed nothing."""
 
 
 @compiled
@@ -139,7 +142,7 @@ def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
 
 @compiled
 def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
-    """Make two right sides of a nonterminal one; what they do not share becomes alternatives."""
+    """Merge two right sides of a nonterminal; their differing parts become alternatives."""
     rows = table.rows
     a = draw(rng, table.used[ROWS])
     left = rows[a, LEFT]
@@ -247,7 +250,7 @@ def _join_everywhere(
     loops: bool,
     rng: np.random.Generator,
 ) -> int:
-    """Make two parts alternatives of one nonterminal wherever they stand."""
+    """Make two parts alternatives of one nonterminal wherever they occur."""
     one, other = parts
     symbol = symbol_for(table, work, one, other, rng)
     if symbol < 0:
@@ -273,7 +276,7 @@ def _join_everywhere(
 
 @compiled
 def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
-    """Replace a part that stands in several places by a nonterminal."""
+    """Replace a part that occurs in several places by a nonterminal."""
     a = draw(rng, table.used[ROWS])
     n = table.rows[a, LENGTH]
     if n < 2:

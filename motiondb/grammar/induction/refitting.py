@@ -3,7 +3,7 @@
 A rule set counts how often its rules are used, but not by which sentence, so a search cannot split
 what it has merged. Here each sentence is parsed again in the fewest bits (:mod:`.cheapest_parse`).
 Only rules that are used remain, with their new counts. A sentence that the rules do not derive gets
-a rule of the start symbol of the fewest bits, made of terminals and of nonterminals that stand for
+a rule of the start symbol of the fewest bits, made of terminals and of nonterminals that derive
 parts of it. So rules may be removed, copied, or learned from some of the sentences only, and all
 sentences are derived again afterwards.
 """

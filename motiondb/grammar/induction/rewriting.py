@@ -34,7 +34,7 @@ _NOWHERE = -1
 def replace(
     source: RuleTable, goal: RuleTable, part: Part, symbol: int, spared: BoolArray, only: int
 ) -> bool:
-    """Replace a part by a nonterminal wherever it stands, and make the part a rule of it.
+    """Replace a part by a nonterminal wherever it occurs, and make the part a rule of it.
 
     Parameters
     ----------
@@ -194,13 +194,13 @@ def merge(source: RuleTable, goal: RuleTable, symbol: int, other: int) -> bool:
 
 @compiled
 def _names(table: RuleTable, r: int, symbol: int) -> bool:
-    """Whether a symbol stands on either side of a row."""
+    """Whether a symbol occurs on either side of a row."""
     return bool(table.rows[r, LEFT] == symbol) or _uses(table, r, symbol) > 0
 
 
 @compiled
 def _uses(table: RuleTable, r: int, symbol: int) -> int:
-    """Count how often a symbol stands in the right side of a row."""
+    """Count how often a symbol occurs in the right side of a row."""
     number, offset = 0, table.rows[r, OFFSET]
     for k in range(offset, offset + table.rows[r, LENGTH]):
         number += table.text[k] == symbol
@@ -209,7 +209,7 @@ def _uses(table: RuleTable, r: int, symbol: int) -> int:
 
 @compiled
 def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
-    """Substitute the only right side of a nonterminal wherever it stands, and drop its rule."""
+    """Substitute the only right side of a nonterminal wherever it occurs, and drop its rule."""
     rows = source.rows
     clear(goal, source)
     rule = -1
@@ -246,7 +246,7 @@ def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: in
 
 @compiled
 def substitute_once(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
-    """Substitute all alternatives of a nonterminal into the one place where it stands."""
+    """Substitute all alternatives of a nonterminal into the one place where it occurs."""
     rows = source.rows
     clear(goal, source)
     user = -1

@@ -27,6 +27,7 @@ LEFT, OFFSET, LENGTH, COUNT, KEY = range(5)
 """Columns of a table."""
 
 N_COLUMNS = 5
+"""Columns of the array of rules; their meaning is given above."""
 ROWS, SYMBOLS = 0, 1
 """What ``RuleTable.used`` counts."""
 
@@ -58,9 +59,10 @@ class RuleTable(NamedTuple):
 def compiled(function: F) -> F:
     """Compile a function that gets arrays and returns numbers, without counting references.
 
-    A function that gets a tuple of arrays otherwise counts a reference to each of them on the way
-    in and out, which takes longer than most of these functions do. Without counting, a function
-    may read and write the arrays it gets; it must not make arrays, copy slices or return an array.
+    Otherwise a function with a tuple of arrays as its argument counts references to each of them
+    when it is called and when it returns, which takes longer than most of these functions. Without
+    counting, a function may read and write the arrays it gets; it must not make arrays, copy slices
+    or return an array.
     """
     made = njit(cache=True, _nrt=False)(function)  # type: ignore[call-overload]  # not in its types
     return cast(F, made)
@@ -221,7 +223,7 @@ def mark_descendants(table: RuleTable, symbol: int, reached: BoolArray) -> None:
 
 @compiled
 def count_references(table: RuleTable, numbers: IntArray) -> None:
-    """Count how often each nonterminal stands in right sides.
+    """Count how often each nonterminal occurs in right sides.
 
     Parameters
     ----------

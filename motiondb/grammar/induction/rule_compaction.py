@@ -4,15 +4,15 @@ The plain sentences are annealed several times with different random numbers (:m
 Then, again and again, one of the best rule sets so far is perturbed and annealed
 (:mod:`.perturbation`). The rule set of fewest bits is returned.
 
-Many sentences are searched by samples first. What a search from all plain sentences merges wrongly
-in its first steps, it rarely splits again, and the more sentences there are, the more wrong steps
-save bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
-search goes on from the best of them.
+Many sentences are searched by samples first. A search that begins with all plain sentences rarely
+splits what it merged wrongly in its first steps, and with more sentences, more wrong steps save
+bits. The rules of each sample are then refitted to all sentences (:mod:`.refitting`), and the
+search continues from the best of them.
 
 Rules without loops are searched first. Then the search is repeated with loops allowed, into the
-same pool. Half of its annealings begin with the shortest sentences and go on with more and more of
-them: what nests is seen most clearly where it nests least. Rules that are found are refitted, and
-loops that the sentences do not support are written out (:mod:`.loop_evidence`).
+same pool. Half of its annealings begin with the shortest sentences and continue with more and more
+of them, because nesting is easiest to recognise in short sentences. Rules that are found are
+refitted, and loops that the sentences do not support are written out (:mod:`.loop_evidence`).
 
 The random numbers are the same each time, so that the result depends on the sentences alone. The
 more symbols the sentences have, the fewer searches there are.
@@ -49,19 +49,19 @@ _SEED = 1
 
 _EFFORTS = ((20, 10, 20, 30), (50, 60, 160, 30), (170, 80, 600, 20))
 """Symbols up to which an effort is spent; searches from plain sentences, searches from perturbed
-rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_effort.py`` as the
-least effort that reaches the true grammar's bits as often as more does."""
+rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_tasks/effort.py`` as
+the least effort that reaches the true grammar's bits as often as more does."""
 
 _FEWEST_TRIES = 200
-"""Tries of each search at least."""
+"""Tries of each search at least. Chosen by hand; not tuned."""
 
 _TRIES_A_SYMBOL, _MOST_TRIES = 30, 40_000
 """Tries of each search for each symbol, and at most, for more symbols than ``_EFFORTS`` knows.
-Chosen by ``benchmarks/grammar_effort.py``."""
+Chosen by ``benchmarks/grammar_tasks/effort.py``."""
 
 _SAMPLES, _SAMPLE_SIZE = 6, 160
-"""Samples, and symbols of each. Chosen by ``benchmarks/grammar_effort.py``: about as many symbols
-as are searched well without samples."""
+"""Samples, and symbols of each. Chosen by ``benchmarks/grammar_tasks/effort.py``: about as many
+symbols as are searched well without samples."""
 
 _SHORTEST_SIZE = 80, 240
 """Symbols of a sample of the shortest sentences, between these. Chosen by hand."""
@@ -78,10 +78,11 @@ _THOROUGH = 8
 """Searches with so many tries. Chosen by hand, to bound the time."""
 
 _OF_SAMPLE = 10, 60
-"""Searches from plain sentences and from perturbed rules of each sample."""
+"""Searches from plain sentences and from perturbed rules of each sample. Chosen by hand; not
+tuned."""
 
 _OF_ALL = 20, 100
-"""Searches of all sentences after the samples."""
+"""Searches of all sentences after the samples. Chosen by hand; not tuned."""
 
 _FIRST_LOOPS = 1 / 3
 """Share of the searches from perturbed rules with loops after which the search ends if no loop is
@@ -95,12 +96,13 @@ _NEW_LOOPS = 0.5
 """Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
 
 _LARGE = 800
-"""Symbols from which on there are fewer searches of all sentences, to bound the time."""
+"""Symbols from which on there are fewer searches of all sentences, to bound the time. Chosen by
+hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is searched.
+    """Effort of the search.
 
     Attributes
     ----------
@@ -155,7 +157,7 @@ def compact(
     donors : sequence of RuleSet
         Rule sets of the same terminals whose nonterminals may be put into the sentences.
     effort : Effort, optional
-        How much is searched; :func:`effort_for` unless given.
+        Effort of the search; by default that of :func:`effort_for`.
     """
     effort = effort or effort_for(flat)
     rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
@@ -170,14 +172,14 @@ def compact(
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a search needs to know.
+    """Settings and data of a search.
 
     Attributes
     ----------
     flat : RuleSet
         One rule for each sentence, and the laws.
     effort : Effort
-        How much is searched.
+        Effort of the search.
     rounds : int
         Rounds of a loop that some sentence must have.
     rng : numpy.random.Generator
@@ -194,7 +196,7 @@ class Search:
     judged: set[float] = field(default_factory=set)
 
     def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:
-        """Anneal rules; what is found goes into the pool.
+        """Anneal rules; the result is added to the pool.
 
         If loops are allowed, rules as good as the best of the pool are refitted first, and loops
         that the sentences do not support are written out.
@@ -203,11 +205,11 @@ class Search:
             _keep(pool, anneal(begun, self.rng, tries=tries, warmest=warmest))
             return
         new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
-        found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
-        bits = round(found.bits(), 6)
+        annealed = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
+        bits = round(annealed.bits(), 6)
         if bits not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
             self.judged.add(bits)
-            kept = keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+            kept = keep_supported(refit_fully(annealed, self.flat), self.flat, self.rounds)
             if kept is not None:
                 _keep(pool, kept)
 
@@ -263,17 +265,17 @@ def _search_shortest(pool: Pool, search: Search, first_tries: int) -> None:
     """
     flat, n = search.flat, len(search.flat.rules[search.flat.start])
     number = min(n, _fitting(flat, _FIRST_SIZE, search.rng))
-    found = shortest(flat, number)
+    best = shortest(flat, number)
     tries, warmest = first_tries, WARMEST
     while number < n:
-        found = anneal(found, search.rng, tries=tries * _size(found), warmest=warmest)
+        best = anneal(best, search.rng, tries=tries * _size(best), warmest=warmest)
         number, tries, warmest = min(n, 1 + number * 3 // 2), _TRIES_A_SYMBOL, REWARMED
-        refitted = refit(found, shortest(flat, number))
+        refitted = refit(best, shortest(flat, number))
         if refitted is None:
             return
-        found = refitted
-    tries = max(search.effort.tries, tries * _size(found))
-    search.anneal(pool, found, tries, warmest)
+        best = refitted
+    tries = max(search.effort.tries, tries * _size(best))
+    search.anneal(pool, best, tries, warmest)
 
 
 def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:

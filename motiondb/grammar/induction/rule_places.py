@@ -1,4 +1,4 @@
-"""Parts of right sides in arrays of rules: where they stand, and what stands around them."""
+"""Parts of right sides in arrays of rules: their positions and their neighbours."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def same_symbols(text: IntArray, one: int, other: int, length: int) -> bool:
 
 @compiled
 def occurrences(table: RuleTable, r: int, part: Part) -> int:
-    """Count how often a part stands in the right side of row ``r``, without overlap."""
+    """Count how often a part occurs in the right side of row ``r``, without overlap."""
     number, k = 0, table.rows[r, OFFSET]
     last = k + table.rows[r, LENGTH] - part.length
     while k <= last:

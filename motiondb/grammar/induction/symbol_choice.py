@@ -19,11 +19,13 @@ from motiondb.grammar.induction.rule_places import Part, same_symbols
 from motiondb.records import BoolArray, IntArray
 
 _IS_NONTERMINAL = 0.5
-"""Probability that a part which is one nonterminal is taken as the nonterminal of a class."""
+"""Probability that a part which is one nonterminal is taken as the nonterminal of a class.
+Chosen by hand; not tuned."""
 
 _FIRST_HOME, _ANY_HOME, _ANY_NONTERMINAL = 0.4, 0.65, 0.75
 """Shares, summed up, of the nonterminals that a class joins: one that derives the first part or
-else the second, the second or else the first, a random one. Else it is a new one."""
+else the second, the second or else the first, a random one. Else it is a new one. Chosen by
+hand; not tuned."""
 
 
 class Workspace(NamedTuple):
@@ -120,11 +122,11 @@ def symbol_for(
     way = rng.random()
     if way < _ANY_HOME:
         first, second = (one, other) if way < _FIRST_HOME else (other, one)
-        found = home(table, first, rng)
-        if found < 0:
-            found = home(table, second, rng)
-        if found >= 0:
-            return found
+        symbol = home(table, first, rng)
+        if symbol < 0:
+            symbol = home(table, second, rng)
+        if symbol >= 0:
+            return symbol
     elif way < _ANY_NONTERMINAL:
         left = table.rows[draw(rng, table.used[ROWS]), LEFT]
         if left != table.n_terminals:

@@ -68,7 +68,7 @@ def sequence_length(right_lengths: Iterable[int]) -> int:
     Parameters
     ----------
     right_lengths : iterable of int
-        Length of each right side. Each rule also has one left side, and one separator stands
+        Length of each right side. Each rule also has one left side, and there is one separator
         between two rules.
 
     >>> sequence_length([5, 1, 1])

@@ -96,8 +96,8 @@ def propose(
     """
     group = _Groups()
     pairs: Counter[tuple[Place, Place]] = Counter()
-    for i, j, found in slots:
-        for one, other in found:
+    for i, j, slot in slots:
+        for one, other in slot:
             if _is_whole(sentences[i], one) or _is_whole(sentences[j], other):
                 continue
             place, twin = Place(i, *one), Place(j, *other)

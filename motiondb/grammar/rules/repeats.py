@@ -11,7 +11,7 @@ A *maximal repeat* occurs at least twice and cannot be extended on either side w
 occurrence. It is an interval of the suffix array with different symbols on the left. The *cover*
 selects occurrences of repeats, the longest first, none of which overlaps another. The users of a
 cover never cut a sentence inside an occurrence. In a run such as ``ababab`` an occurrence would
-overlap its own repetition. It is shortened to the period, so that a long run stays divisible.
+overlap its repetition. It is shortened to the period, so that a long run stays divisible.
 
 Notation: N symbols, SA suffix array, LCP lengths of shared prefixes.
 
@@ -208,13 +208,13 @@ def _rising(text: IntArray) -> npt.NDArray[np.bool_]:
 @njit(cache=True)
 def _leftmost_rising(rising: npt.NDArray[np.bool_]) -> IntArray:
     """Return the starts of the LMS suffixes: S-type suffixes after one that is not."""
-    found = np.empty(rising.size // 2 + 1, dtype=np.int64)
+    starts = np.empty(rising.size // 2 + 1, dtype=np.int64)
     n = 0
     for i in range(1, rising.size):
         if rising[i] and not rising[i - 1]:
-            found[n] = i
+            starts[n] = i
             n += 1
-    return found[:n]
+    return starts[:n]
 
 
 @njit(cache=True)
@@ -309,7 +309,7 @@ def _maximal_repeats(
     starts = np.empty(n, dtype=np.int64)
     lengths = np.empty(n, dtype=np.int64)
     counts = np.empty(n, dtype=np.int64)
-    found = 0
+    n_repeats = 0
     changes = np.zeros(n, dtype=np.int64)  # changes of the symbol on the left, up to rank r
     for r in range(1, n):
         i, j = suffixes[r - 1], suffixes[r]
@@ -324,16 +324,16 @@ def _maximal_repeats(
         while open_lengths[top] > length:
             first = open_firsts[top]
             if open_lengths[top] >= shortest and changes[r - 1] > changes[first]:
-                starts[found] = suffixes[first]
-                lengths[found] = open_lengths[top]
-                counts[found] = r - first
-                found += 1
+                starts[n_repeats] = suffixes[first]
+                lengths[n_repeats] = open_lengths[top]
+                counts[n_repeats] = r - first
+                n_repeats += 1
             top -= 1
         if open_lengths[top] < length:
             top += 1
             open_lengths[top] = length
             open_firsts[top] = first
-    return starts[:found], lengths[:found], counts[:found]
+    return starts[:n_repeats], lengths[:n_repeats], counts[:n_repeats]
 
 
 @njit(cache=True)

@@ -1,8 +1,8 @@
 """Laws of rules, each as a function of the right sides of every nonterminal.
 
-The rules may be recursive. What a nonterminal derives is therefore a fixed point: the least set of
-nonterminals that derive the empty string, the least sets of terminals that their strings hold, the
-one number of constant terminals that agrees with all rules.
+The rules may be recursive. The properties of what a nonterminal derives are therefore a fixed
+point: the least set of nonterminals that derive the empty string, the least sets of terminals that
+their strings hold, the one number of constant terminals that agrees with all rules.
 
 Rules are given as ``rules[left][right] = count``, with the symbols of
 :mod:`motiondb.grammar.rules.rule_set`. Counts are not read.
@@ -44,7 +44,7 @@ def components(rules: Rules) -> list[list[int]]:
     lowest: dict[int, int] = {}
     stack: list[int] = []
     done: set[int] = set()
-    found: list[list[int]] = []
+    groups: list[list[int]] = []
     for root in sorted(rules):
         waiting = [(root, iter(children[root]))] if root not in number else []
         for left, _ in waiting:
@@ -59,7 +59,7 @@ def components(rules: Rules) -> list[list[int]]:
                     lowest[waiting[-1][0]] = min(lowest[waiting[-1][0]], lowest[left])
                 if lowest[left] == number[left]:
                     place = stack.index(left)
-                    found.append(sorted(stack[place:]))
+                    groups.append(sorted(stack[place:]))
                     done.update(stack[place:])
                     del stack[place:]
             elif child not in number:
@@ -68,7 +68,7 @@ def components(rules: Rules) -> list[list[int]]:
                 waiting.append((child, iter(children[child])))
             elif child not in done:
                 lowest[left] = min(lowest[left], number[child])
-    return found
+    return groups
 
 
 def recursive_lefts(rules: Rules) -> frozenset[int]:
@@ -97,17 +97,17 @@ def all_end(rules: Rules, n_terminals: int) -> bool:
 
 def _least(rules: Rules, leaves: set[int]) -> frozenset[int]:
     """Return the nonterminals that derive a string of these leaves only."""
-    found: set[int] = set()
+    reached: set[int] = set()
     while True:
         more = {
             left
             for left, rights in rules.items()
-            if left not in found
-            and any(all(s in found or s in leaves for s in right) for right in rights)
+            if left not in reached
+            and any(all(s in reached or s in leaves for s in right) for right in rights)
         }
         if not more:
-            return frozenset(found)
-        found |= more
+            return frozenset(reached)
+        reached |= more
 
 
 def all_reached(rules: Rules, start: int) -> bool:
@@ -123,7 +123,7 @@ def all_reached(rules: Rules, start: int) -> bool:
 
 
 def derives_itself_alone(rules: Rules) -> bool:
-    """Whether a nonterminal derives itself with nothing beside it, so that a tree has no end.
+    """Whether a nonterminal derives exactly itself, so that a tree can be infinite.
 
     >>> derives_itself_alone({2: {(3, 2): 1, (0,): 1}, 3: {(): 1, (1,): 1}})
     True
@@ -139,7 +139,7 @@ def derives_itself_alone(rules: Rules) -> bool:
 
 
 def empty_beside_itself(rules: Rules, nullable: frozenset[int]) -> bool:
-    """Whether a nonterminal that derives the empty string stands beside itself.
+    """Whether a nonterminal that derives the empty string occurs next to itself.
 
     Parameters
     ----------

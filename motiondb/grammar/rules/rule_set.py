@@ -5,7 +5,7 @@ nodes that use it in the trees of the sentences. This is enough for the descript
 of a nonterminal with h rules costs log2 h bits, so the sentences cost the sum over nonterminals of
 nodes times log2 h. The trees themselves are not kept.
 
-Laws limit generalization where there are few examples:
+Laws limit generalization if there are few examples:
 
 * *loops*: unless loops are allowed, no nonterminal derives a string that holds itself, so nothing
   repeats without end. If they are allowed, every nonterminal derives a string of terminals and is
@@ -16,7 +16,7 @@ Laws limit generalization where there are few examples:
   in each basketball sentence means one shot in each derived sentence;
 * *single*: a terminal that at least ten sentences hold, and none twice, occurs at most once;
 * *start*: no string is empty, because no sentence is;
-* a nonterminal that may be empty does not stand beside itself. Otherwise one sentence has several
+* a nonterminal that may be empty does not occur next to itself. Otherwise one sentence has several
   derivations, and bits are spent on the choice between them. A search may also forbid all empty
   right sides.
 
@@ -78,7 +78,7 @@ class RuleSet:
         return self.n_terminals
 
     def copy(self) -> RuleSet:
-        """Return a copy with rules of its own; the laws are shared."""
+        """Return a copy with separate rules; the laws are shared."""
         return self.with_rules({left: dict(rights) for left, rights in self.rules.items()})
 
     def with_rules(self, rules: Rules) -> RuleSet:
@@ -185,17 +185,17 @@ class RuleSet:
                 if symbol in waiting:
                     waiting[symbol] += 1
         ready = [left for left, number in waiting.items() if number == 0]
-        found = []
+        ordered = []
         while ready:
             left = ready.pop()
-            found.append(left)
+            ordered.append(left)
             for right in self.rules[left]:
                 for symbol in right:
                     if symbol in waiting:
                         waiting[symbol] -= 1
                         if waiting[symbol] == 0:
                             ready.append(symbol)
-        return found if len(found) == len(self.rules) else None
+        return ordered if len(ordered) == len(self.rules) else None
 
     def lawful(self) -> bool:
         """Whether the rules keep all laws."""
@@ -250,8 +250,8 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
     """Return the terminals that at least ten sentences hold, and none twice.
 
     If n sentences hold a terminal and none of them twice, then at most about 3 / n of all such
-    sentences hold it twice, at 95 % confidence. A small n therefore says little. A compiled search
-    stores these terminals as the bits of one integer, so only the 62 most frequent ones are
+    sentences hold it twice, at 95 % confidence. A small n is therefore little evidence. A compiled
+    search stores these terminals as the bits of one integer, so only the 62 most frequent ones are
     returned.
 
     Parameters
@@ -269,8 +269,8 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
         for terminal, number in Counter(sentence).items():
             most[terminal] = max(most[terminal], number)
             standing[terminal] += told
-    found = [t for t in sorted(most) if most[t] == 1 and standing[t] >= ENOUGH]
-    return frozenset(sorted(found, key=lambda terminal: -standing[terminal])[:62])
+    terminals = [t for t in sorted(most) if most[t] == 1 and standing[t] >= ENOUGH]
+    return frozenset(sorted(terminals, key=lambda terminal: -standing[terminal])[:62])
 
 
 def flat_rules(

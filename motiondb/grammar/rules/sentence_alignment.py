@@ -12,7 +12,7 @@ There are two costs of an alignment:
 * ``biased``: a link also costs the distance between its two places, each relative to the length of
   its sentence. This prefers links between symbols at similar places.
 
-Of alignments with equal cost, the links that stand furthest to the left are taken. The sentence
+Among alignments of equal cost, the one with the leftmost links is taken. The sentence
 that is smaller in the order of symbols decides, so the order of the arguments does not matter.
 
 Source: M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, section 2.
@@ -29,7 +29,7 @@ Span = tuple[int, int]
 Slot = tuple[Span, Span]
 
 _BIAS = 0.999
-"""Weight of the relative distance. It is just below 1, so that every link has a positive worth."""
+"""Weight of the relative distance. It is just below 1, so that every link has a positive value."""
 
 
 def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) -> tuple[Slot, ...]:
@@ -95,24 +95,24 @@ def _links(one: IntArray, other: IntArray, biased: bool) -> IntArray:
                 best = max(best, _worth(i, j, n, m, biased) + gain[i + 1, j + 1])
             gain[i, j] = best
     links = np.empty((min(n, m), 2), dtype=np.int64)
-    found = i = j = 0
+    n_links = i = j = 0
     while i < n and j < m:
         linked = -1.0
         if one[i] == other[j]:
             linked = _worth(i, j, n, m, biased) + gain[i + 1, j + 1]
         if linked >= gain[i, j] - 1e-12:
-            links[found] = i, j
-            found += 1
+            links[n_links] = i, j
+            n_links += 1
             i += 1
             j += 1
         elif gain[i, j + 1] >= gain[i, j] - 1e-12:
             j += 1
         else:
             i += 1
-    return links[:found]
+    return links[:n_links]
 
 
 @njit(cache=True)
 def _worth(i: int, j: int, n: int, m: int, biased: bool) -> float:
-    """Return what the link of places i and j is worth, in (0, 1]; n and m are the lengths."""
+    """Return the value of the link of places i and j, in (0, 1]; n and m are the lengths."""
     return 1.0 - _BIAS * abs(i / n - j / m) if biased else 1.0

@@ -47,7 +47,7 @@ def align_all(sentences: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], tup
     """
     begins = _common_beginnings(sentences)
     ends = _common_beginnings([sentence[::-1] for sentence in sentences])
-    found = {}
+    slots_of = {}
     for i, j in combinations(range(len(sentences)), 2):
         n, m = len(sentences[i]), len(sentences[j])
         p = int(begins[i, j])
@@ -60,8 +60,8 @@ def align_all(sentences: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], tup
         if p and q:
             slots.add(((p, n - q), (p, m - q)))
         if slots:
-            found[i, j] = tuple(sorted(slots))
-    return found
+            slots_of[i, j] = tuple(sorted(slots))
+    return slots_of
 
 
 def _common_beginnings(sentences: Sequence[tuple[int, ...]]) -> IntArray:

@@ -141,9 +141,9 @@ def motion_bits(
     shape = squares[copied].sum(axis=0)
     shape /= shape.sum() or 1.0
     for label in np.unique(labels[copied]):
-        own = copied & (labels == label)
-        n_frames = int(lengths[own].sum())
-        size = squares[own].sum() / n_frames
+        members = copied & (labels == label)
+        n_frames = int(lengths[members].sum())
+        size = squares[members].sum() / n_frames
         bits += samples * n_frames * rate(size * shape, precision)
         bits += 0.5 * float(np.log2(max(1.0, samples * n_frames * len(shape))))
     return bits
@@ -212,8 +212,8 @@ def performance_noise(values: Float32Array | FloatArray, bounds: IntArray) -> fl
         squares = squares[~(near & (takes == takes[asked]))]
         if len(squares):
             nearest.append(max(0.0, squares.min()) / rows.shape[1])
-    found = float(np.sqrt(np.median(nearest))) if nearest else COARSEST * spread
-    return min(max(found, FINEST * spread), COARSEST * spread)
+    noise = float(np.sqrt(np.median(nearest))) if nearest else COARSEST * spread
+    return min(max(noise, FINEST * spread), COARSEST * spread)
 
 
 def samples_a_frame(poses: FloatArray) -> float:
@@ -244,12 +244,12 @@ def _residuals(
     poses: FloatArray, starts: IntArray, ends: IntArray, labels: IntArray, medoids: IntArray
 ) -> FloatArray:
     """Return the frames less their warped medoids (frames, axes); 0 in the medoids themselves."""
-    found = np.zeros_like(poses)
+    residuals = np.zeros_like(poses)
     for start, end, label in zip(starts, ends, labels, strict=True):
         first, last = starts[medoids[label]], ends[medoids[label]]
         matched = first + np.arange(end - start) * (last - first) // (end - start)
-        found[start:end] = poses[start:end] - poses[matched]
-    return found
+        residuals[start:end] = poses[start:end] - poses[matched]
+    return residuals
 
 
 def make_ledger(

@@ -1,14 +1,15 @@
 """The number of terminals: the fewest with which the description length is nearly the shortest.
 
-Every number K of terminals that is tried gives a total of bits (``ledger``). The total is least
-where terminals are neither too coarse for the motion nor too many for what recurs. But the search
-for terminals is random: with another seed the total differs by more than the totals of neighbouring
-numbers do, and the least total is often a lucky one. So the totals are modelled as the curve
+Every number K of terminals that is tried gives a total of bits (``ledger``). The total is smallest
+if the terminals are neither too coarse for the motion nor too many for its repetitions. But the
+search for terminals is random: with another seed the total differs by more than the totals of
+neighbouring numbers do, and the least total is often a lucky one. So the totals are modelled as the
+curve
 
     b_0 + b_1 log K + b_2 K
 
 with random deviations of standard deviation s. (Residuals decrease with K; medoids and rules
-increase.) The best number and the next smaller one are tried once more, and the better try of each
+increase.) The best number and the next smaller one are tried again, and the better of the two tries
 counts. The choice is the smallest number whose total exceeds the least by at most one standard
 error of the mean of two tries, s / sqrt(2). So further terminals must save more bits than chance
 explains.

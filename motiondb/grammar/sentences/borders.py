@@ -1,10 +1,11 @@
 """Changes of many cuts at once: cuts at borders of one kind are made, removed or moved together.
 
 A border between two symbols is of three kinds at once: *before* the second symbol, *after* the
-first, and *between* the two. Where sentences begin or end in the same way, their borders are of one
-kind. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
+first, and *between* the two. Borders are of the same kind if sentences begin or end in the same way
+there. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
 are made from one kind each, and a partition is changed kind by kind. A change of a single cut
-hardly changes the bits, because a sentence that is cut unlike all others shares nothing with them.
+hardly changes the bits, because a sentence that is cut differently from all others has nothing in
+common with them.
 
 A partition is given as the places of the inner cuts of each string, in ascending order. A cut at
 place i is before symbol i of its string.
@@ -64,12 +65,12 @@ def border_places(strings: Sequence[Sentence]) -> Places:
     dict of Kind to list of pairs
         Number of the string and place of each border; the kinds are sorted.
     """
-    found: Places = {}
+    places: Places = {}
     for k, string in enumerate(strings):
         for i in range(1, len(string)):
             for kind in kinds_at(string, i):
-                found.setdefault(kind, []).append((k, i))
-    return {kind: found[kind] for kind in sorted(found)}
+                places.setdefault(kind, []).append((k, i))
+    return {kind: places[kind] for kind in sorted(places)}
 
 
 def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
@@ -127,11 +128,14 @@ def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest:
     """
     kept: list[tuple[int, ...]] = []
     for string, inner in zip(strings, cuts, strict=True):
-        own: list[int] = []
+        cuts_of_string: list[int] = []
         for place in sorted(inner):
-            if place - (own[-1] if own else 0) >= shortest and len(string) - place >= shortest:
-                own.append(place)
-        kept.append(tuple(own))
+            if (
+                place - (cuts_of_string[-1] if cuts_of_string else 0) >= shortest
+                and len(string) - place >= shortest
+            ):
+                cuts_of_string.append(place)
+        kept.append(tuple(cuts_of_string))
     return tuple(kept)
 
 

@@ -244,20 +244,20 @@ def _distinct(
         keys[s] = hashes[ends[s]] - hashes[starts[s]] * powers[ends[s] - starts[s]]
     firsts = np.empty(n, dtype=np.int64)
     counts = np.zeros(n, dtype=np.int64)
-    found = 0
+    n_distinct = 0
     for s in range(n):
         same = -1
-        for f in range(found):
+        for f in range(n_distinct):
             t = firsts[f]
             if keys[t] == keys[s] and ends[t] - starts[t] == ends[s] - starts[s]:
                 same = f
                 break
         if same < 0:
-            same = found
-            firsts[found] = s
-            found += 1
+            same = n_distinct
+            firsts[n_distinct] = s
+            n_distinct += 1
         counts[same] += 1
-    return firsts[:found], counts[:found]
+    return firsts[:n_distinct], counts[:n_distinct]
 
 
 @njit(cache=True)

@@ -2,16 +2,16 @@
 
 The ends of strings are always cuts. Further cuts are allowed anywhere except inside a chosen
 occurrence of a repeat (``repeats.cover_repeats``), and no nearer to each other than the shortest
-sentence. Sentences longer than the longest are made only where no other cut is allowed. A candidate
+sentence. Sentences longer than the longest are made only if no other cut is allowed. A candidate
 is judged by the grammar that ``context_bits`` induces for it. In a *free* room no repeats are
 chosen, so that cuts are allowed anywhere: in a long string, nearly every true border lies inside
 some repeat by chance.
 
 The paper draws candidates at random and keeps the best. Here a quarter of the evaluations does the
-same. The others change the best candidate: single cuts are moved, added and removed, or a part of
-the strings, or all, is cut anew by the symbols that sentences share, with random changes of these
-gains (``recutting``). A change that costs bits is accepted with a probability that decreases with
-its cost and with time (simulated annealing), because the bits have many local minima. The best
+same. The others change the best candidate: single cuts are moved, added and removed, or some or all
+of the strings are cut again by the symbols that sentences share, with random changes of these gains
+(``recutting``). A change that costs bits is accepted with a probability that decreases with its
+cost and with time (simulated annealing), because the bits have many local minima. The best
 candidate of all is returned, so the result is never worse than the best one drawn.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",

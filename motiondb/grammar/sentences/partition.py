@@ -8,14 +8,14 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
    cut without regard to repeats, or at all borders of one kind (``borders``).
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
-3. *Improvement.* Each finalist is changed many times: its strings are cut anew by the present rules
-   (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
+3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
+   rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
 5. *Result.* The grammar of the best partition is learned in full.
 
 Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
-string, and longer than the longest only where no other cut is allowed.
+string, and longer than the longest only if no other cut is allowed.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 5.2, for the description length of partitions and the
@@ -55,7 +55,7 @@ _SEARCHES = 3
 _FULLY_SEARCHED = 200
 """Symbols of all strings up to which all evaluations are spent, then fewer, to limit the time."""
 _STEPS = 7
-"""Steps of progress."""
+"""Steps Chosen by hand."""
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
 """Most changes of a round per symbol of the strings, and evaluations that a change counts as."""
 _WITH_LOOPS = 0.5
@@ -144,9 +144,9 @@ def find_sentences(
     spent = math.ceil(_WITH_LOOPS * changes)
     looping = improve(strings, improved[0], lengths, rng, spent, loops=True)
     tell(_STEPS - 1, _STEPS)
-    found = _learned(strings, looping.cuts, [looping.rules])
+    sentences = _learned(strings, looping.cuts, [looping.rules])
     tell(_STEPS, _STEPS)
-    return found
+    return sentences
 
 
 def _searched(
@@ -159,8 +159,8 @@ def _searched(
     """Yield the best partition of each search: one in the covered room, two in the free room."""
     free = cutting_room(strings, *lengths, free=True)
     for searched in (room, free, free):
-        found, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
-        yield _by_string(found, room)
+        cuts, _ = search_cuts(searched, rng, max(1, evaluations // _SEARCHES))
+        yield _by_string(cuts, room)
 
 
 def _by_string(cuts: Sequence[int], room: Room) -> Cuts:

@@ -1,12 +1,12 @@
 """Cut strings again: exact search of the cheapest cuts, given a gain for each place.
 
 Rules cost at least two symbols for every sentence, less the symbols that its beginning and end
-share with other sentences. So, given a partition, the gain of a cut at a place is the number of
-symbols that what follows has in common with the best beginning of another sentence, and what
-precedes with the best end. Every cut also has a price. The cuts of least total cost that keep the
-allowed lengths are found exactly, by dynamic programming over the allowed places. Random changes of
-the gains give different cuts each time. Where only some places are chosen anew and the rest stays,
-this is a large neighbourhood search.
+share with other sentences. Given a partition, the gain of a cut at a place is the number of symbols
+that the following part shares with the best beginning of another sentence, plus the number that the
+preceding part shares with the best end. Every cut also has a price. The cuts of least total cost
+that keep the allowed lengths are found exactly, by dynamic programming over the allowed places.
+Random changes of the gains give different cuts each time. If only some places are chosen again and
+the others are kept, this is a large neighbourhood search.
 
 Sources: R. Bellman, "Dynamic Programming" (1957), for shortest paths; D. Pisinger and S. Ropke,
 "Large Neighborhood Search", Handbook of Metaheuristics (2010).
@@ -43,7 +43,7 @@ def recut(
     cuts: Sequence[int],
     rng: np.random.Generator,
 ) -> tuple[int, ...]:
-    """Cut strings anew, all of them or a part as long as two to eight of the longest sentences.
+    """Cut strings again: all of them, or a part as long as two to eight of the longest sentences.
 
     A cut costs ``_PRICE`` symbols, less a random share of the symbols that the sentences there
     would have in common with present ones, less a random number of symbols.
@@ -126,14 +126,14 @@ def cheapest_cuts(
             if fixed[i]:
                 break
     chosen = np.empty(n, dtype=np.int64)
-    found = 0
+    n_cuts = 0
     j = n - 1
     while j > 0:
-        chosen[found] = j
-        found += 1
+        chosen[n_cuts] = j
+        n_cuts += 1
         j = before[j]
-    chosen[found] = 0
-    return chosen[: found + 1][::-1].copy()
+    chosen[n_cuts] = 0
+    return chosen[: n_cuts + 1][::-1].copy()
 
 
 @njit(cache=True)
@@ -157,7 +157,7 @@ def shared_symbols(symbols: IntArray, places: IntArray, cuts: IntArray) -> Float
     array (P,)
         Number of shared symbols, after and before together.
     """
-    found = np.zeros(places.size)
+    shared = np.zeros(places.size)
     for k in range(places.size):
         a = places[k]
         after = before = 0
@@ -176,5 +176,5 @@ def shared_symbols(symbols: IntArray, places: IntArray, cuts: IntArray) -> Float
                     break
                 n += 1
             before = max(before, n)
-        found[k] = after + before
-    return found
+        shared[k] = after + before
+    return shared

@@ -3,7 +3,7 @@
 Given rules, every part of a string has a price. A part that the start symbol derives costs the bits
 of its cheapest derivation, log2 of the number of alternatives at each node. Any other part costs a
 new rule: its left side, a separator, and each symbol of the shortest right side that the present
-nonterminals and terminals give, with the bits of deriving what these stand for. The cuts of least
+nonterminals and terminals give, with the bits of what these derive. The cuts of least
 price are found exactly, by dynamic programming. These are the cuts that a learner with these rules
 would make. Rules learned from the new sentences take no more bits, and so on (learning by hard
 assignment, as in segmental k-means).
@@ -85,11 +85,11 @@ def cut_by_rules(
     price = sentence_prices(symbols, rule_set, longest, novelty)
     if shaken is not None:
         price += shaken[:, None]
-    found = []
+    cuts = []
     for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
         places = _cheapest(price[low : high - 1], shortest)
-        found.append(tuple(places.tolist()))
-    return tuple(found)
+        cuts.append(tuple(places.tolist()))
+    return tuple(cuts)
 
 
 def sentence_prices(
@@ -111,7 +111,7 @@ def sentence_prices(
     Returns
     -------
     array (N, longest + 1)
-        Bits by first symbol and length; infinite where the part contains a separator.
+        Bits by first symbol and length; infinite if the part contains a separator.
     """
     groups = components(rule_set.rules)
     order = [left for group in groups for left in group]
@@ -269,11 +269,11 @@ def _cheapest(price: FloatArray, shortest: int) -> IntArray:
             if least[i] + price[i, m] < least[i + m]:
                 least[i + m], before[i + m] = least[i] + price[i, m], i
     cuts = np.empty(n, dtype=np.int64)
-    found = 0
+    n_cuts = 0
     if least[n] < np.inf:
         j = before[n]
         while j > 0:
-            cuts[found] = j
-            found += 1
+            cuts[n_cuts] = j
+            n_cuts += 1
             j = before[j]
-    return cuts[:found][::-1].copy()
+    return cuts[:n_cuts][::-1].copy()

@@ -6,8 +6,8 @@ least change of the pose, and further ones between them, so that two neighbours 
 take. A segmentation is a path of cells from the first cut to the last; the cheapest path is found
 exactly (:func:`cheapest_path`), with cuts as vertices in order of time and cells as edges.
 
-Park, Lee and Lee (2011) place a candidate every 30 frames, with which the numbers of segments of
-their own Table 1 cannot be reached.
+Park, Lee and Lee (2011) place a candidate every 30 frames; the numbers of segments of their Table 1
+cannot be reached in this way.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _HALVINGS = 60
-"""Halvings of the interval of prices: more than a double can tell apart."""
+"""Halvings of the interval of prices, more than the precision of a double."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
     array (cuts,)
         Frames, with begins and ends of takes.
     """
-    found = [np.array([0])]
+    cuts = [np.array([0])]
     for first, last in zip(poses.bounds, poses.bounds[1:]):
         n_frames = int(last - first)
         still = rests(poses.speeds[first:last])
@@ -116,8 +116,8 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
         fixed = np.concatenate([[0], still, [n_frames]])
         for a, b in pairwise(fixed):
             n_parts = -(-int(b - a) // grid)
-            found.append(first + a + np.arange(1, n_parts + 1) * (b - a) // n_parts)
-    return np.unique(np.concatenate(found))
+            cuts.append(first + a + np.arange(1, n_parts + 1) * (b - a) // n_parts)
+    return np.unique(np.concatenate(cuts))
 
 
 def make_cells(

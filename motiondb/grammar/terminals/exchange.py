@@ -12,8 +12,9 @@ exchange is made if it lowers
 
 where u is the mean distance of a pose from the mean pose and s(c) the speed at the cut relative to
 the mean speed of the takes. ``price`` works against ever shorter segments. ``rest`` decides between
-equally good segmentations by how much the body rests at the cuts: a segmentation that is shifted by
-half a movement repeats as well as the true one. With both 0, F itself is maximised.
+equally good segmentations by how still the body is at the cuts. This is needed because a
+segmentation that is shifted by half a movement repeats as well as the true one. With both 0, F
+itself is maximised.
 
 Cells are tried at random: those of the present segmentation, the more often the more they cost;
 neighbours of a medoid; and any. Worse exchanges are accepted with a probability that falls
@@ -68,7 +69,7 @@ of medoids. Chosen by hand."""
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is searched.
+    """The search problem.
 
     Attributes
     ----------
@@ -147,9 +148,9 @@ def exchange_search(
     Parameters
     ----------
     task : Task
-        What is searched.
+        The search problem.
     rng : numpy.random.Generator
-        Each start gets a generator of its own, so that the result does not depend on the number of
+        Each start gets a separate generator, so the result does not depend on the number of
         threads.
     n_starts : int
         Number of starts.
@@ -238,7 +239,7 @@ def improve(
     Parameters
     ----------
     task : Task
-        What is searched.
+        The search problem.
     state : State
         Where to begin.
     rng : numpy.random.Generator
@@ -319,8 +320,8 @@ def _propose(task: Task, state: State, rng: np.random.Generator) -> int:
     if not 0 <= first < last < len(cells.cuts):
         return -1
     some = slice(cells.pointers[last], cells.pointers[last + 1])
-    found = np.flatnonzero(cells.firsts[some] == first)
-    return int(cells.pointers[last] + found[0]) if len(found) else -1
+    places = np.flatnonzero(cells.firsts[some] == first)
+    return int(cells.pointers[last] + places[0]) if len(places) else -1
 
 
 def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:

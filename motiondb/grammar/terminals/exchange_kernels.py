@@ -29,7 +29,7 @@ class KnownCosts(NamedTuple):
 
 
 class Prices(NamedTuple):
-    """What the present medoids cost (K,), and what the tried cell costs as a medoid."""
+    """Costs of the present medoids (K,), and of the tried cell as a medoid."""
 
     medoids: FloatArray
     tried: float
@@ -41,8 +41,8 @@ def frame_distances(
 ) -> Float32Array:
     """Return d of all frames to the frames [start, end): array (medoid's frames, frames).
 
-    Not a matrix product: the libraries for these start threads of their own, which slow down
-    several searches at once.
+    Not a matrix product: the libraries for these start their own threads, which slow down
+    simultaneous searches.
     """
     n_dimensions, n_frames = columns.shape
     table = np.empty((end - start, n_frames), np.float32)
@@ -110,8 +110,8 @@ def best_exchange(
 ) -> tuple[int, float]:
     """Return which medoid to replace by the tried cell, and G then; -1 for none below ``bound``.
 
-    No exchange is cheaper than keeping all medoids beside the new one: if that is not enough,
-    nothing is tried.
+    No exchange is cheaper than adding the new medoid and keeping all others. If that does not lower
+    the cost, nothing is tried.
     """
     firsts, pointers, cut_costs = graph
     least, second, nearest, tried = known

@@ -66,7 +66,7 @@ def genetic_cuts(
     candidates : array (cuts,)
         Frames, with begins and ends of takes (``costs.fixed``).
     costs : Costs
-        What a grouping costs.
+        The cost of a grouping.
     n_groups : int
         K of the whole; a part of T' of T frames is grouped into K sqrt(T' / T).
     rng : numpy.random.Generator
@@ -84,13 +84,13 @@ def genetic_cuts(
     settings = settings or GeneticSettings()
     parts = split(candidates, costs.fixed, settings.part)
     n_frames = int(candidates[-1])
-    found = [np.array([0])]
-    for number, own in enumerate(parts):
-        share = float(np.sqrt((own[-1] - own[0]) / n_frames))
-        found.append(_search_part(own, costs, max(1, round(n_groups * share)), rng, settings))
+    cuts = [np.array([0])]
+    for number, part_cuts in enumerate(parts):
+        share = float(np.sqrt((part_cuts[-1] - part_cuts[0]) / n_frames))
+        cuts.append(_search_part(part_cuts, costs, max(1, round(n_groups * share)), rng, settings))
         if advance:
             advance((number + 1) / len(parts))
-    return np.unique(np.concatenate(found))
+    return np.unique(np.concatenate(cuts))
 
 
 def split(candidates: IntArray, fixed: np.ndarray, part: int) -> list[IntArray]:
@@ -112,22 +112,22 @@ def split(candidates: IntArray, fixed: np.ndarray, part: int) -> list[IntArray]:
 
 
 def _search_part(
-    own: IntArray,
+    cuts: IntArray,
     costs: Costs,
     n_groups: int,
     rng: np.random.Generator,
     settings: GeneticSettings,
 ) -> IntArray:
     """Return the best cuts of one part."""
-    first = int(own[0])
-    table = _distances(costs.values[first : own[-1]])
-    n_bits = max(len(own) - 2, 0)
+    first = int(cuts[0])
+    table = _distances(costs.values[first : cuts[-1]])
+    n_bits = max(len(cuts) - 2, 0)
 
     def cost(bits: Bits) -> float:
-        return _cost(own[np.concatenate([[True], bits, [True]])], first, table, costs, n_groups)
+        return _cost(cuts[np.concatenate([[True], bits, [True]])], first, table, costs, n_groups)
 
     shares = rng.uniform(0.1, 0.6, settings.population)
-    population = [_repair(rng.random(n_bits) < share, own, costs.shortest) for share in shares]
+    population = [_repair(rng.random(n_bits) < share, cuts, costs.shortest) for share in shares]
     values = np.array([cost(bits) for bits in population])
     for _ in range(settings.generations if n_bits else 0):
         best = int(np.argmin(values))
@@ -138,10 +138,10 @@ def _search_part(
             mother, father = rng.choice(settings.population, 2, p=chances)
             child = _cross(population[mother], population[father], rng)
             child = _mutate(child, settings.mutation, rng)
-            children.append(_repair(child, own, costs.shortest))
+            children.append(_repair(child, cuts, costs.shortest))
         values = np.array([values[best], *(cost(bits) for bits in children[1:])])
         population = children
-    return own[np.concatenate([[True], population[int(np.argmin(values))], [True]])]
+    return cuts[np.concatenate([[True], population[int(np.argmin(values))], [True]])]
 
 
 def _distances(values: Float32Array) -> Float32Array:
@@ -184,14 +184,14 @@ def _mutate(bits: Bits, flips: float, rng: np.random.Generator) -> Bits:
     return bits
 
 
-def _repair(bits: Bits, own: IntArray, shortest: int) -> Bits:
+def _repair(bits: Bits, cuts: IntArray, shortest: int) -> Bits:
     """Remove, from left to right, the cuts that would make a segment too short."""
     repaired = np.zeros(len(bits), dtype=bool)
-    last = own[0]
+    last = cuts[0]
     for n in np.flatnonzero(bits):
-        if own[n + 1] - last >= shortest and own[-1] - own[n + 1] >= shortest:
+        if cuts[n + 1] - last >= shortest and cuts[-1] - cuts[n + 1] >= shortest:
             repaired[n] = True
-            last = own[n + 1]
+            last = cuts[n + 1]
     return repaired
 
 
@@ -199,7 +199,7 @@ def _repair(bits: Bits, own: IntArray, shortest: int) -> Bits:
 def _table_distances(table: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
     """Return D between segments from a table of pose distances; see :mod:`.segment_distance`."""
     n = len(starts)
-    found = np.zeros((n, n))
+    distances = np.zeros((n, n))
     for i in range(n):
         for j in range(i):
             a, b = (i, j) if ends[i] - starts[i] >= ends[j] - starts[j] else (j, i)
@@ -211,5 +211,5 @@ def _table_distances(table: Float32Array, starts: IntArray, ends: IntArray) -> F
                 if behind >= length:
                     behind -= length
                     at += 1
-            found[i, j] = found[j, i] = total / length
-    return found
+            distances[i, j] = distances[j, i] = total / length
+    return distances

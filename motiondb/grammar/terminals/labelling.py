@@ -324,7 +324,7 @@ def _best_cuts(
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Return the last segment of the best reading up to each frame: start, terminal and D.
 
-    Each is an array (frames + 1,); start and terminal are -1 where there is no reading.
+    Each is an array (frames + 1,); start and terminal are -1 if there is no reading.
     """
     n_frames = len(table)
     best = np.full(n_frames + 1, np.inf)

@@ -8,7 +8,7 @@ is small. The first K things are the first medoids, so that the result depends o
 alone. Things are tried in turn as medoids. The gain of putting a thing in the place of each medoid
 is found for all K at once in O(n), from the nearest and second nearest medoid of every thing, and
 the best swap is made at once if it lowers E. The search ends after a round without a swap; then no
-single swap lowers E. Every medoid is in its own group, so no group is empty, even where things
+single swap lowers E. Every medoid is in its own group, so no group is empty, even if points
 coincide. Ties go to the lowest number.
 
 With weights L(s_i) and prices, E is 1 / F (:mod:`.objective`), and the groups maximise F.

@@ -6,7 +6,7 @@ Notation: segments s_i of L(s_i) frames tile T frames; group k has the medoid s_
     E' = (1 / d_max) sum_k sum_{i in k} L(s_i) / T D(s_i, s_k^c)    in [0, 1]
     F  = 1 / (w R + (1 - w) E')
 
-R is low if few frames stand for all, that is, if terminals repeat. E' is low if segments that share
+R is low if few frames represent all, that is, if terminals repeat. E' is low if segments that share
 a terminal are alike. Both fall when segments become shorter, so F alone would cut to the least
 length that is allowed; ``shortest`` and the number of segments N work against that.
 

@@ -10,10 +10,10 @@ others determine (collars, hips) or that are noisy (toes):
 
 with p_j the position of joint j (metres), v_j its velocity relative to the pelvis, u the velocity
 of the pelvis and r its turning, all three per third of a second (metres, radians). Lee et al.
-compare joint angles. Positions are what angles result in: they weigh a bend of the hip by how far
-it carries the hand, and they do not wrap around. The vectors are rotated to their principal axes,
-and axes beyond the share ``KEPT`` of the variance are left out, which makes d cheap and changes it
-by less than the noise of capture.
+compare joint angles. Positions result from angles: they weight a bend of the hip by how far it
+moves the hand, and they do not wrap around. The vectors are rotated to their principal axes, and
+axes beyond the share ``KEPT`` of the variance are left out, which makes d cheap and changes it by
+less than the noise of capture.
 
 Source: J. Lee et al., "Interactive control of avatars animated with human motion data" (2002),
 section 3.1; the largest distance d_max is used in Park, Lee and Lee (2011), equation 4.
@@ -37,10 +37,11 @@ COMPARED = (
 )  # fmt: skip
 """The joints that d looks at, equally weighted."""
 VELOCITY_WEIGHT = 0.6
-"""Weight of velocities (metres per third of a second) beside positions (metres). The value that
+"""Weight of velocities (metres per third of a second) relative to positions (metres). The value
+that
 features of word search have (``pose.features``)."""
 PELVIS_WEIGHT = 0.5
-"""Weight of the pelvis's velocity and turning beside the mean over joints. Chosen by hand."""
+"""Weight of the pelvis's velocity and turning relative to the mean over joints. Chosen by hand."""
 VELOCITY_SECONDS = 1.0 / 3.0
 """Unit of time of velocities: about the length of a short movement. Chosen by hand."""
 KEPT = 0.995
@@ -82,7 +83,7 @@ def make_poses(takes: Sequence[Motion]) -> Poses:
     Raises
     ------
     GrammarError
-        There is no take, a take has no frames, or one holds values that are no numbers.
+        There is no take, a take has no frames, or one contains values that are not numbers.
     """
     if not takes:
         raise GrammarError("terminals: expected at least one take, found none. Name a capture.")
@@ -125,8 +126,8 @@ def _describe(motion: Motion, number: int) -> tuple[FloatArray, FloatArray]:
         raise GrammarError(f"take {number + 1}: expected frames, found none. Leave it out.")
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise GrammarError(
-            f"take {number + 1}: expected numbers, found values that are none (NaN or infinite). "
-            "Mend the capture, or leave it out."
+            f"take {number + 1}: expected numbers, found NaN or infinity. Correct the capture, or "
+            f"leave it out."
         )
     positions, _ = retarget.motion_positions(motion)
     steps = np.linalg.norm(features.velocity(positions[:, _NUMBERS], MOTION_FPS), axis=2)

@@ -75,7 +75,7 @@ def trials_for(n_cells: int) -> int:
 
 
 def check_settings(n_terminals: int, settings: TerminalSettings) -> None:
-    """Refuse settings that make no sense (GrammarError, says what to do)."""
+    """Refuse settings without meaning (GrammarError with advice)."""
     if n_terminals < 1:
         raise GrammarError(
             f"terminals: expected at least 1, found {n_terminals}. Ask for more terminals."

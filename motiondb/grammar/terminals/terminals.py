@@ -6,7 +6,7 @@ genetic algorithm of the paper, :mod:`.genetic`). Then cuts slide to single fram
 (:mod:`.tuning`), and all segments are grouped once more from the medoids; the better grouping is
 kept. The takes become strings over the terminals; no segment crosses the end of a take.
 
-What is maximised is the F of the paper less a price for every cut: F alone grows when segments get
+The objective is the F of the paper minus a price for every cut: F alone grows when segments get
 shorter, down to the shortest that is allowed. The price and the weight of R were chosen on one take
 of each of the three grammars of the sample data, so that boundaries and groups agree best with the
 truth; ``docs/grammar.md`` reports the other takes.
@@ -44,7 +44,7 @@ TUNED = 4
 """How many of the best starts are tuned; the best of them is kept. Chosen by hand."""
 
 Progress = Callable[[int, int, str], None]
-"""Called with what is done, of how much, and with what is being done."""
+"""Called with the amount done, the total amount, and the name of the step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def find_terminals(
     settings : TerminalSettings, optional
         The defaults unless given.
     progress : callable, optional
-        Called with (done, 100, what is being done).
+        Called with (done, 100, name of the step).
 
     Raises
     ------
@@ -173,17 +173,17 @@ def terminals_from_symbols(
     """
     poses = make_poses(takes)
     rows = [np.flatnonzero(segments.capture_ids == number) for number in capture_ids]
-    for number, (own, take) in enumerate(zip(rows, takes, strict=True)):
-        tiles = np.concatenate([[0], segments.ends[own]])
-        if not (len(own) and (tiles[:-1] == segments.starts[own]).all()) or (
+    for number, (take_rows, take) in enumerate(zip(rows, takes, strict=True)):
+        tiles = np.concatenate([[0], segments.ends[take_rows]])
+        if not (len(take_rows) and (tiles[:-1] == segments.starts[take_rows]).all()) or (
             tiles[-1] != take.n_frames
         ):
             raise GrammarError(
                 f"take {number + 1}: expected segments that tile its {take.n_frames} frames, found "
-                f"{len(own)} up to frame {tiles[-1]}. Run `motiondb learn` again."
+                f"{len(take_rows)} up to frame {tiles[-1]}. Run `motiondb learn` again."
             )
     order = np.concatenate(rows)
-    offsets = np.repeat(poses.bounds[:-1], [len(own) for own in rows])
+    offsets = np.repeat(poses.bounds[:-1], [len(take_rows) for take_rows in rows])
     cuts = np.append(offsets + segments.starts[order], poses.n_frames)
     used, labels = np.unique(segments.symbols[order], return_inverse=True)
     medoids = np.array([_middle(poses, cuts, labels == k) for k in range(len(used))])
@@ -210,7 +210,7 @@ def _silent(_done: int, _total: int, _text: str) -> None:
 
 
 def cut_costs(poses: Poses, settings: TerminalSettings) -> Costs:
-    """Return what segments, distances and cuts cost, as parts of 1 / F."""
+    """Return the costs of segments, distances and cuts, as parts of 1 / F."""
     n_frames = poses.n_frames
     weight = (1.0 - settings.weight) / (n_frames * poses.largest) if poses.largest > 0.0 else 0.0
     mean = float(np.linalg.norm(poses.values - poses.values.mean(axis=0), axis=1).mean())
@@ -247,9 +247,9 @@ def _by_exchange(
     groupings = []
     for state in states[:TUNED]:
         path = _path_within(task, state, n_terminals, settings.most_segments)
-        found = np.append(frames[cells.firsts[path]], poses.n_frames)
+        bounds = np.append(frames[cells.firsts[path]], poses.n_frames)
         medoids = exchange.path_medoids(task, state, path)
-        groupings.append(_grouped(found, costs, n_terminals, medoids))
+        groupings.append(_grouped(bounds, costs, n_terminals, medoids))
     return groupings
 
 
@@ -264,13 +264,13 @@ def _by_genetic(
     cuts = candidates.candidate_cuts(poses, settings.grid, settings.shortest)
     cells = candidates.make_cells(cuts, cuts, poses.bounds, settings.shortest, settings.longest)
     _check_room(cells, n_terminals, settings)
-    found = genetic.genetic_cuts(cuts, costs, n_terminals, rng, settings.genetic, advance)
+    bounds = genetic.genetic_cuts(cuts, costs, n_terminals, rng, settings.genetic, advance)
     most = settings.most_segments
-    if len(found) - 1 < n_terminals or (most is not None and len(found) - 1 > most):
-        wanted = np.where(np.isin(cells.starts, found) & np.isin(cells.ends, found), 0.0, 1.0)
+    if len(bounds) - 1 < n_terminals or (most is not None and len(bounds) - 1 > most):
+        wanted = np.where(np.isin(cells.starts, bounds) & np.isin(cells.ends, bounds), 0.0, 1.0)
         path = candidates.bounded_path(cells, wanted, np.zeros(len(cuts)), n_terminals, most)
-        found = np.append(cells.starts[path], poses.n_frames)
-    return [_grouped(found, costs, n_terminals, None)]
+        bounds = np.append(cells.starts[path], poses.n_frames)
+    return [_grouped(bounds, costs, n_terminals, None)]
 
 
 def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSettings) -> None:

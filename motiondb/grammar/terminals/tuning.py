@@ -5,12 +5,12 @@ A step picks a segment s_i = [t_i, t_{i+1}) at random and moves
     Slide   both its ends by +d or -d:   s_{i-1} and s_{i+1} give and take,
     Resize  its end by +d or -d:         s_{i+1} begins later or earlier; its far end stays
 
-(in print the far end moves too, which would move every later segment). Only what changes is
+(in print the far end moves too, which would move every later segment). Only changed terms are
 computed again. The changed segments leave their groups and join those of the nearest medoids.
 Groups that lost or gained members choose their medoid again, the one of the largest F. R and E' are
-sums over groups, so that F is known from the changed groups alone, and equals F computed from
-nothing. A group never loses its last segment, no cut leaves its take, and no segment becomes
-shorter than allowed.
+sums over groups, so F follows from the changed groups alone, and equals F computed from scratch. A
+group never loses its last segment, no cut leaves its take, and no segment becomes shorter than
+allowed.
 
 d begins large. It is halved whenever a number of steps brought no gain; the search ends when the
 smallest d brings none. A step is accepted if it lowers
@@ -105,7 +105,7 @@ def tune(
     grouping : Grouping
         Where the search begins.
     costs : Costs
-        What a grouping costs.
+        The cost of a grouping.
     rng : numpy.random.Generator
         Draws the steps.
     settings : TuningSettings, optional
@@ -145,7 +145,7 @@ def tune(
 
 
 def _begin(grouping: Grouping, costs: Costs) -> State:
-    """Compute what is kept of a grouping during the search."""
+    """Compute the data of a grouping that are kept during the search."""
     n_groups = len(grouping.medoids)
     distances = segment_distances(costs.values, grouping.cuts[:-1], grouping.cuts[1:])
     state = State(
@@ -162,7 +162,7 @@ def _begin(grouping: Grouping, costs: Costs) -> State:
 
 
 def total_cost(grouping: Grouping, costs: Costs) -> float:
-    """Compute the cost of a grouping from nothing."""
+    """Compute the cost of a grouping from scratch."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
     lengths = ends - starts
     total = costs.price * float(lengths[grouping.medoids].sum())

@@ -11,11 +11,12 @@ from motiondb.grammar.terminals.segment_distance import segment_distance
 from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
 
 _RELATIVE_GAIN = 1e-12
-"""Share of the cost by which it must fall to count as better; below is rounding."""
+"""Share of the cost by which it must fall to count as better; smaller differences are rounding
+errors."""
 
 
 class Costs(NamedTuple):
-    """What a grouping costs.
+    """The cost of a grouping.
 
     Attributes
     ----------
@@ -42,7 +43,7 @@ class Costs(NamedTuple):
 
 
 class State(NamedTuple):
-    """The grouping during the search, with what is kept to know its cost quickly.
+    """The grouping during the search, with the data from which its cost is updated.
 
     Attributes
     ----------
@@ -204,7 +205,7 @@ def _sums_without(state: State, low: int, high: int) -> FloatArray:
 def _release(labels: IntArray, heads: IntArray, left: FloatArray, low: int, high: int) -> None:
     """Choose another medoid, among unchanged segments, for groups whose medoid changes.
 
-    -1 where the group has no unchanged segment.
+    -1 if the group has no unchanged segment.
     """
     for s in range(low, high):
         k = labels[s]
@@ -255,10 +256,10 @@ def _gap(known: _Known, i: int, c: int, move: _Move) -> np.float32:
 def _choose_medoid(
     known: _Known, members: IntArray, move: _Move, head: int, costs: Costs
 ) -> tuple[int, float, float]:
-    """Return the best medoid of a group, its members' error, and what the medoid costs.
+    """Return the best medoid of a group, its members' error, and the cost of the medoid.
 
-    The present medoid is tried first. The sum of another, begun with what is known, is given up as
-    soon as it is larger, so that few new distances are computed.
+    The present medoid is tried first. The sum of another candidate, begun with known distances, is
+    abandoned as soon as it is larger, so few new distances are computed.
     """
     ends = known.ends
     low, high = move.low, move.high

@@ -1,1 +1,1 @@
-"""Answers to questions, computed from what was learned."""
+"""Answers to questions, computed from the learned model."""

@@ -1,14 +1,14 @@
-"""How sure an answer to words is: as a whole, and part by part.
+"""Certainty of an answer to words: as a whole, and for each part.
 
-Only probabilities that were learned from questions of the same kind are told. These kinds are
+Only probabilities that were learned from questions of the same kind are given. These kinds are
 
     actions asked for, in order or at once; exclusions alone:
         the product of the probabilities of the statements (``certainty.answer_probability``),
     one action but not another; one of several actions:
         learned by themselves (:mod:`motiondb.learning.certainty.question_certainty`).
 
-Nothing is told for repeats and lengths, for orders with exclusions, for several exclusions beside
-an action, and for alternatives that are more than one action: whether such answers are right was
+There is no probability for repeats and lengths, for orders with exclusions, for several exclusions
+with an action, and for alternatives of more than one action: whether such answers are right was
 never measured.
 """
 
@@ -33,16 +33,16 @@ SURE = 1.0 - 1e-12
 
 @dataclass(frozen=True)
 class PartChance:
-    """How sure a capture shows a part of a question.
+    """The certainty that a capture shows a part of a question.
 
     Attributes
     ----------
     probability : float
-        With what captions say.
+        With the evidence of captions.
     by_motion : float
         By the motion alone.
     by_caption : bool
-        Whether captions say it.
+        Whether captions say so.
     """
 
     probability: float
@@ -52,15 +52,15 @@ class PartChance:
 
 @dataclass(frozen=True)
 class Chances:
-    """How sure an answer is.
+    """Certainty of an answer.
 
     Attributes
     ----------
     whole : float or None
-        Probability that the capture shows all that is asked and nothing that is excluded; None
-        where it is not known.
+        Probability that the capture shows all requested actions and no excluded one; None
+        if it is not known.
     parts : tuple of (PartChance or None)
-        Of every part of the reading; None where it asks for nothing, or is not known.
+        Of every part of the reading; None if it asks for nothing, or is not known.
     """
 
     whole: float | None
@@ -73,7 +73,7 @@ def chances(
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
-    """How sure an answer is.
+    """Certainty of an answer.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def counts_or_lasts(reading: Reading) -> bool:
 
 
 def _is_one_action(reading: Reading) -> bool:
-    """Whether a reading asks for one action and excludes nothing."""
+    """Whether a reading is one action without exclusions."""
     return len(reading.parts) == 1 and len(reading.parts[0].actions) == 1 and not reading.exclusions
 
 
@@ -131,19 +131,19 @@ def chances_of_kind(
 ) -> Chances:
     """Chances of "a but not b", or of the best alternative of "a or b" (nothing excluded).
 
-    P(not b | a) is P(a and not b) / P(a) by the motion. What captions say is added to the log-odds
-    of a and of b; they are not calibrated.
+    P(not b | a) is P(a and not b) / P(a) by the motion. The evidence of captions is added to the
+    log-odds of a and of b; it is not calibrated.
 
     Parameters
     ----------
     kind : KindCertainty
-        How sure answers to this kind of question are.
+        Certainty of answers to this kind of question.
     asked : tuple of float
-        Log-odds of what is asked, and what of them captions add.
+        Log-odds of the requested action, and the part of them that captions add.
     excluded : tuple of float or None
         The same for what is excluded.
     by_caption : bool
-        Whether captions say what is asked.
+        Whether captions have the requested words.
     """
     if kind.whole is None or kind.part is None:
         return Chances(None, (None,))
@@ -167,15 +167,15 @@ def _of_part(
     k: int,
     why: Sequence[reasons.WordReason],
 ) -> PartChance | None:
-    """How sure a capture shows part k; None where it asks for nothing."""
+    """The certainty that a capture shows part k; None if it asks for nothing."""
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     of_part = {n for n in asked if hit.statements[n].part == k}
-    own = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
-    if not reading.parts[k].actions or not own:
+    odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
+    if not reading.parts[k].actions or not odds_of_part:
         return None
-    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in own]
+    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
     return PartChance(
-        prod(_probability(h + said) for h, (_, said) in zip(heard, own)),
+        prod(_probability(h + said) for h, (_, said) in zip(heard, odds_of_part)),
         prod(map(_probability, heard)),
         all(reason.written > 0.0 for reason in why if reason.action in of_part),
     )

@@ -1,4 +1,4 @@
-"""What to write words about next, from what was learned; see :mod:`motiondb.words.suggestion`."""
+"""Which captures to caption next; see :mod:`motiondb.words.suggestion`."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class CaptionSuggestion:
     like : tuple of str
         Names of captures without words that its words would also describe, most similar first.
     symbols : tuple of int
-        Symbols of the capture that never occurred beside words.
+        Symbols of the capture that never occurred with words.
     reason : str
         One sentence.
     """
@@ -45,7 +45,7 @@ class CaptionSuggestion:
 
 
 def suggest_captions(learned: Learned, limit: int = 10) -> list[CaptionSuggestion]:
-    """Captures without words, the one whose words would say most about the others first.
+    """Captures without captions, the most informative about the others first.
 
     A capture counts as described when one motion word was written about any part of it.
     """
@@ -90,10 +90,10 @@ def _explained(
     if names:
         seconds = sum(learned.captures[c].duration for c in others)
         shown = ", ".join(names[:2]) + (", ..." if len(names) > 2 else "")
-        reason += f"; would tell of {len(names)} more ({seconds:.0f} s: {shown})"
+        reason += f"; similar to {len(names)} more ({seconds:.0f} s: {shown})"
     if silent:
         which = "symbol" if len(silent) == 1 else "symbols"
-        reason += f"; {which} {', '.join(map(str, silent))} never stood beside words"
+        reason += f"; {which} {', '.join(map(str, silent))} never occurred with words"
     return CaptionSuggestion(
         rank, info.name, info.duration, round(one.gain, 6), names, silent, reason
     )

@@ -1,4 +1,4 @@
-"""Search by example: the stored intervals that move like a motion, and how sure each answer is."""
+"""Search by example: stored intervals that move like a motion, with certainties."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class ExampleAnswer(Sequence[Match]):
     strength : float or None
         Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
     threshold : float or None
-        Strength below which nothing in the database matches. Both are None where too little was
-        written about the captures to learn them.
+        Strength of the best answer below which nothing in the database matches. Both are None if
+        too little was written about the captures to learn them.
     """
 
     matches: tuple[Match, ...]
@@ -43,7 +43,7 @@ class ExampleAnswer(Sequence[Match]):
 
     @property
     def matches_anything(self) -> bool | None:
-        """Whether anything in the database moves like the example; None where this is not known."""
+        """Whether anything in the database moves like the example; None if this is not known."""
         return reaches(self.matches, self.strength, self.threshold)
 
     def __len__(self) -> int:
@@ -114,11 +114,11 @@ def search_motion(
 
 
 def _how_sure(
-    learned: Learned, query: by_motion.Query, found: Sequence[by_motion.Candidate]
+    learned: Learned, query: by_motion.Query, candidates: Sequence[by_motion.Candidate]
 ) -> list[tuple[float, float]]:
     """Resemblance of every match, and the calibrated probability that it shows the same action.
 
-    Empty where the probability was not learned.
+    Empty if the probability was not learned.
     """
     sure = learned.example_certainty
     if sure is None:
@@ -126,7 +126,7 @@ def _how_sure(
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
     told = []
-    for c in found:
+    for c in candidates:
         rows = learned.rows[c.capture]
         vector = score_vectors.interval_vectors(
             learned.standardised[rows], learned.segments.starts[rows], learned.segments.ends[rows],
@@ -168,20 +168,20 @@ def _find_motion(
 
 
 def _whole_activities(
-    learned: Learned, pool: FeaturePool, motion: Motion, found: list[by_motion.Candidate]
+    learned: Learned, pool: FeaturePool, motion: Motion, candidates: list[by_motion.Candidate]
 ) -> list[by_motion.Candidate]:
     """Extend answers in long captures to the whole activity (``search.extents``)."""
     contexts = learned.context_space
     if contexts is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
-        return found
+        return candidates
     example = contexts.view(recognition_features(motion))
-    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in found}
+    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in candidates}
     takes = {
         capture: contexts.view(pool.of_capture(capture))
         for capture, length in lengths.items()
         if length >= extents.LONG * motion.n_frames
     }
-    return by_motion.to_activities(example, found, takes)
+    return by_motion.to_activities(example, candidates, takes)
 
 
 def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:

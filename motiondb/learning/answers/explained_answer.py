@@ -1,4 +1,4 @@
-"""Why an answer to words has its rank, in words and seconds.
+"""Explanation of the rank of an answer to words, in words and seconds.
 
 The numbers are those of :mod:`motiondb.search.questions.reasons`; here word numbers become words,
 and frames become seconds.
@@ -126,7 +126,7 @@ class Explanation:
     log_odds : float
         Log-odds of the answer, nats.
     words : tuple of ExplainedWord
-        The words that are asked for.
+        The requested words.
     together : float
         Log-odds that all actions occur, less the mean of their log-odds; 0 for one action.
     excluded : tuple of ExplainedExclusion
@@ -139,7 +139,7 @@ class Explanation:
     excluded: tuple[ExplainedExclusion, ...]
 
     def facts(self) -> dict[str, Any]:
-        """The parts for JSON; their sum is ``log_odds``, as said above."""
+        """The parts for JSON; their sum is ``log_odds``, as described above."""
         return {
             "log_odds": self.log_odds,
             "together": self.together,

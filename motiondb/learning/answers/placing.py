@@ -1,14 +1,14 @@
-"""Where an answer shows each part of a question, and how sure that is.
+"""Where an answer shows each part of a question, with its certainty.
 
-Which captures answer, and how far, is decided by the word map (``search.by_question``). Where in
-the capture is decided by the evidence of places (:mod:`motiondb.learning.place_fitting`), with what
-captions of intervals say. Two probabilities belong to a part: that the capture shows it, and that
-the interval does, which is the first times the probability that the place is right where the
+The word map determines which captures answer, and their scores (``search.by_question``). The
+position in the capture follows from the evidence of places (:mod:`motiondb.learning.place_fitting`)
+and the captions of intervals. Two probabilities belong to a part: that the capture shows it, and
+that the interval does, which is the first times the probability that the place is right where the
 capture shows it (:mod:`motiondb.learning.certainty.place_certainty`).
 
-The place is unknown where the interval is likelier wrong than right, or no other capture's captions
-list the words, and only a caption of the whole capture speaks for the part: without the caption the
-motion does not show it more likely than not.
+The place is unknown if the interval is likelier wrong than right, or no other capture's captions
+list the words, and a caption of the whole capture is the only evidence for the part: by the motion
+alone, the part is more likely not shown.
 
 The interval ends where the evidence for each frame falls to half of its peak
 (:mod:`motiondb.words.maps.edge_map`), so that a short action has the boundaries of the movement
@@ -49,13 +49,13 @@ class PartPlace:
     Attributes
     ----------
     start : int
-        First frame; that of the whole capture where the place is unknown.
+        First frame; that of the whole capture if the place is unknown.
     end : int
-        Last frame + 1; that of the whole capture where the place is unknown.
+        Last frame + 1; that of the whole capture if the place is unknown.
     probability : float or None
-        That the capture shows it; None where it is not known.
+        That the capture shows it; None if it is not known.
     right : float or None
-        That the interval is the right one, where the capture shows it; None where it is not known.
+        That the interval is the right one, if the capture shows it; None if it is not known.
     unknown : bool
         Whether the place is unknown.
     """
@@ -68,7 +68,7 @@ class PartPlace:
 
     @property
     def interval_probability(self) -> float | None:
-        """That the interval shows the part; None where this or the place is not known."""
+        """That the interval shows the part; None if this or the place is not known."""
         if self.unknown or self.probability is None or self.right is None:
             return None
         return self.probability * self.right
@@ -95,16 +95,16 @@ def place_answer(
     reading : Reading
         The reading that it answers.
     said : sequence of (PartChance or None)
-        How sure the capture shows each part.
+        The certainty that the capture shows each part.
     written : bool
-        Whether captions count as evidence beside the motion.
+        Whether captions count as evidence, in addition to the motion.
     """
     sure = [None if one is None else one.probability for one in said]
     placed = _placed(learned, capture, reading, written)
     if placed is None:
         return tuple(PartPlace(*span, p) for span, p in zip(hit.parts, sure))
     ends = int(placed.starts[0]), int(placed.ends[-1])
-    found = []
+    places = []
     for k, (first, behind) in enumerate(placed.spans):
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
         part = reading.parts[k]
@@ -119,8 +119,8 @@ def place_answer(
                 else right < LIKELY
             )
         )
-        found.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
-    return tuple(found)
+        places.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
+    return tuple(places)
 
 
 def refine_places(
@@ -191,7 +191,7 @@ def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int])
 def interval_probability(
     probability: float | None, parts: Sequence[PartPlace], reading: Reading
 ) -> float | None:
-    """Probability that the intervals of an answer show what was asked; None: not known.
+    """Probability that the intervals of an answer show the requested actions; None: not known.
 
     Parameters
     ----------
@@ -229,13 +229,13 @@ def _placed(
 def _right(
     learned: Learned, capture: int, placed: PlacedReading, part: Part, k: int
 ) -> float | None:
-    """Probability that the interval of part k is right; None where it was not learned.
+    """Probability that the interval of part k is right; None if it was not learned.
 
-    Nor is it known where no captions of other performers hold the words.
+    Nor is it known if no captions of other performers hold the words.
     """
     sure = learned.certainties.place
-    own = learned.performers[capture]
-    support = count_performers(learned.listed_by, _words(learned, part), [own])
+    performer = learned.performers[capture]
+    support = count_performers(learned.listed_by, _words(learned, part), [performer])
     if sure is None or not support:
         return None
     cues = cues_of(placed.values[k], *placed.spans[k], support)

@@ -21,12 +21,12 @@ from motiondb.words.question.tree import NotUsed
 NOT_A_CAPTION = NotUsed(
     "quotation marks", "alternatives, exclusions, counts and lengths are not compared as a caption"
 )
-"""What is said of a question in quotation marks that cannot be compared as a caption."""
+"""The note for a question in quotation marks that cannot be compared as a caption."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One capture's answer: where, why, and how sure it is."""
+    """One capture's answer: its interval, its reasons and its certainty."""
 
     capture: int
     hit: QuestionHit
@@ -42,7 +42,7 @@ def find(
     written: bool = True,
     as_caption: bool = False,
 ) -> tuple[list[Found], tuple[Reading, ...], tuple[NotUsed, ...]]:
-    """The best answers, best first; the readings of the question, and what a search cannot tell.
+    """The best answers, best first; the readings of the question, and its unused parts.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def find(
     limit : int
         How many answers at most.
     written : bool
-        Whether people's words about the captures count beside the motion.
+        Whether the captions of the captures count as evidence, in addition to the motion.
     as_caption : bool
         Whether the question is also compared as a whole caption.
     """
@@ -65,21 +65,21 @@ def find(
             hits.append((capture, hit))
     shares = caption_shares(learned, read) if as_caption else CaptionShares((), {})
     hits.sort(key=lambda pair: (-pair[1].log_odds - shares.total(pair[0]), pair[0]))
-    found = []
+    answers = []
     for capture, hit in hits[:limit]:
         why = explain_hit(learned, capture, hit, written)
         sure = chances(learned, read, hit, why)
-        found.append(Found(capture, hit, with_shares(why, shares, capture), sure))
-    found.sort(key=lambda each: (-reasons.total(each.why), each.capture))
+        answers.append(Found(capture, hit, with_shares(why, shares, capture), sure))
+    answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
     if as_caption and not shares.words:
         not_used = (*not_used, NOT_A_CAPTION)
-    return found, read, not_used
+    return answers, read, not_used
 
 
 def explain_hit(
     learned: Learned, capture: int, hit: QuestionHit, written: bool = True
 ) -> tuple[reasons.WordReason, ...]:
-    """What every word of a question adds to an answer, segment by segment."""
+    """The contribution of every word of a question to an answer, segment by segment."""
     rows = learned.rows[capture]
     table = learned.segments
     starts, ends = table.starts[rows], table.ends[rows]
@@ -108,10 +108,10 @@ def explain_hit(
 
 
 def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: float | None) -> float:
-    """Nats by which what an answer shows least clearly is likelier than usual.
+    """Nats by which the least certain action of an answer is more probable than usual.
 
-    An excluded action counts as far below the threshold as it lies above it: something without the
-    action matches where the action itself would not.
+    For an excluded action, the distance to the threshold changes its sign: a motion without the
+    action matches if the action itself would not.
     """
     usual = certainty.usual(learned.word_map)
 
@@ -125,10 +125,10 @@ def strength(learned: Learned, why: Sequence[reasons.WordReason], threshold: flo
     if threshold is None:
         return min(clear, default=0.0)
     for lowering in reasons.lowerings(why):
-        own = [w for w in why if w.exclusion == lowering.exclusion]
-        numbers = sorted({w.action for w in own})
+        same_exclusion = [w for w in why if w.exclusion == lowering.exclusion]
+        numbers = sorted({w.action for w in same_exclusion})
         over = min(
-            odds - usually([w for w in own if w.action == number])
+            odds - usually([w for w in same_exclusion if w.action == number])
             for number, (odds, _) in zip(numbers, lowering.actions)
         )
         clear.append(2.0 * threshold - over)

@@ -1,14 +1,14 @@
-"""What a question in quotation marks adds to an answer as a whole caption.
+"""The contribution of a question in quotation marks to an answer as a whole caption.
 
 A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
 caption that the motion of a capture suggests (:mod:`motiondb.words.maps.caption_map`). The likeness
 is a sum over the question's words. It is taken relative to its mean over all captures of the
 database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the answers. It
-says nothing of order and place, and it takes no part in the probability of an answer.
+does not use order and place, and is not part of the probability of an answer.
 
 Other questions are not compared in this way: "walk" asks for all captures that show walking, not
-for the one of which only "walk" would be written. Nor are questions with alternatives, exclusions,
-counts or lengths, which are no captions.
+for a capture whose whole caption is "walk". Questions with alternatives, exclusions, counts or
+lengths are not captions and are not compared either.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
 
 @dataclass(frozen=True, eq=False)
 class CaptionShares:
-    """What each word of a question adds to each capture.
+    """The contribution of each word of a question to each capture.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class CaptionShares:
     amounts: Mapping[int, FloatArray]
 
     def total(self, capture: int) -> float:
-        """What the question adds to a capture."""
+        """The contribution of the question to a capture."""
         return float(self.amounts[capture].sum()) if self.words else 0.0
 
 
@@ -68,7 +68,7 @@ def unquote(text: str) -> tuple[str, bool]:
 
 
 def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShares:
-    """What a question adds to the captures as a whole caption; no words where it is none.
+    """The contributions of a question as a whole caption; no words if it is not one.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShar
 def with_shares(
     why: Sequence[WordReason], shares: CaptionShares, capture: int
 ) -> tuple[WordReason, ...]:
-    """Reasons with what each word adds as part of the whole caption, at its first reason.
+    """Reasons, with the contribution of each word to the whole caption at the word's first reason.
 
     Parameters
     ----------
@@ -106,9 +106,9 @@ def with_shares(
 
 
 def _asked_words(learned: Learned, readings: Sequence[Reading]) -> tuple[int, ...]:
-    """Numbers of the different words that the only reading asks for; none where it is no caption.
+    """Numbers of the different words of the only reading; empty if the question is not a caption.
 
-    Words that are only taken for known ones stand behind the vocabulary and are left out.
+    Words that are replaced by known ones have numbers after the vocabulary and are left out.
     """
     if len(readings) != 1 or readings[0].exclusions or counts_or_lasts(readings[0]):
         return ()

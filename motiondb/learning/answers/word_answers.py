@@ -41,28 +41,28 @@ class WordAnswer:
     matches : tuple of Match
         Best first.
     question : KnownQuestion
-        The question as it was understood.
+        The parsed question.
     actions : tuple of tuple of str
         The question as a plain order of actions; () stands for any action.
     not_used : tuple of NotUsed
         What of the question played no part in the search.
     decoding : Decoding or None
-        Decoded symbols of a search by symbols; None where no sequence was found.
+        Decoded symbols of a search by symbols; None if no sequence was found.
     reasons : tuple
-        Per match what every asked word adds to its log-odds; ``search.reasons.total`` of them is
-        the number that ranks the match, and ``score`` its logistic function.
+        For each match, the contributions of the words to its log-odds; ``search.reasons.total`` of
+        them is the number that ranks the match, and ``score`` its logistic function.
     strength : float or None
-        Of the best match: nats by which the action that it shows least clearly is likelier than
-        usual for the words asked.
+        Of the best match: nats by which its least certain action is more probable than usual for
+        these words.
     threshold : float or None
-        Strength below which nothing in the database matches; None where it could not be learned
+        Strength below which nothing in the database matches; None if it could not be learned
         (``search.certainty``).
     taken : dict
-        Word that no caption holds -> what it was taken as.
+        Word that is in no caption -> the known words that replace it.
     suggested : dict
-        Word that no caption holds -> what is made of it where it was not taken.
+        Word that is in no caption and was not replaced -> suggested known words.
     sources : tuple of WordSource
-        Which captions taught the words, where the database learned with a start.
+        The captions from which the words were learned, if the database learned with a start.
     written : tuple of WrittenWord
         Words that were not learned and were found where they are written.
     vocabulary : tuple of str
@@ -95,14 +95,14 @@ class WordAnswer:
 
     @property
     def matches_anything(self) -> bool | None:
-        """Whether anything in the database shows what was asked; None where this is not known."""
+        """Whether anything in the database shows the requested actions; None if unknown."""
         return reaches(self.matches, self.strength, self.threshold)
 
 
 def reaches(
     matches: Sequence[Match], strength: float | None, threshold: float | None
 ) -> bool | None:
-    """Whether a best match is good enough; None where no threshold was learned."""
+    """Whether a best match is good enough; None if no threshold was learned."""
     if not matches:
         return False
     return None if strength is None or threshold is None else strength >= threshold
@@ -147,19 +147,19 @@ def search_words(  # noqa: PLR0913  four of the seven have defaults
     question = understand(learned, text)
     if by_symbols:
         return _search_decoded(learned, question, allowed, limit)
-    found, read, left_out = question_search.find(
+    ranked, read, left_out = question_search.find(
         learned, question, allowed, limit, written, as_caption
     )
     matches = tuple(
         _match(learned, rank, each, read[each.hit.reading], question, (written, features))
-        for rank, each in enumerate(found, start=1)
+        for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
     threshold = None if sure is None or np.isnan(sure.threshold) else sure.threshold
     return WordAnswer(
         matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
-        reasons=tuple(each.why for each in found),
-        strength=max((question_search.strength(learned, each.why, threshold) for each in found),
+        reasons=tuple(each.why for each in ranked),
+        strength=max((question_search.strength(learned, each.why, threshold) for each in ranked),
                      default=None),
         threshold=threshold, vocabulary=learned.association.words,
         sources=word_sources(learned, _asked_words(question)),
@@ -173,7 +173,7 @@ def _asked_words(question: KnownQuestion) -> list[str]:
 def _match(
     learned: Learned,
     rank: int,
-    found: question_search.Found,
+    answer: question_search.Found,
     reading: Reading,
     question: KnownQuestion,
     by: tuple[bool, placing.Features | None],
@@ -182,13 +182,13 @@ def _match(
     written, features = by
     takes = learned.takes if written else learned.seen_takes
     places = placing.place_answer(
-        learned, found.capture, found.hit, reading, found.sure.parts, written
+        learned, answer.capture, answer.hit, reading, answer.sure.parts, written
     )
     if features is not None:
-        places = placing.refine_places(learned, found.capture, reading, places, features, written)
+        places = placing.refine_places(learned, answer.capture, reading, places, features, written)
     parts = tuple(
         MatchPart(
-            words, *to_seconds(learned, found.capture, place.start, place.end), place.probability,
+            words, *to_seconds(learned, answer.capture, place.start, place.end), place.probability,
             place.interval_probability, "unknown" if place.unknown else "known",
         )
         for words, place in zip(_part_words(reading), places)
@@ -196,20 +196,20 @@ def _match(
     start, end = min(p.start for p in places), max(p.end for p in places)
     return Match(
         rank,
-        learned.captures[found.capture].name,
-        *to_seconds(learned, found.capture, start, end),
-        float(1.0 / (1.0 + np.exp(-reasons.total(found.why)))),
-        _matched(takes[found.capture], question, learned.word_numbers),
-        "; ".join(map(_say_part, parts)) + mark_generated(learned, found.capture, "; "),
-        found.sure.whole,
-        placing.interval_probability(found.sure.whole, places, reading),
+        learned.captures[answer.capture].name,
+        *to_seconds(learned, answer.capture, start, end),
+        float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
+        _matched(takes[answer.capture], question, learned.word_numbers),
+        "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
+        answer.sure.whole,
+        placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
     )
 
 
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
-    """An answer in which some words were taken as others, with what that takes off its certainty.
+    """An answer with replaced words, with a correspondingly lower certainty.
 
     The probability of every match is multiplied by that of every taking.
 
@@ -275,7 +275,7 @@ def _search_decoded(
     symbols = np.array(decoded.symbols)
     weights = np.full(len(symbols), 1.0 / len(symbols))
     scale = alignment.distance_scale(learned.distances)
-    found = []
+    answers = []
     for capture in allowed:
         rows = learned.rows[capture]
         score, first, last = alignment.align(
@@ -283,11 +283,11 @@ def _search_decoded(
         )
         if last > first:
             start = int(learned.segments.starts[rows][first])
-            found.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
-    found.sort(key=lambda hit: (-hit[0], hit[1]))
+            answers.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
+    answers.sort(key=lambda hit: (-hit[0], hit[1]))
     number = learned.word_numbers
-    occurs = any(np.isclose(hit[0], 1.0) for hit in found)
-    note = "" if occurs else "; this sequence of symbols never occurred, the nearest are given"
+    occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
+    note = "" if occurs else "; this sequence of symbols does not occur; these are the nearest ones"
     matches = tuple(
         Match(
             rank,
@@ -298,14 +298,14 @@ def _search_decoded(
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
-        for rank, (score, capture, start, end) in enumerate(found[:limit], start=1)
+        for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
     )
     return WordAnswer(matches, question, actions, not_used, decoded)
 
 
 @dataclass(frozen=True)
 class Description:
-    """What an interval of a motion shows.
+    """The words of an interval of a motion.
 
     Attributes
     ----------
@@ -375,7 +375,7 @@ def mark_generated(learned: Learned, capture: int, before: str = "") -> str:
 
 
 def _part_words(reading: Reading) -> list[str]:
-    """What every part of a reading asks for."""
+    """The actions of every part of a reading."""
     said = []
     for k, part in enumerate(reading.parts):
         asked = [" ".join(action) for action in part.actions]

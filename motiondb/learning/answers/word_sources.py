@@ -1,4 +1,4 @@
-"""Which captions taught a word: own ones, and those of what the database started from."""
+"""The captions from which a word was learned: own ones, and those of the start."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from motiondb.learning.start.joining import start_weight
 
 @dataclass(frozen=True)
 class WordSource:
-    """Captions that taught a word, in a database that learned with a start.
+    """The captions from which a word was learned, in a database that learned with a start.
 
     Attributes
     ----------
@@ -24,8 +24,8 @@ class WordSource:
     own_captions : int
         Own captions that hold it.
     weight : float
-        How much a caption of the start counts beside an own one; 1 where no own caption holds the
-        word, because then those of the start alone teach it.
+        Weight of a caption of the start relative to an own one; 1 if no own caption has the word,
+        because it is then learned from the start alone.
     """
 
     word: str
@@ -35,7 +35,7 @@ class WordSource:
     weight: float
 
     def sentence(self) -> str:
-        """What a user is told.
+        """The sentence for the user.
 
         >>> WordSource("walk", "cmu", 74, 0, 1.0).sentence()
         'walk: known from the start cmu alone (74 captions there)'
@@ -44,20 +44,20 @@ class WordSource:
         >>> WordSource("dash", "cmu", 0, 3, 0.5).sentence()
         'dash: known from 3 own captions alone'
         """
-        own = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
+        captions = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
         if not self.own_captions:
             there = "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
             return f"{self.word}: known from the start {self.start} alone ({there} there)"
         if not self.start_captions:
-            return f"{self.word}: known from {own} alone"
+            return f"{self.word}: known from {captions} alone"
         return (
-            f"{self.word}: known from {own} and {self.start_captions} of the start {self.start}, "
-            f"each of which counts {self.weight:.2g}"
+            f"{self.word}: known from {captions} and {self.start_captions} of the start "
+            f"{self.start}, each of which counts {self.weight:.2g}"
         )
 
 
 def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ...]:
-    """Which captions taught some words, in their order; empty without a start.
+    """The captions from which some words were learned; empty without a start.
 
     Words that were not learned are left out.
     """
@@ -65,11 +65,11 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
     if started is None or learned.counted is None:
         return ()
     counts = learned.counted.counts
-    own = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
+    captions_of = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
     weight = start_weight(counts.moments.n)
     sources = []
     for word in dict.fromkeys(words):
-        there, here = started.said.get(word, 0), own.get(word, 0)
+        there, here = started.said.get(word, 0), captions_of.get(word, 0)
         if there or here:
             name = started.knowledge.origin.name
             sources.append(WordSource(word, name, there, here, weight if here else 1.0))

@@ -1,1 +1,1 @@
-"""How sure answers and places are, learned from questions with known answers."""
+"""Certainty of answers and places, learned from questions with known answers."""

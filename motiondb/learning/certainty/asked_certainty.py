@@ -1,20 +1,20 @@
-"""How sure answers are, learned from questions whose answers the captions give.
+"""Certainty of answers, learned from questions whose answers are known from the captions.
 
-The captures that people wrote about are asked as a user would ask, each time with the words of the
-performers in question left out of the word map (its sums are additive, so leaving out is
-subtracting). Whether an answer is right follows from the captions:
+The captures with captions are searched as a user would search, each time without the words of the
+tested performers in the word map (its sums are additive, so words are left out by subtraction).
+Whether an answer is right follows from the captions:
 
-* by words: performers are divided into folds; every word that the other folds know is asked of the
+* by words: performers are divided into folds; every word of the other folds is searched in the
   captures of one fold;
 * by example: a described interval is the example; the captures of all other performers are
-  searched, each by its window that moves most like the example. An answer is right where both
-  captions name the same action, that is, a word that is no direction, part of the body or manner
+  searched, each by its window that moves most like the example. An answer is right if both captions
+  name the same action, that is, a word that is not a direction, a part of the body or a manner
   (``vocabulary.MODIFIERS``).
 
 Here only questions to which there is a right answer count. From these
-:mod:`motiondb.search.certainty` learns the probability of an answer. Then every right answer is
-taken out, for an example from the word map too, and the same is asked again: that shows how good
-the best answer is where there is nothing to find.
+:mod:`motiondb.search.certainty` learns the probability of an answer. Then all right answers are
+removed (for an example, also from the word map) and the search is repeated. This gives the value of
+the best answer if there is no right one.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ from motiondb.words.maps.word_moments import WordMoments, solve_word_map, word_m
 N_FOLDS = 5
 """Folds of performers. Chosen by hand; not tuned."""
 LEAST_SAID = 3
-"""Intervals of other performers that must hold a word for the word to be asked. Chosen by hand."""
+"""Smallest number of intervals of other performers with a word, for the word to be used as a
+question. Chosen by hand."""
 LOOKED_AT, LOOKED_BELOW = 10, 5
 """Answers of a question that count: the best ones, and some evenly over the rest. The first are
 those that a user sees. Chosen by hand; not tuned."""
@@ -52,7 +53,7 @@ LEAST_ANSWERS = 30
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """Described intervals, one row each, and the captures that they lie in.
+    """Described intervals, one row each, and their captures.
 
     Attributes
     ----------
@@ -136,10 +137,10 @@ def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray
 
 
 def words_certainty(written: Written) -> Certainty | None:
-    """How sure an answer to words is: its cue is the log-odds of an action in a capture.
+    """Certainty of an answer to words; its cue is the log-odds of an action in a capture.
 
     The threshold is on the log-odds that the motion adds to the usual ones, so that rare words can
-    be found too. None where too little was written.
+    be found too. None if too little was written.
     """
     log_odds, right, present, absent = [], [], [], []
     folds = performer_folds(written.groups)
@@ -164,10 +165,10 @@ def words_certainty(written: Written) -> Certainty | None:
 
 
 def example_certainty(written: Written) -> Certainty | None:
-    """How sure an answer to an example is.
+    """Certainty of an answer to an example.
 
     Its cues are the resemblance of the answer and how clear the example's action is; the threshold
-    is on the resemblance. None where too little was written.
+    is on the resemblance. None if too little was written.
     """
     cues, right, present, absent = [], [], [], []
     share = _shared(written)
@@ -194,16 +195,16 @@ def example_certainty(written: Written) -> Certainty | None:
 
 @dataclass(frozen=True, eq=False)
 class Gallery:
-    """The best window of every capture when an example is asked, by motion alone.
+    """The best window of every capture for an example, by motion alone.
 
     Attributes
     ----------
     vectors : array (captures, columns)
         Score vector of the window most like the example.
     right : array (captures,)
-        Whether captions say that this window shows the example's action.
+        Whether this window shows the example's action, according to captions.
     shows : array (captures,)
-        Whether captions say so of any part of the capture.
+        Whether any part of the capture does, according to captions.
     """
 
     vectors: FloatArray
@@ -292,7 +293,7 @@ def _fit(
 ) -> Certainty | None:
     """Fit probability and threshold.
 
-    None where too few answers are known, all are right or all wrong, or the first cue does not
+    None if too few answers are known, all are right or all wrong, or the first cue does not
     help.
     """
     truth = np.array(right, dtype=bool)
@@ -315,7 +316,7 @@ def performer_folds(groups: IntArray) -> IntArray:
 
 
 def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
-    """Log-odds of every word as the only action asked of a capture: array (words,)."""
+    """Log-odds in a capture of every word as the only action: array (words,)."""
     rows = written.segments[capture]
     odds = by_words.motion_log_odds(
         words, written.standardised[rows], written.table.starts[rows], written.table.ends[rows],
@@ -326,7 +327,7 @@ def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatAr
 
 
 def _shared(written: Written) -> NDArray[np.bool_]:
-    """Whether two rows were said to show the same action: array (rows, rows)."""
+    """Whether two rows show the same action, according to captions: array (rows, rows)."""
     actions = written.presence[:, written.is_action].astype(np.float32)
     shared: NDArray[np.bool_] = actions @ actions.T > 0
     return shared

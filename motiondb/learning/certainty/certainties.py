@@ -1,4 +1,4 @@
-"""How sure answers of every kind are, as one record."""
+"""Certainties of answers of every kind, as one record."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from motiondb.search.certainty import Certainty, unpack
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 
 PLACE_NAME = "certainty_interval"
-"""Array of the certainty of places. Earlier versions kept one of other cues as "certainty_place":
-what they learned is not used."""
+"""Array of the certainty of places. Earlier versions stored a certainty of other cues as
+"certainty_place", which is not used."""
 
 
 @dataclass(frozen=True)
 class Certainties:
-    """How sure answers are; None where too little was written to tell.
+    """Certainty of answers; None if there are too few captions.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Certainties:
     example : Certainty or None
         Of an answer to an example.
     place : Certainty or None
-        Of the interval told for an action, where the capture shows the action
+        Certainty of the interval of an action, given that the capture shows the action
         (:mod:`motiondb.learning.certainty.place_certainty`).
     without : KindCertainty
         Of an answer to one action but not another.
@@ -49,7 +49,7 @@ class Certainties:
 
 
 def fit_certainties(written: Written) -> Certainties:
-    """How sure answers are, where captions of two performers or more tell."""
+    """Certainties of answers, if there are captions of two or more performers."""
     if len(np.unique(written.groups)) < 2:
         return Certainties()
     with one_blas_thread():  # many small systems
@@ -60,7 +60,7 @@ def fit_certainties(written: Written) -> Certainties:
 
 
 def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
-    """How sure answers are, as arrays by name; :func:`certainties_from` is the inverse."""
+    """Certainties of answers as arrays by name; :func:`certainties_from` is the inverse."""
     each = {
         "certainty_words": sure.words,
         "certainty_example": sure.example,
@@ -74,7 +74,7 @@ def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
 
 
 def certainties_from(arrays: Mapping[str, FloatArray]) -> Certainties:
-    """How sure answers are, from arrays by name; what has no array is None.
+    """Certainties of answers from arrays by name; a certainty without arrays is None.
 
     Parameters
     ----------

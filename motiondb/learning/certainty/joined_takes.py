@@ -1,8 +1,8 @@
 """Short captures of one action, joined to takes in which the place of every action is known.
 
-Nobody has to mark anything: where a short capture of one action lies in a joined take, the action
-is shown. Captures of one performer are joined, as in a real take, and captures of two performers,
-which gives more combinations of actions than any one performer shows.
+No manual labels are needed: the true interval of an action is that of its short capture in the
+joined take. Captures of one performer are joined, as in a real take, and captures of two
+performers, which gives more combinations of actions than any one performer shows.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class ShortCapture:
     words : tuple of int
         Numbers of the words of its action.
     group : str
-        Who performs.
+        The performer.
     """
 
     standardised: FloatArray
@@ -64,7 +64,7 @@ class JoinedPart:
     words : tuple of int
         Numbers of the words of its action.
     group : str
-        Who performs.
+        The performer.
     """
 
     start: int
@@ -75,7 +75,7 @@ class JoinedPart:
 
 @dataclass(frozen=True, eq=False)
 class JoinedTake:
-    """Short captures one after another, and where each lies.
+    """Joined short captures, and the interval of each.
 
     Attributes
     ----------
@@ -96,20 +96,20 @@ class JoinedTake:
 
     @property
     def groups(self) -> frozenset[str]:
-        """Who performs."""
+        """The performer."""
         return frozenset(part.group for part in self.parts)
 
 
 @dataclass(frozen=True)
 class PlaceQuestion:
-    """An action that is asked of a joined take.
+    """An action that is searched in a joined take.
 
     Attributes
     ----------
     words : tuple of int
         Numbers of its words.
     group : str
-        Who performs the first capture of the action.
+        Performer of the first capture of the action.
     true : tuple of (int, int)
         Frames [start, end) that show it, neighbours joined.
     """
@@ -136,7 +136,7 @@ def short_captures(
     written : Written
         Actions that captions list.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     """
     chosen = []
     for capture, rows in capture_rows(table).items():
@@ -184,8 +184,8 @@ def join_pairs(captures: Sequence[ShortCapture], rng: np.random.Generator) -> li
     order = [groups[i] for i in rng.permutation(len(groups))]
     takes = []
     for pair in list(zip(order[::2], order[1::2]))[:MOST_PAIRS]:
-        own = [capture for capture in captures if capture.group in pair]
-        some = [own[i] for i in rng.permutation(len(own))[:MOST_OF_PAIR]]
+        of_pair = [capture for capture in captures if capture.group in pair]
+        some = [of_pair[i] for i in rng.permutation(len(of_pair))[:MOST_OF_PAIR]]
         takes += _deal(some, rng)
     return takes
 

@@ -1,15 +1,15 @@
-"""How sure a place is: the probability that the interval told for an action is the right one.
+"""Certainty of a place: the probability that the interval reported for an action is right.
 
-A word map says whether a capture shows an action; this says, where it does, whether the interval
-that is told for it is right (intersection over union with the true one at least ``RIGHT``). It is
-learned from questions whose true intervals are known without anybody marking them
-(:mod:`motiondb.learning.certainty.joined_takes`): short captures of one action are put one after
-another, of one performer and of two, and each action is asked of the joined take. As many questions
-are of the short captures themselves, where the whole is the truth. Every question is judged by the
-map without the captures of its performers. An action whose words no other performer's captions
-hold is not asked: nothing was learned of its place, and no probability is told for it.
+A word map says whether a capture shows an action. If it does, this module gives the probability
+that the reported interval is right (intersection over union with the true one at least ``RIGHT``).
+It is learned from questions whose true intervals are known without manual labels
+(:mod:`motiondb.learning.certainty.joined_takes`): short captures of one action, of one performer or
+two, are joined, and each action is searched in the joined take. An equal number of questions use
+the short captures themselves, whose true interval is the whole. Every question is judged by the map
+without the captures of its performers. An action whose words are in no other performer's captions
+is not used: its place was not learned, and no probability is given for it.
 
-Cues of a told interval, of the evidence e at the segments of the take:
+Cues of a reported interval, from the evidence e at the segments of the take:
 
     the largest e in the interval,
     the largest e in the interval less the largest outside,
@@ -19,11 +19,11 @@ Cues of a told interval, of the evidence e at the segments of the take:
     the logarithm of the number of segments.
 
 Logistic regression (:mod:`motiondb.search.certainty`) weights them. It allows no negative weights,
-so every cue whose sign is not known beforehand stands there twice, once with its sign turned. The
-same action of the same performer is asked in several takes; together these questions weigh as much
-as one, because whether they are right depends mostly on the action and the performer. Among sets
-of cues this one had the least log-loss on performers left out of the CMU captures; a posterior over
-all intervals as a cue, gradient boosting, and other cues of the evidence did not improve it.
+so every cue of unknown sign is included twice, once with its sign reversed. The same action of the
+same performer is searched in several takes; together these questions have the weight of one,
+because whether they are right depends mostly on the action and the performer. Among sets of cues
+this one had the least log-loss on performers left out of the CMU captures; a posterior over all
+intervals as a cue, gradient boosting, and other cues of the evidence did not improve it.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ LEAST_QUESTIONS = 30
 
 @dataclass(frozen=True, eq=False)
 class Elsewhere:
-    """What is known of places without some performers.
+    """The evidence of places learned without some performers.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Elsewhere:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """One question: the cues of the interval that was told, whether it is right, and its kind.
+    """One question: the cues of the reported interval, whether it is right, and its kind.
 
     ``kind`` is the same for questions about the same action of the same performer in takes of the
     same kind.
@@ -119,7 +119,7 @@ def count_performers(
 
 
 def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> FloatArray:
-    """Cues of the interval of segments [first, behind) told for an action: array (8,).
+    """Cues of the interval of segments [first, behind) reported for an action: array (8,).
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def learn_certainty(
     performers: Mapping[int, str],
     rng: np.random.Generator,
 ) -> Certainty | None:
-    """How sure the place of an action is; None where too few short captures tell.
+    """Certainty of the place of an action; None if there are too few short captures.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def learn_certainty(
     places : Places
         Where the actions of captions happen.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     rng : numpy.random.Generator
         Draws which captures are joined.
     """
@@ -190,7 +190,7 @@ def known_elsewhere(
     places : Places
         Where the actions of captions happen.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     n_words : int
         Size of the vocabulary.
     """
@@ -208,7 +208,7 @@ def known_elsewhere(
 def fit_certainty(
     captures: Sequence[ShortCapture], known: Elsewhere, rng: np.random.Generator
 ) -> Certainty | None:
-    """How sure the place of an action is; None where too few questions tell.
+    """Certainty of the place of an action; None if there are too few questions.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
 def tell_place(
     take: JoinedTake, words: Sequence[int], fitted: PlaceMap, support: int
 ) -> tuple[tuple[int, int], FloatArray]:
-    """The interval (frames) that is told for an action, and its cues."""
+    """The interval (frames) reported for an action, and its cues."""
     vectors = interval_vectors(
         take.standardised, take.starts, take.ends, take.starts - WINDOW_MARGIN,
         take.ends + WINDOW_MARGIN,

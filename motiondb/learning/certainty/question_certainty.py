@@ -1,18 +1,18 @@
-"""How sure answers to "a but not b" and to "a or b" are, learned from questions of captions.
+"""Certainty of answers to "a but not b" and to "a or b", learned from questions of captions.
 
 The log-odds of an action and of an excluded one are not independent, and the questions that people
 ask with "not" and "or" are about actions that occur together or in place of one another. So the
 probability of single words, multiplied, is wrong for them: for "a but not b" it was .41 in the mean
-where .67 of the answers were right. Instead such questions are made from the captions, wherever the
-captures of a fold of performers tell them apart:
+where .67 of the answers were right. Instead, such questions are made from the captions, if the
+captures of a fold of performers distinguish them:
 
     a but not b    some captures show a with b, and some a without b,
     a or b         some captures show a without b, and some b without a,
 
-and asked of these captures by the word map without these performers. The first answers show how
-often they are right. For each kind two probabilities are learned from the same cues: that all of
-the question holds, and that the action that the answer shows does (a; for "or" the alternative that
-the capture shows best).
+and searched in these captures with the word map without these performers. The first answers show
+how often they are right. For each kind two probabilities are learned from the same cues: that all
+of the question holds, and that the action that the answer shows does (a; for "or" the alternative
+that the capture shows best).
 
 Cues: for "a but not b" the log-odds of a and those of b, turned; for "a or b" the log-odds of the
 alternative that is shown best. The usual log-odds of the words as further cues made answers about
@@ -43,7 +43,8 @@ from motiondb.words.maps.word_map import WordMap
 from motiondb.words.question.readings import Exclusion, Part, Reading
 
 LEAST_EACH = 2
-"""Captures that must show each side of what a question tells apart. Chosen by hand; not tuned."""
+"""Smallest number of captures on each side of the distinction of a question. Chosen by hand; not
+tuned."""
 FIRST = 5
 """Answers of a question that count: those that a user reads first. Chosen by hand; not tuned."""
 MOST_QUESTIONS = 100
@@ -99,7 +100,7 @@ class _Answers:
 
 
 def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
-    """How sure answers to "a but not b" and to "a or b" are."""
+    """Certainties of answers to "a but not b" and to "a or b"."""
     without, either = _Answers(), _Answers()
     folds = performer_folds(written.groups)
     for fold in range(N_FOLDS):
@@ -128,9 +129,9 @@ def cues_of(asked: float, excluded: float | None) -> FloatArray:
     Parameters
     ----------
     asked : float
-        Log-odds of what is asked.
+        Log-odds of the requested action.
     excluded : float or None
-        Log-odds of what is excluded; None where nothing is.
+        Log-odds of the excluded action; None if nothing is.
     """
     return np.array([asked] if excluded is None else [asked, -excluded])
 
@@ -138,12 +139,12 @@ def cues_of(asked: float, excluded: float | None) -> FloatArray:
 def without_questions(
     shown: NDArray[np.bool_], verbs: IntArray, names: Sequence[str]
 ) -> Iterator[MadeQuestion]:
-    """Questions "a but not b" that some captures tell apart.
+    """Questions "a but not b" that some captures distinguish.
 
     Parameters
     ----------
     shown : array (captures, words)
-        Which words captions say of each capture.
+        The words of the captions of each capture.
     verbs : array (verbs,)
         Numbers of the words that questions are made of.
     names : sequence of str
@@ -161,7 +162,7 @@ def without_questions(
 def either_questions(
     shown: NDArray[np.bool_], verbs: IntArray, names: Sequence[str]
 ) -> Iterator[MadeQuestion]:
-    """Questions "a or b" that some captures tell apart; parameters as `without_questions`."""
+    """Questions "a or b" that some captures distinguish; parameters as `without_questions`."""
     for n, a in enumerate(verbs):
         for b in verbs[n + 1 :]:
             only_a, only_b = shown[:, a] & ~shown[:, b], shown[:, b] & ~shown[:, a]
@@ -200,7 +201,7 @@ def _evenly(n: int, most: int) -> IntArray:
 
 
 def _fit(cues: FloatArray, right: Sequence[bool]) -> Certainty | None:
-    """None where too few answers are known, or all are right or all wrong."""
+    """None if too few answers are known, or all are right or all wrong."""
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
         return None

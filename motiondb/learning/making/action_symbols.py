@@ -23,6 +23,7 @@ from motiondb.words.translation import decoding
 SHORTEST, LONGEST = 2.0, 5.0
 """Seconds that an action lasts at least and at most, whatever the captures last."""
 MOST_SYMBOLS = 4
+"""Symbols of one action at most. Chosen by hand; not tuned."""
 CLEAR_WEIGHT = 3.0
 """w: how much more than t counts what the symbol's own segments show."""
 UNSAID = 1e-4

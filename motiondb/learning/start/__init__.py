@@ -1,1 +1,1 @@
-"""Knowledge of another database, to start from: what it is, and how own captions join it."""
+"""Knowledge of another database as a start: its content, and its combination with own captions."""

@@ -3,7 +3,7 @@
 As in :mod:`motiondb.words.maps.word_map`, predictions for own intervals are made without their
 group: here by the joint map of the start and the other groups. The largest ridge whose ranking is
 nearly the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
-information of the start's calibration, times the weight of the start, stands for its own data.
+information of the start's calibration, times the weight of the start, represents its data.
 """
 
 from __future__ import annotations
@@ -61,49 +61,54 @@ class OwnRows:
         return join_word_map(left, self.words, self.started, ridge, calibration)
 
 
-def choose_ridge_and_calibration(own: OwnRows) -> tuple[float, FloatArray]:
+def choose_ridge_and_calibration(own_rows: OwnRows) -> tuple[float, FloatArray]:
     """Ridge and calibration of the joint word map."""
-    taught = own.started.taught
-    if len(own.vectors) < LEAST_INTERVALS:
+    taught = own_rows.started.taught
+    if len(own_rows.vectors) < LEAST_INTERVALS:
         return taught.ridge, taught.calibration
-    here = own.presence.any(axis=0) & ~own.presence.all(axis=0)
+    here = own_rows.presence.any(axis=0) & ~own_rows.presence.all(axis=0)
     if not here.any():
         return taught.ridge, taught.calibration
-    folds = _folds(own.groups)
+    folds = _folds(own_rows.groups)
     maps = {
-        ridge: [own.without(folds == k, ridge, taught.calibration) for k in np.unique(folds)]
+        ridge: [own_rows.without(folds == k, ridge, taught.calibration) for k in np.unique(folds)]
         for ridge in RIDGES
     }
-    scores = {ridge: _predict(own, folds, fits) for ridge, fits in maps.items()}
-    reached = {ridge: precision(z[:, here], own.presence[:, here]) for ridge, z in scores.items()}
+    scores = {ridge: _predict(own_rows, folds, fits) for ridge, fits in maps.items()}
+    reached = {
+        ridge: precision(z[:, here], own_rows.presence[:, here]) for ridge, z in scores.items()
+    }
     least = (1.0 - TOLERANCE) * max(reached.values())
     ridge = max(r for r, p in reached.items() if p >= least)
     logits = np.stack(
-        [_logits(maps[ridge][place], own) for place in np.searchsorted(np.unique(folds), folds)]
+        [
+            _logits(maps[ridge][place], own_rows)
+            for place in np.searchsorted(np.unique(folds), folds)
+        ]
     )
     calibration = calibrate(
-        scores[ridge][:, here], logits[:, here], own.presence[:, here].astype(np.float64),
-        taught.calibration, start_weight(len(own.vectors)) * taught.information,
+        scores[ridge][:, here], logits[:, here], own_rows.presence[:, here].astype(np.float64),
+        taught.calibration, start_weight(len(own_rows.vectors)) * taught.information,
     )  # fmt: skip
     return ridge, calibration
 
 
-def _predict(own: OwnRows, folds: IntArray, fits: list[WordMap]) -> FloatArray:
+def _predict(own_rows: OwnRows, folds: IntArray, fits: list[WordMap]) -> FloatArray:
     """Evidence over spread of every word, by the map without the row's fold: (rows, words)."""
-    z = np.zeros(own.presence.shape)
+    z = np.zeros(own_rows.presence.shape)
     for fold, fit in zip(np.unique(folds), fits):
         inside = folds == fold
-        z[inside] = fit.evidence(own.vectors[inside]) / fit.spreads
+        z[inside] = fit.evidence(own_rows.vectors[inside]) / fit.spreads
     return z
 
 
-def _logits(fit: WordMap, own: OwnRows) -> FloatArray:
+def _logits(fit: WordMap, own_rows: OwnRows) -> FloatArray:
     priors: FloatArray = np.log(fit.priors) - np.log1p(-fit.priors)
-    return priors[: own.presence.shape[1]]
+    return priors[: own_rows.presence.shape[1]]
 
 
 def _folds(groups: IntArray) -> IntArray:
-    """Folds of whole groups; of single rows where there is one group only."""
+    """Folds of whole groups; of single rows if there is one group only."""
     names, numbers = np.unique(groups, return_inverse=True)
     if len(names) < 2:
         return np.arange(len(groups)) % min(N_FOLDS, len(groups))

@@ -1,18 +1,18 @@
-"""Join what own captions teach with what a database started from.
+"""Combine what is learned from own captions with the start of a database.
 
 Notation: n the number of own described intervals, w the weight of the start,
 
     w = 1 / (1 + n / TRUST).
 
-All that captions teach is sums over captions: moments of the word map, expected counts of the
-association, numbers of words and shapes. The joint sum is that of the own captions plus w times
-that of the start, so that own captions win as they come. The transitions of symbols, which need no
-captions, are joined in the same way with n the number of own captures.
+Everything that is learned from captions is a sum over captions: moments of the word map, expected
+counts of the association, numbers of words and shapes. The joint sum is that of the own captions
+plus w times that of the start, so that own captions gain weight with their number. The transitions
+of symbols, which need no captions, are joined in the same way with n the number of own captures.
 
-A caption says nothing of a word that its writers do not use: that no own caption holds "sprint" is
-no evidence that no own capture shows one. Every word is therefore fitted to the intervals of those
-sources alone whose captions hold the word anywhere. Words of both sources, of the start alone and
-of own captions alone have three systems of equations; that of the start alone keeps its ridge.
+A caption is no evidence about a word that its authors do not use: if no own caption has "sprint",
+an own capture may still show one. Every word is therefore fitted to the intervals of those sources
+alone whose captions hold the word anywhere. Words of both sources, of the start alone and of own
+captions alone have three systems of equations; that of the start alone keeps its ridge.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ it lowered the rank of true words on CMU captures (docs/start.md)."""
 
 @dataclass(frozen=True, eq=False)
 class Published:
-    """What questions use, from own counts and those of the start.
+    """The models for questions, from own counts and those of the start.
 
     Attributes
     ----------
@@ -123,31 +123,31 @@ def is_set_aside(table: SegmentTable, n_own: float) -> bool:
     return n_own >= ENOUGH and not fits(table)
 
 
-def join_vocabulary(own: tuple[str, ...], started: Started) -> tuple[str, ...]:
+def join_vocabulary(own_words: tuple[str, ...], started: Started) -> tuple[str, ...]:
     """Words of own captions and of the start, sorted."""
-    return tuple(sorted({*own, *started.names}))
+    return tuple(sorted({*own_words, *started.names}))
 
 
-def adapt_score_space(started: Started, own: ScoreSpace, n_segments: int) -> ScoreSpace:
+def adapt_score_space(started: Started, own_space: ScoreSpace, n_segments: int) -> ScoreSpace:
     """Standardisation for own captures: means and variances of both, weighted.
 
     Parameters
     ----------
     started : Started
         The start.
-    own : ScoreSpace
+    own_space : ScoreSpace
         Fitted to the own segments.
     n_segments : int
         Number of own segments.
     """
     share = n_segments / (TRUSTED_SEGMENTS + n_segments)
     first = started.knowledge.score_space
-    variance = (1.0 - share) * first.spread**2 + share * own.spread**2
-    return ScoreSpace((1.0 - share) * first.mean + share * own.mean, np.sqrt(variance))
+    variance = (1.0 - share) * first.spread**2 + share * own_space.spread**2
+    return ScoreSpace((1.0 - share) * first.mean + share * own_space.mean, np.sqrt(variance))
 
 
 def join_word_map(
-    own: WordMoments,
+    own_moments: WordMoments,
     words: tuple[str, ...],
     started: Started,
     ridge: float,
@@ -157,7 +157,7 @@ def join_word_map(
 
     Parameters
     ----------
-    own : WordMoments
+    own_moments : WordMoments
         Sums over own described intervals.
     words : tuple of str
         The joint vocabulary, in the order of the columns.
@@ -172,13 +172,13 @@ def join_word_map(
     taught = started.taught.moments
     first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
     in_start = np.asarray(chosen.any(axis=0), dtype=bool)
-    in_own = np.asarray(own.words > 0, dtype=bool)
-    weight = start_weight(own.n)
-    joint = _weighted(first, weight) + own
+    in_own = np.asarray(own_moments.words > 0, dtype=bool)
+    weight = start_weight(own_moments.n)
+    joint = _weighted(first, weight) + own_moments
     weights = started.word_map.weights @ chosen  # linear in the words, so that synonyms add up
     offsets = started.word_map.offsets @ chosen
     priors = np.clip(first.words / taught.n, 0.5 / taught.n, 1.0 - 0.5 / taught.n)
-    for which, moments in ((in_start & in_own, joint), (~in_start, own)):
+    for which, moments in ((in_start & in_own, joint), (~in_start, own_moments)):
         if which.any():
             fit = solve_word_map(_of_words(moments, which), ridge, calibration)
             weights[:, which], offsets[which] = fit.weights, fit.offsets
@@ -198,24 +198,26 @@ def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:
     return replace(moments, words=moments.words[which], cross=moments.cross[:, which])
 
 
-def join_expected(own: ExpectedCounts, words: tuple[str, ...], started: Started) -> ExpectedCounts:
+def join_expected(
+    own_counts: ExpectedCounts, words: tuple[str, ...], started: Started
+) -> ExpectedCounts:
     """Expected counts of own captions plus w times those of the start; no longer exact.
 
     Parameters
     ----------
-    own : ExpectedCounts
+    own_counts : ExpectedCounts
         Of the own captions.
     words : tuple of str
         The joint vocabulary.
     started : Started
         The start.
     """
-    weight, taught = start_weight(own.n_pairs), started.taught.expected
+    weight, taught = start_weight(own_counts.n_pairs), started.taught.expected
     alignment = {shape: weight * table for shape, table in taught.alignment.items()}
-    for shape, table in own.alignment.items():
+    for shape, table in own_counts.alignment.items():
         alignment[shape] = table + alignment.get(shape, 0.0)
-    translation = own.translation + weight * taught.translation @ started.columns(words)
-    return ExpectedCounts(translation, alignment, own.n_pairs + taught.n_pairs)
+    translation = own_counts.translation + weight * taught.translation @ started.columns(words)
+    return ExpectedCounts(translation, alignment, own_counts.n_pairs + taught.n_pairs)
 
 
 def publish(
@@ -225,7 +227,7 @@ def publish(
     ridge: float,
     calibration: FloatArray,
 ) -> Published:
-    """What questions use, from own counts and those of the start.
+    """The models for questions, from own counts and those of the start.
 
     Parameters
     ----------
@@ -258,39 +260,39 @@ def publish(
 
 
 def join_said(
-    own: NDArray[np.int64], words: tuple[str, ...], started: Started, weight: float
+    own_said: NDArray[np.int64], words: tuple[str, ...], started: Started, weight: float
 ) -> NDArray[np.int64]:
     """Numbers of captions of every word: own ones plus w times the start's, at least 1 of these."""
     there = started.taught.said @ started.columns(words)
-    joint = own + np.where(there > 0, np.maximum(np.rint(weight * there), 1.0), 0.0)
+    joint = own_said + np.where(there > 0, np.maximum(np.rint(weight * there), 1.0), 0.0)
     return np.asarray(joint, dtype=np.int64)
 
 
 def join_certainty(
-    own: Certainty | None, first: Certainty | None, n_own: float
+    own_certainty: Certainty | None, first: Certainty | None, n_own: float
 ) -> Certainty | None:
     """Weights, constant and threshold of both, the start's with the share w; one where it is alone.
 
     Parameters
     ----------
-    own : Certainty or None
+    own_certainty : Certainty or None
         Learned from own captions.
     first : Certainty or None
         Of the start.
     n_own : float
         Number of own described intervals.
     """
-    if own is None or first is None or len(own.weights) != len(first.weights):
-        return first if own is None else own
+    if own_certainty is None or first is None or len(own_certainty.weights) != len(first.weights):
+        return first if own_certainty is None else own_certainty
     share = start_weight(n_own)
-    threshold = own.threshold
+    threshold = own_certainty.threshold
     if np.isnan(threshold):
         threshold = first.threshold
     elif not np.isnan(first.threshold):
         threshold = share * first.threshold + (1.0 - share) * threshold
     return Certainty(
-        share * first.weights + (1.0 - share) * own.weights,
-        share * first.constant + (1.0 - share) * own.constant,
+        share * first.weights + (1.0 - share) * own_certainty.weights,
+        share * first.constant + (1.0 - share) * own_certainty.constant,
         threshold,
     )
 

@@ -1,8 +1,8 @@
-"""What a database has learned, without any motion or caption: symbols, words, counts, and origin.
+"""The learned model of a database without motion and captions: symbols, words, counts, and origin.
 
 :class:`Knowledge` holds what another database needs to begin with: the feature space and the
-symbols, which it takes over, and what captions taught (:class:`Taught`): sums over captions, from
-which no single capture or caption can be read. :class:`Started` is the same inside a database that
+symbols, which it adopts, and what was learned from captions (:class:`Taught`): sums over captions,
+which do not reveal single captures or captions. :class:`Started` is the same inside a database that
 learned with it, with the user's synonyms applied to its words.
 """
 
@@ -29,7 +29,7 @@ from motiondb.words.translation.explanation import ExpectedCounts
 
 @dataclass(frozen=True)
 class Origin:
-    """Where knowledge comes from.
+    """The origin of knowledge.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Origin:
     captures : int
         Number of captures that it was learned from.
     captions : int
-        Number of described intervals that taught the words.
+        Number of described intervals from which the words were learned.
     performers : int
         Number of performers.
     seconds : float
@@ -50,7 +50,7 @@ class Origin:
     runs : tuple of dict
         The runs of ``learn``: kind, version, seed and parameters.
     credit : str
-        What the source asks users to say.
+        The acknowledgement that the source asks for.
     digest : str
         SHA-256 of the file that it was read from; "" before it is written.
     """
@@ -75,7 +75,7 @@ class Origin:
 
 @dataclass(frozen=True, eq=False)
 class Taught:
-    """What captions taught, as sums over captions and captures.
+    """The model learned from captions, as sums over captions and captures.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class Taught:
     information : array (3, 3)
         Fisher information of the calibration, summed over the intervals and words.
     certainties : Certainties
-        How sure answers are.
+        Certainties of answers.
     """
 
     words: tuple[str, ...]
@@ -123,7 +123,7 @@ class Knowledge:
     Attributes
     ----------
     origin : Origin
-        Where it comes from.
+        Its origin.
     feature_space : FeatureSpace
         Projection of recognition features.
     symbols : MotionSymbols
@@ -137,7 +137,7 @@ class Knowledge:
     context_space : ContextSpace or None
         Contexts of activities.
     taught : Taught
-        What captions taught.
+        The model learned from captions.
     """
 
     origin: Origin
@@ -155,7 +155,7 @@ class Knowledge:
         return self.taught.words
 
     def facts(self) -> dict[str, Any]:
-        """What it holds and where it comes from, for print or JSON."""
+        """Its content and origin, for print or JSON."""
         return {
             **self.origin.facts(),
             "sha256": self.origin.digest,
@@ -181,12 +181,12 @@ class Started:
 
     @property
     def taught(self) -> Taught:
-        """What captions taught there."""
+        """The model learned from captions there."""
         return self.knowledge.taught
 
     @cached_property
     def word_map(self) -> WordMap:
-        """The word map of the start alone, by the words as they are called there."""
+        """The word map of the start alone, with the start's names of words."""
         return solve_word_map(self.taught.moments, self.taught.ridge, self.taught.calibration)
 
     @cached_property

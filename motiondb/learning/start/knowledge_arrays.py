@@ -1,7 +1,7 @@
 """Knowledge as arrays by name and a plain record of its origin and words, and back.
 
-Both the file of knowledge and the store keep it so. The symmetric matrix of the word map is kept as
-its upper triangle, the alignment tables end to end.
+Both the file of knowledge and the store use this form. The symmetric matrix of the word map is kept
+as its upper triangle, the alignment tables end to end.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Kn
     Parameters
     ----------
     origin : Origin
-        Where it comes from.
+        Its origin.
     words : tuple of str
         Its words.
     arrays : mapping of str to array
@@ -88,8 +88,7 @@ def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Kn
     """
     switch_cost, shortest = arrays["cutting"]
     symbols = [arrays[f"symbol_{name}"] for name in _SYMBOLS[1:]]
-    space = {name: arrays[f"space_{name}"] for name in (*_SPACE, "covars")}
-    space["clusters"] = space["clusters"].astype(np.int64)
+    space = {name: arrays[f"space_{name}"] for name in (*_SPACE, "covars") if name != "clusters"}
     return Knowledge(
         origin=origin,
         feature_space=FeatureSpace(arrays["feature_mean"], arrays["feature_projection"]),
@@ -97,7 +96,7 @@ def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Kn
         cutting=replace(
             AcquisitionSettings(), switch_cost=float(switch_cost), shortest=int(shortest)
         ),
-        space=SymbolSpace(**space),  # type: ignore[arg-type]  # clusters are integers
+        space=SymbolSpace(clusters=arrays["space_clusters"].astype(np.int64), **space),
         score_space=ScoreSpace(arrays["score_mean"], arrays["score_spread"]),
         context_space=(
             ContextSpace(*(arrays[f"context_{name}"] for name in _CONTEXT))

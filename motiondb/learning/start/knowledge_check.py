@@ -1,7 +1,8 @@
 """Whether arrays make sense as knowledge: shapes that agree, numbers within their ranges.
 
-Files of knowledge come from strangers. What is checked here is all that learning with them relies
-on: a file that passes may be useless, but it cannot make a calculation fail or run on for hours.
+Files of knowledge may come from untrusted sources. Everything that learning with them relies on is
+checked here: a file that passes may be useless, but it cannot make a calculation fail or run for
+hours.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ MOST_SYMBOLS, MOST_STATES, MOST_DIMENSIONS = 1_000, 64, 64
 """Bounds on sizes, so that memory and time stay small. ``learn`` makes at most 240 symbols of 6
 states in 24 dimensions."""
 MOST_WORDS = 5_000
-"""Bound on the number of words."""
+"""Bound on the number of words. Chosen by hand; not tuned."""
 LONGEST = 400
-"""Bound on symbols and words of a described interval."""
+"""Bound on symbols and words of a described interval. Chosen by hand; not tuned."""
 LARGEST = 1e9
-"""Bound on every number."""
+"""Bound on every number. Chosen by hand; not tuned."""
 
 Arrays = Mapping[str, FloatArray]
 
@@ -36,7 +37,7 @@ OPTIONAL = frozenset(
 
 
 def array_faults(arrays: Arrays, n_words: int) -> list[str]:
-    """What is wrong with the arrays of knowledge; empty for sound ones.
+    """The faults of the arrays of knowledge; empty for valid ones.
 
     Parameters
     ----------
@@ -101,12 +102,12 @@ def _shapes(arrays: Arrays, n_words: int) -> Iterator[str]:
     for name, shape in expected.items():
         if name not in arrays:
             continue
-        found = arrays[name].shape
-        if len(found) != len(shape) or any(
-            want not in (-1, have) for want, have in zip(shape, found)
+        actual = arrays[name].shape
+        if len(actual) != len(shape) or any(
+            want not in (-1, have) for want, have in zip(shape, actual)
         ):
             wanted = tuple("any" if n == -1 else n for n in shape)
-            yield f"expected {name!r} of shape {wanted}, found {found}"
+            yield f"expected {name!r} of shape {wanted}, found {actual}"
     sizes = block_sizes(columns - symbols) if columns > symbols else ()
     if columns < symbols or sum(sizes) != columns - symbols:
         yield f"expected columns of movement after {symbols} symbols, found {columns - symbols}"

@@ -46,7 +46,4 @@ def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
     taken : mapping of str to Taking
         Words that are taken as known ones.
     """
-    return {
-        word: [{"word": known, "probability": p} for known, p in taking.words]
-        for word, taking in taken.items()
-    }
+    return {word: taking.facts() for word, taking in taken.items()}

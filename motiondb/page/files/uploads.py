@@ -23,7 +23,9 @@ _FORBIDDEN = re.compile(r"[^\w .()+=@-]")
 _DEEPEST = 8
 """Folders in a name that are kept. Chosen by hand: data sets have two or three."""
 _LONGEST_PART = 100
+"""Characters of one part of a path at most; file systems allow 255 bytes."""
 _CHUNK = 2**20
+"""Bytes read at once."""
 
 
 @dataclass(frozen=True)

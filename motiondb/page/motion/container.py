@@ -30,6 +30,7 @@ from motiondb.records import MOTION_FPS, FloatArray
 MAGIC = b"MDBM"
 MEDIA_TYPE = "application/x-motiondb"
 _STEPS = 32767
+"""Largest value of a signed integer of 16 bits."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
 MOST_THUMBS = 200
+"""Thumbnails of one request at most. Chosen by hand; not tuned."""
 THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
 """Frames of a small motion, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64

@@ -19,6 +19,7 @@ from motiondb.page.schemas import shared_schemas
 from motiondb.page.session.state import Page
 
 MOST_ITEMS = 500
+"""Captures of one download at most. Chosen by hand; not tuned."""
 Format = Literal["bvh", "glb", "source"]
 _UPLOAD = {
     "requestBody": {

@@ -86,7 +86,9 @@ def check_performers(diagram: Diagram, performers: Mapping[str, Motion]) -> None
         A name is not in the diagram, there are no characters, or a motion cannot be drawn.
     """
     if not performers:
-        raise MotionDBError("picture: expected at least 1 character, found 0. Make the scene anew.")
+        raise MotionDBError(
+            "picture: expected at least 1 character, found 0. Make the scene again."
+        )
     for name, motion in performers.items():
         if name not in diagram.player:
             known = ", ".join(diagram.player)

@@ -1,1 +1,1 @@
-"""The ball: who has it, where it is, and the hands and heads that follow it."""
+"""The ball: its holder, its position, and the hands and heads that follow it."""

@@ -19,6 +19,7 @@ _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
 """Frames: of the shortest dribble and bounce, from bounce to bounce if no events are known, and of
 the transition between hands. Chosen by hand."""
 _HANDS = {"l_wrist": 0, "r_wrist": 1}
+"""Number of the hand at each wrist."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +70,17 @@ class Possession:
 
     def dribbled(self, n_frames: int) -> FloatArray:
         """Return 1 at frames of dribbling, else 0: array (frames,)."""
-        found = np.zeros(n_frames)
+        shares = np.zeros(n_frames)
         for start, end in self.dribbles:
-            found[max(start, 0) : end] = 1.0
-        return found
+            shares[max(start, 0) : end] = 1.0
+        return shares
 
     def one_handed(self, n_frames: int, gap: FloatArray) -> FloatArray:
         """Return 1 at frames when one hand has the ball: dribbling, or releasing hands apart."""
-        found = self.dribbled(n_frames)
+        shares = self.dribbled(n_frames)
         if self.until < n_frames - 1 and gap[self.until] > APART:
-            found[max(self.until - _RAMP, self.since) :] = 1.0
-        return found
+            shares[max(self.until - _RAMP, self.since) :] = 1.0
+        return shares
 
     def hand_at(self, n_frames: int) -> IntArray:
         """Return which hand has the ball: array (frames,); it changes hands while it bounces."""
@@ -116,41 +117,43 @@ def ball_acts(
     table: RuleTable,
     timeline: Timeline,
 ) -> BallActs | None:
-    """Return who has the ball when; None if nobody passes, shoots or dribbles."""
+    """Return the holder of the ball over time; None if nobody passes, shoots or dribbles."""
     releases = sorted(_releases(table, timeline))
     holder, since = _first(table, releases), 0
     if holder < 0:
         return None
-    found: list[Possession] = []
+    possessions: list[Possession] = []
     for release, player, catch, partner, clip in releases:
         if player != holder or release <= since:
             continue
         hand = _hand(state, library, player, clip)
-        found.append(_possession(state, library, table, timeline, (player, since, release, hand)))
+        possessions.append(
+            _possession(state, library, table, timeline, (player, since, release, hand))
+        )
         if partner < 0:
-            return BallActs(tuple(found), True, _rim(table))
+            return BallActs(tuple(possessions), True, _rim(table))
         holder, since = partner, max(catch, release + 1)
     last = (holder, since, timeline.n_frames - 1, 1)
-    found.append(_possession(state, library, table, timeline, last))
-    return BallActs(tuple(found), False)
+    possessions.append(_possession(state, library, table, timeline, last))
+    return BallActs(tuple(possessions), False)
 
 
 def _releases(table: RuleTable, timeline: Timeline) -> list[tuple[int, int, int, int, int]]:
     """Return release frame, player, catch frame, partner (-1: a shot) and clip of each throw."""
-    found = []
+    releases = []
     for number, row in enumerate(table.rows):
         if row["kind"] == kinds.SYNCHRONISATION and np.isnan(row["lag"]):
             clip = measure(table, number, timeline).partner_clip
             thrown = int(timeline.instants[row["player"]][row["first"]])
             caught = int(timeline.instants[row["partner"]][clip])
-            found.append(
+            releases.append(
                 (thrown, int(row["player"]), caught, int(row["partner"]), int(row["first"]))
             )
     for player, actions in enumerate(table.actions):
         for clip, action in enumerate(actions):
             if action in SHOTS:
-                found.append((int(timeline.instants[player][clip]), player, -1, -1, clip))
-    return found
+                releases.append((int(timeline.instants[player][clip]), player, -1, -1, clip))
+    return releases
 
 
 def _first(table: RuleTable, releases: list[tuple[int, int, int, int, int]]) -> int:

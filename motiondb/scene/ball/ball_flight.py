@@ -1,12 +1,12 @@
 """The path of the ball: in hands, from hand to floor and back, from player to player, to the ring.
 
-Captures have no ball. The actions tell who has it: the first to pass or shoot has it at first, the
-receiver of a pass from the catch on, and nobody after a shot. It moves
+Captures have no ball. The actions determine the holder: at first the first player who passes or
+shoots, from a catch on the receiver of the pass, and no player after a shot. It moves
 
 * in the hands: between the palms; if these are far apart, in front of the chest, and the hands are
-moved to it;
+  moved to it;
 * dribbled: under the palm of the clip's hand, and between its release and its catch down to the
-floor and up again, each way a fall under gravity in the given time;
+  floor and up again, each way a fall under gravity in the given time;
 * passed: at constant horizontal speed, with gravity, in the time from release to catch;
 * shot: so that it enters the ring from above at 45 degrees; then it falls and bounces.
 
@@ -70,19 +70,19 @@ def fly(acts: BallActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
     moved = list(motions)
     joints = [retarget.motion_positions(motion) for motion in motions]
     free = np.zeros(n_frames, dtype=bool)
-    for number, own in enumerate(acts.possessions):
-        held = held_ball(own, *joints[own.player])
-        frames = np.arange(own.since, own.until + 1)
-        positions[frames], holder[frames] = held.ball[frames], own.player
-        for bounce in own.bounces:
+    for number, possession in enumerate(acts.possessions):
+        held = held_ball(possession, *joints[possession.player])
+        frames = np.arange(possession.since, possession.until + 1)
+        positions[frames], holder[frames] = held.ball[frames], possession.player
+        for bounce in possession.bounces:
             inner = np.arange(bounce.release, bounce.catch + 1)
             ends = held.ball[bounce.release], held.ball[bounce.catch]
             way = bounced(*ends, len(inner))
-            positions[inner] = way + _around(way, joints[own.player][0][inner])
+            positions[inner] = way + _around(way, joints[possession.player][0][inner])
             free[inner[1:-1]] = True
         if number > 0:
-            _pass(positions, acts.possessions[number - 1].until, own.since)
-        moved[own.player] = _brought(moved[own.player], own, held)
+            _pass(positions, acts.possessions[number - 1].until, possession.since)
+        moved[possession.player] = _brought(moved[possession.player], possession, held)
     if acts.shot:
         _shoot(positions, acts.possessions[-1].until, acts.rim)
         holder[acts.possessions[-1].until + 1 :] = -1
@@ -156,8 +156,8 @@ def _falling(time: FloatArray) -> FloatArray:
     for _ in range(12):
         lasts = (speed + math.sqrt(speed * speed + 2.0 * GRAVITY * (start - RADIUS))) / GRAVITY
         inside = (time >= begin) & (time <= begin + lasts)
-        own = time[inside] - begin
-        heights[inside] = start + speed * own - GRAVITY * own * own / 2.0
+        fall_time = time[inside] - begin
+        heights[inside] = start + speed * fall_time - GRAVITY * fall_time * fall_time / 2.0
         begin, speed = begin + lasts, BOUNCE * (GRAVITY * lasts - speed)
         start = RADIUS
     return np.maximum(heights, RADIUS)
@@ -171,15 +171,15 @@ def _around(way: FloatArray, joints: FloatArray) -> FloatArray:
     return np.asarray(out * np.minimum(1.0, 3.0 * np.sin(np.linspace(0, np.pi, len(way))))[:, None])
 
 
-def _brought(motion: Motion, own: Possession, held: HeldBall) -> Motion:
+def _brought(motion: Motion, possession: Possession, held: HeldBall) -> Motion:
     """Return a motion with its palms at the ball while it is held, and moving to it before."""
     n_frames = motion.n_frames
     frames = np.arange(n_frames)
-    inside = np.clip(frames, own.since, own.until)
-    near = 1.0 - np.maximum(own.since - frames, frames - own.until) / REACHING
+    inside = np.clip(frames, possession.since, possession.until)
+    near = 1.0 - np.maximum(possession.since - frames, frames - possession.until) / REACHING
     ramp = np.clip(near, 0.0, 1.0)
-    if own.since == 0:
-        ramp[: own.since + 1] = 1.0
+    if possession.since == 0:
+        ramp[: possession.since + 1] = 1.0
     weights = held.hands[inside] * (ramp * ramp * (3.0 - 2.0 * ramp))[:, None]
     return reach(motion, held.palms[inside], weights)
 

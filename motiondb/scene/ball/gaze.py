@@ -1,6 +1,6 @@
 """Heads that follow the ball, as far as necks turn.
 
-Before a release its player looks where the ball is to go: at the receiver, or at the ring. Neck and
+Before a release the player looks at the target of the ball: the receiver or the ring. Neck and
 head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped and
 smoothed over a third of a second. Captures on the canonical body hold the head still, so nothing is
 lost.
@@ -25,7 +25,7 @@ from motiondb.scene.ball.ball_flight import RIM
 MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
 """Largest turns of neck and head together, rad: within what people turn without effort."""
 AIMING = 20
-"""Frames before a release in which its player looks where the ball is to go. Chosen by hand."""
+"""Frames before a release in which the player looks at the target of the ball. Chosen by hand."""
 _SMOOTH = 5.0
 """Standard deviation of the smoothing, frames. Chosen by hand."""
 _I = body.INDEX
@@ -45,15 +45,15 @@ def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Mo
     """
     heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
     seen = [ball.copy() for _ in motions]
-    for number, own in enumerate(acts.possessions):
+    for number, possession in enumerate(acts.possessions):
         aim = np.tile(np.array([acts.rim[0], RIM, acts.rim[1]]), (len(ball), 1))
         last = number + 1 == len(acts.possessions)
         if last and not acts.shot:
             continue
         if not last:
             aim = heads[acts.possessions[number + 1].player]
-        frames = np.arange(max(own.until - AIMING, own.since), own.until + 1)
-        seen[own.player][frames] = aim[frames]
+        frames = np.arange(max(possession.until - AIMING, possession.since), possession.until + 1)
+        seen[possession.player][frames] = aim[frames]
     return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
 
 

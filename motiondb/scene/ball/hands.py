@@ -1,6 +1,6 @@
 """Hands: where they are, and how arms move them somewhere else.
 
-A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand goes
+A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand moves
 to its target as far as the arm reaches, with the elbow bent in its plane.
 """
 
@@ -20,11 +20,11 @@ _I = body.INDEX
 
 def palms(positions: FloatArray) -> FloatArray:
     """Return both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), m."""
-    found = []
+    wrists_and_palms = []
     for side in "lr":
         elbow, wrist = positions[:, _I[f"{side}_elbow"]], positions[:, _I[f"{side}_wrist"]]
-        found.append(wrist + PALM * rotation.normalize(wrist - elbow))
-    return np.stack(found, axis=1)
+        wrists_and_palms.append(wrist + PALM * rotation.normalize(wrist - elbow))
+    return np.stack(wrists_and_palms, axis=1)
 
 
 def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:

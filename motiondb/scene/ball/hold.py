@@ -27,7 +27,7 @@ LEAST_AHEAD = 0.24
 BALL = 0.12
 """Radius of the ball, m: size 7."""
 _TURN = 8
-"""Frames in which a ball goes from both hands to one. Chosen by hand."""
+"""Frames in which a ball passes from both hands to one. Chosen by hand."""
 _OUT = 2.0
 """Standard deviation of the smoothing of :func:`clearance`, frames. Chosen by hand."""
 _LIMBS = (
@@ -62,14 +62,14 @@ class HeldBall:
     palms: FloatArray
 
 
-def held_ball(own: Possession, joints: FloatArray, rotations: FloatArray) -> HeldBall:
+def held_ball(possession: Possession, joints: FloatArray, rotations: FloatArray) -> HeldBall:
     """Return where the ball is while a player has it.
 
     If it would be inside the player's body, it is moved out, and the hands with it.
 
     Parameters
     ----------
-    own : Possession
+    possession : Possession
         The possession.
     joints : array (frames, 21, 3), m
         The player's joints.
@@ -83,10 +83,10 @@ def held_ball(own: Possession, joints: FloatArray, rotations: FloatArray) -> Hel
     left = rotation.rotate(heading, np.broadcast_to(np.array([1.0, 0.0, 0.0]), (n_frames, 3)))
     both = palms(joints)
     two = _between(both, joints, heading)
-    hand = own.hand_at(n_frames)
+    hand = possession.hand_at(n_frames)
     one = both[np.arange(n_frames), hand]
-    single = _smooth(own.one_handed(n_frames, _gap(both)))
-    dribbled = _smooth(own.dribbled(n_frames))
+    single = _smooth(possession.one_handed(n_frames, _gap(both)))
+    dribbled = _smooth(possession.dribbled(n_frames))
     under = one - np.array([0.0, UNDER, 0.0]) * dribbled[:, None]
     ball = (1.0 - single)[:, None] * two + single[:, None] * under
     out = gaussian_filter1d(clearance(ball, joints), _OUT, axis=0, mode="nearest")

@@ -1,4 +1,4 @@
-"""A capture as scenes use it: where the body is on the ground, and its pose seen from there.
+"""A capture as scenes use it: the place of the body on the ground, and its pose relative to it.
 
 Each frame has the place (x, z, heading) of the pelvis on the ground, the joints in the frame of
 that place (x left, y up, z ahead; the height of the root is kept), and their velocities. Velocities

@@ -1,15 +1,15 @@
 """Captures cut into the pieces that scenes are made of.
 
-A capture of "run" goes from rest to rest over many steps, while a terminal of a motion grammar is a
+A capture of "run" contains many steps from rest to rest, while a terminal of a motion grammar is a
 unit action, such as half a cycle of walking. So that actions can be chained and can be short:
 
 * the still frames before and after the action are dropped;
 * an action that travels and has no event is cut where feet strike the ground; a first step from
-rest and a last one to rest are pieces of their own kinds;
+  rest and a last one to rest are pieces of their own kinds;
 * an action that continues in place (dribbling, guarding, waiting) is cut where hands catch the
-ball, or else into equal pieces;
+  ball, or else into equal pieces;
 * pieces of one and of two spans between cuts are made (in place also of four), so that there are
-long ones too;
+  long ones too;
 * an action with an event (the release of a shot), a turn and a short action stay whole.
 
 Cuts are taken from annotated events, or else from the contacts of the feet
@@ -34,12 +34,13 @@ WHOLE, START, MIDDLE, STOP = "whole", "start", "middle", "stop"
 """Kinds of pieces: an uncut action; from rest, in motion at both ends, and to rest."""
 
 STILL_SPEED = 0.12
-"""Mean speed of the joints, m/s, below which a body stands still."""
+"""Mean speed of the joints, m/s, below which a body stands still. Chosen by hand; not tuned."""
 MOVING = 0.25
 """Fraction of an action's frames that must move; otherwise the whole action is standing, and its
 still ends are kept."""
 REST_TRAVEL = 0.5
-"""Ground speed of the pelvis, m/s, below which a clip begins or ends at rest."""
+"""Ground speed of the pelvis, m/s, below which a clip begins or ends at rest. Chosen by hand;
+not tuned."""
 TRAVEL = 1.0
 """Largest distance from the start, m, from which on an action counts as travelling."""
 TURNED = np.radians(45.0)
@@ -47,7 +48,8 @@ TURNED = np.radians(45.0)
 GOES_ON = 60
 """Fewest frames of an action that continues in place: 2 s."""
 PIECE = 24
-"""Frames of a piece of such an action if no event tells where to cut: 0.8 s."""
+"""Frames of a piece of such an action if no event determines the cut: 0.8 s. Chosen by hand; not
+tuned."""
 SHORTEST = 6
 """Fewest frames of a piece: 0.2 s."""
 MARGIN = 2
@@ -145,8 +147,8 @@ def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tup
     """Return the frame of an action's event within [start, end), and how it is known.
 
     The first of several catches or contacts counts, and the last of several releases. Without an
-    annotation the wrists tell: a catch is where they are farthest ahead of the body, a release or a
-    contact where one is farthest ahead and up.
+    annotation, events are found from the wrists: a catch is where they are farthest ahead of the
+    body, a release or a contact where one is farthest ahead and up.
 
     Returns
     -------

@@ -68,7 +68,7 @@ def clip_motion(
     Returns
     -------
     Motion
-        before + n_frames + after frames. Feet slide by what was edited.
+        before + n_frames + after frames. Feet slide by the amount of the edit.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def _motion_of(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:
     if source.capture not in motions:
         raise SceneError(
             f"{source.capture}: expected the capture that a clip was taken from, found none of"
-            " this name. Add it again, or make the scene anew."
+            " this name. Add it again, or make the scene again."
         )
     motion = motions[source.capture]
     return retarget.mirror(motion) if source.mirrored else motion

@@ -76,7 +76,7 @@ def seam_costs(clips: SeamEnds) -> Float32Array:
 
 
 def rest_costs(clips: SeamEnds) -> Float32Array:
-    """Return what it costs to start every clip from standing in its first pose, and to stop after.
+    """Return the costs of starting every clip from standing, and of stopping after it.
 
     It is the cost of a seam between equal poses, one of them without velocity.
 

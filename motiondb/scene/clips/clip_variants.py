@@ -5,8 +5,8 @@ A capture follows its own path; a scene needs others. A variant of a clip has
     heading'(t) = heading(t) + bend * t / n                     bend in radians, n frames
     step'(t)    = stretch * R(bend * (t + 1/2) / n) step(t)     the steps between frames
 
-so that its poses, seen from the place where they stand, are those of the clip. Feet slide by what
-the path was edited; polishing removes that.
+so that its poses, relative to their places on the ground, are those of the clip. Feet slide by the
+edit of the path; polishing removes this.
 
 Travelling clips are bent and stretched. Those that begin or end at rest may turn farther, because
 people turn with their first step. Clips in place are turned a little.

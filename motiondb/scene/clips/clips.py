@@ -7,7 +7,7 @@ follow which depends on poses, and bending and stretching do not change poses. S
 is stored by clip, ``seam[seam_class[a], seam_class[b]]``, and not by entry.
 
 Places on the ground are (x, z, theta), see :mod:`motiondb.scene.clips.ground`. "In the entry frame"
-means seen from where the body stands in the clip's first frame. ``step`` leads from there to the
+means relative to the place of the body in the clip's first frame. ``step`` leads from there to the
 frame after the last one, where the next clip begins.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
@@ -37,7 +37,7 @@ _ONE_HANDED = "release"
 
 @dataclass(frozen=True)
 class ClipSource:
-    """Where an entry comes from.
+    """The origin of an entry.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class ClipSource:
 
     @property
     def edit(self) -> str:
-        """What was done to the capture's frames, for provenance; "" for nothing.
+        """The edits of the capture's frames, for provenance; "" for nothing.
 
         >>> ClipSource("run", 0, 9, mirrored=True, bend=np.radians(20), stretch=0.85).edit
         'mirror, bend 20 deg, stretch 0.85'
@@ -113,7 +113,7 @@ class ClipLibrary:
         x, y, z in the entry frame of the ball at the event: the mean of the wrists, or the wrist
         that has the ball if they are far apart.
     source : tuple of ClipSource
-        Where the entries come from.
+        The origins of the entries.
     events : tuple of tuple[Event, ...]
         Events of each of the C clips, frames counted from its first.
     rest : array of float32 (C, 2)

@@ -1,14 +1,15 @@
 """The frames in which a capture shows a throw, if its caption only says that there is one.
 
-"dribble, shoot" names two actions and no times. The hands tell more: before a ball leaves them at
-frame r (where a wrist is farthest ahead and up), they come together around it, and afterwards they
-sink. Within frames [start, end) the throw is [a, b)::
+"dribble, shoot" names two actions and no times. More evidence comes from the hands: before a ball
+leaves them at frame r (where a wrist is farthest ahead and up), they come together around it, and
+afterwards they sink. Within frames [start, end) the throw is [a, b)::
 
     a   the first frame of the last interval before r in which the wrists are at most HELD apart
     b   the first frame after r + LANDED in which both wrists are below the chest
 
-with at most AROUND frames on either side of r. The frames before a show what the caption names
-before the throw. The method fails if an earlier action looks like a throw, as a feigned shot does.
+with at most AROUND frames on either side of r. The frames before a show the actions that the
+caption names before the throw. The method fails if an earlier action looks like a throw, as a
+feigned shot does.
 """
 
 from __future__ import annotations

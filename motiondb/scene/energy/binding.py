@@ -7,7 +7,7 @@ receiver; the player who is screened, guarded, blocked or run at is the opponent
 opponent is ``diagram.opponent_of``. A rule is unmet if nobody fills its role (a pass that no item
 asks for).
 
-Choices where the paper says nothing: if several consecutive actions of one item have the same rule
+Choices that the paper leaves open: if several consecutive actions of one item have the same rule
 ``at end`` (``at start``), it holds only for the last (first), because a circle is the end of a move
 and not of each step. A synchronisation whose partner's action no item names refers to the partner's
 action that fulfils it best.
@@ -89,7 +89,7 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class _String:
-    """A player's actions with their rules: what of the binding depends on no other player."""
+    """A player's actions with their rules: the binding without other players."""
 
     actions: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
@@ -133,8 +133,8 @@ class Binder:
     @cached_property
     def items(self) -> tuple[tuple[Item, ...], ...]:
         """The expression of every player."""
-        found = expressions(self.diagram)
-        return tuple(found[name] for name in self.names)
+        items_of = expressions(self.diagram)
+        return tuple(items_of[name] for name in self.names)
 
     @cached_property
     def _number(self) -> dict[str, int]:
@@ -167,7 +167,7 @@ class Binder:
     ) -> RuleTable:
         """Return the table of the players' trees, in the order of the diagram.
 
-        ``chosen`` are the actions of each player's items; None stands for the first that match.
+        ``chosen`` are the actions of each player's items; None means the first that match.
 
         Raises
         ------
@@ -206,15 +206,15 @@ class Binder:
         kept, same = self._kept.get((player, id(tree), chosen), (None, None))
         if kept is tree and same is not None:
             return same
-        found = self._strings.get((player, tree, chosen))
-        found = found or self._read_string(player, tree, chosen)
+        string = self._strings.get((player, tree, chosen))
+        string = string or self._read_string(player, tree, chosen)
         if len(self._strings) > _MOST_KEPT:
             self._strings.clear()
         if len(self._kept) > _MOST_KEPT:
             self._kept.clear()
-        self._strings[player, tree, chosen] = found
-        self._kept[player, id(tree), chosen] = tree, found
-        return found
+        self._strings[player, tree, chosen] = string
+        self._kept[player, id(tree), chosen] = tree, string
+        return string
 
     def _read_string(self, player: int, tree: Tree, chosen: Spans | None) -> _String:
         name, items = self.names[player], self.items[player]
@@ -231,7 +231,7 @@ class Binder:
         item_of = [-1] * len(actions)
         for item, (first, last) in enumerate(parts):
             item_of[first:last] = [item] * (last - first)
-        found = []
+        clips = []
         nodes = list(_nodes(tree))
         of_action = [self.grammar.rules_of(n.symbol, n.above) for n in nodes if n.is_leaf]
         for node in nodes:
@@ -239,18 +239,18 @@ class Binder:
                 k = node.first
                 for rule in of_action[k]:
                     if not _counts_elsewhere(rule, k, item_of, of_action):
-                        found.append(_Stretch(player, k, k + 1, item_of[k], rule))
+                        clips.append(_Stretch(player, k, k + 1, item_of[k], rule))
             elif node.last > node.first:
                 for rule in self.grammar.rules_of(node.symbol, node.above):
-                    found.append(_Stretch(player, node.first, node.last, -1, rule))
+                    clips.append(_Stretch(player, node.first, node.last, -1, rule))
         for said in self._auxiliary[player]:
             first, last = parts[said.item] if said.item >= 0 else (0, len(actions))
-            found.append(_Stretch(player, first, last, said.item, said.rule, said.partner_item))
+            clips.append(_Stretch(player, first, last, said.item, said.rule, said.partner_item))
         rows = tuple(
             () if isinstance(one.rule, SynchronisationRule) else self._row(one, [], [], set())
-            for one in found
+            for one in clips
         )
-        return _String(actions, parts, tuple(found), rows)
+        return _String(actions, parts, tuple(clips), rows)
 
     def _row(
         self,
@@ -322,8 +322,8 @@ class Binder:
         theirs = strings[partner]
         item = stretch.partner_item
         if item < 0 and stretch.item >= 0:
-            own = self.items[stretch.player][stretch.item]
-            item = own.other_item if own.other == name else -1
+            thrown = self.items[stretch.player][stretch.item]
+            item = thrown.other_item if thrown.other == name else -1
         if item >= 0 and theirs.actions[theirs.spans[item][0]] in rule.actions:
             return partner, [theirs.spans[item][0]]
         return partner, [m for m, action in enumerate(theirs.actions) if action in rule.actions]
@@ -361,8 +361,8 @@ class _Node:
 def _nodes(tree: Tree) -> Iterator[_Node]:
     """Yield all nodes with the actions [first, last) that they derive and their ancestors.
 
-    The order is postorder. There is no recursion, because strings may nest as deep as they are
-    long.
+    The order is postorder. There is no recursion, because the depth of nesting may equal the length
+    of the string.
     """
     done = 0
     waiting: list[tuple[Tree, frozenset[str], int]] = [(tree, frozenset(), -1)]

@@ -1,7 +1,7 @@
 """Collisions: discs around the pelvis on the ground, compared at the points of a scene's time grid.
 
-g_collision of a scene is 1 if any two players touch who should not. Two who are meant to touch (a
-screen and the screened player) may come closer, but not into one another, within half a second of
+g_collision of a scene is 1 if any two players touch who should not. Two players who are meant to
+touch (a screen and the screened player) may come closer, without overlap, within half a second of
 their contact.
 """
 
@@ -24,7 +24,9 @@ CONTACT_FRAMES = 15
 hand."""
 
 _APART = (2.0 * RADIUS) ** 2
+"""Square of the distance in metres below which two bodies overlap."""
 _CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
+"""The same for two bodies that are to touch."""
 _ROUNDING = 1.0 - 1e-9
 """Makes the skipped time of :func:`overlaps` shorter than any rounding error."""
 
@@ -65,7 +67,7 @@ def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
     one, other = scene.grid[p], scene.grid[q]
     last_p, last_q = scene.filled[p], scene.filled[q]
     nearer = 1.0 / (2.0 * library.fastest[0] * scene.every[0])  # looks a metre, at most
-    found, g = 0, 0
+    n_overlaps, g = 0, 0
     while g <= max(last_p, last_q):
         i, j = min(g, last_p), min(g, last_q)
         dx, dz = one[i, 0] - other[j, 0], one[i, 1] - other[j, 1]
@@ -73,6 +75,6 @@ def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
         if square >= _APART:
             g += int((math.sqrt(square) - 2.0 * RADIUS) * nearer * _ROUNDING)
         elif touch(scene, library, p, q, g):
-            found += 1
+            n_overlaps += 1
         g += 1
-    return found
+    return n_overlaps

@@ -1,15 +1,14 @@
 """How the loops over scenes are compiled: cached, without the global lock or reference counts.
 
-numba counts references to each array of a tuple of arrays on the way into a function and out of it,
-which takes ten times as long as what most of these functions do. Without counting, a compiled
-function may read, write and slice the arrays it is given, and return numbers. It must not create
-arrays or return them.
+numba counts references to each array of a tuple when a function is called and when it returns,
+which takes ten times as long as most of these functions. Without counting, a compiled function may
+read, write and slice the arrays it is given, and return numbers. It must not create arrays or
+return them.
 """
 
 from __future__ import annotations
 
 from numba import njit
 
-# numba's stubs do not know the option _nrt
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]
+compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # no _nrt there
 """Decorator of functions over a scene's arrays."""

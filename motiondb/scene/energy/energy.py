@@ -53,7 +53,7 @@ def scene_arrays(
     every: int = EVERY,
     excess: float = 0.0,
 ) -> SceneArrays:
-    """Return a scene's arrays, evaluated: what compiled loops work on."""
+    """Return the evaluated arrays of a scene, for the compiled loops."""
     scene = empty_scene(state, library, table, weights, every, excess)
     evaluate(scene, library)
     return scene
@@ -235,7 +235,7 @@ def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArra
 
 @compiled
 def _keep(scene: SceneArrays, player: int, k: int) -> None:
-    """Save what a change of clip ``k`` (-1: of all) of a player will overwrite."""
+    """Save the values that a change of clip ``k`` (-1: of all) of a player will overwrite."""
     n, since = scene.n_clips[player], max(k, 0)
     back = scene.back
     back[0], back[1], back[3], back[4] = player, k, scene.filled[player], 0

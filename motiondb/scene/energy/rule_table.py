@@ -16,8 +16,8 @@ to a player's number or a point on the ground::
               action that fulfils the rule best counts
     weight    c_k: f_k / c_k is the row's part of -log P(Y)
 
-A table depends on the trees alone, not on clips and places. It is made anew when the structure
-changes, and stays as it is while clips are exchanged.
+A table depends on the trees alone, not on clips and places. It is computed again when the structure
+changes, and not when clips are exchanged.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 3.1.

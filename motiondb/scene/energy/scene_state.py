@@ -1,4 +1,4 @@
-"""A scene as it is sampled: for every player a tree of actions, their clips, a place and a time.
+"""The state of sampling: for every player a tree of actions, their clips, a place and a time.
 
 An instance Y of an action string plays one clip after the other. Where the first clip begins is
 free (the origin, a ground transform), and so is when (the delay). Everything else follows from the

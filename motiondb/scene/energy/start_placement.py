@@ -1,4 +1,4 @@
-"""The best origin and delay of a string of clips, in closed form: what a search starts from.
+"""The best origin and delay of a string of clips, in closed form, as the start of a search.
 
 The origin of a player's string is a rigid motion of the plane. It brings the places where the
 string is when its position rules look as near as possible to the places that they ask for, and its
@@ -6,7 +6,7 @@ headings to those of its direction rules. It maximises, over the turn phi,
 
     sum_k w_k p_k . R(phi) q_k  +  sum_d w_d cos(phi + theta_d - wanted_d) (1 m)^2,
 
-with q_k where the string is and p_k where it should be, both relative to their weighted means, and
+with q_k the actual and p_k the required positions, both relative to their weighted means, and
 w = 1 / c. The first sum alone is Procrustes' problem. If no rule determines the heading, a player
 with a distance or line rule faces its target.
 
@@ -155,8 +155,8 @@ def _lateness(scene: SceneArrays, library: ClipArrays, r: int) -> float:
         x, z, _ = place_in_clip(placed, library.path, clip.path_start + frame, k)
         tx, tz, _ = place_in_clip(there, library.path, theirs.path_start + theirs.event, m)
         lag = math.hypot(tx - x, tz - z) / PASS_SPEED
-    own = scene.begin[row.player, k] + frame
-    return (scene.begin[row.partner, m] + theirs.event - own) / MOTION_FPS - lag
+    thrown = scene.begin[row.player, k] + frame
+    return (scene.begin[row.partner, m] + theirs.event - thrown) / MOTION_FPS - lag
 
 
 @compiled

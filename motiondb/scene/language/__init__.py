@@ -1,1 +1,1 @@
-"""Motion grammars and tactics diagrams: text files, records, and what they ask of players."""
+"""Motion grammars and tactics diagrams: text files, records, and requirements of players."""

@@ -18,7 +18,7 @@ from motiondb.records import FloatArray
 def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
     """Return the smooth curve through points.
 
-    Consecutive points at the same place count once. A single point is returned as it is.
+    Consecutive points at the same place count once. A single point is returned unchanged.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def _part(p: FloatArray, u: FloatArray) -> FloatArray:
 
 
 def path_fractions(points: FloatArray) -> FloatArray:
-    """Return at which fraction of the curve's length each of its points lies, from 0 to 1.
+    """Return the position of each point along the curve, as a fraction of its length from 0 to 1.
 
     >>> path_fractions(np.array([[0.0, 0.0], [1.0, 0.0], [4.0, 0.0]])).round(3).tolist()
     [0.0, 0.25, 1.0]

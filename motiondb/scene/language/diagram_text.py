@@ -9,6 +9,7 @@ from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import Court, Diagram, Element
 
 _RIM = ("rim", Spot(0.0, 0.0))
+"""The place that every diagram has: the origin, below the rim."""
 
 
 def format_diagram(diagram: Diagram) -> str:

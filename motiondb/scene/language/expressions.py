@@ -1,4 +1,4 @@
-"""What a diagram asks of each player: an expression of actions, and rules of space and time.
+"""The requirements of a diagram for each player: an expression of actions, and rules.
 
 The expression is that of the paper, such as ``(walk|run)*(catch)(dribble)*(shoot)``: one class of
 actions for each act, with a star where the act may consist of several actions. A string X of
@@ -11,10 +11,10 @@ holder of the ball has the class hold. The receiver of a pass has the class catc
 has the class push. A pivot or a fake is its own action.
 
 Auxiliary rules accompany the expression. Circles and the ends of moves are positions to reach, and
-the points that a curve passes are positions on the way. Each act begins where the drawing puts its
-player at that time; otherwise the player could go to a place that nobody drew, and catch the ball
-there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch. A screen
-faces the screened player and is synchronised with the push.
+the points that a curve passes are positions on the way. Each act begins at the player's position in
+the drawing at that time; otherwise the player could move to a place that is not drawn, and catch
+the ball there. A shot faces the rim. A pass faces its receiver and is synchronised with the catch.
+A screen faces the screened player and is synchronised with the push.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 4, equation (8).
@@ -122,18 +122,18 @@ def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
 
     The diagram must have passed :func:`.possession.check_diagram`.
     """
-    found: dict[str, list[Item]] = {}
+    items_of: dict[str, list[Item]] = {}
     at: dict[tuple[int, str], int] = {}
     for name, acts in diagram.acts.items():
         place = diagram.player[name].at
         items = [Item(("hold",), way=(place,))] if name == first_holder(diagram) else []
         for act, ball in zip(acts, has_ball(diagram, name), strict=True):
             element = diagram.elements[act.element]
-            own = act.part == "own"
-            way = (place, *element.via, element.to) if own and element.to else (place,)
-            other = element.other if own else element.player
-            classes = _classes(element.kind, ball) if own else [((act.part,), False)]
-            if own and element.kind == "screen" and len(way) > 1:
+            holds_ball = act.part == "own"
+            way = (place, *element.via, element.to) if holds_ball and element.to else (place,)
+            other = element.other if holds_ball else element.player
+            classes = _classes(element.kind, ball) if holds_ball else [((act.part,), False)]
+            if holds_ball and element.kind == "screen" and len(way) > 1:
                 items.append(Item(("walk", "run"), True, act.element, way=way))
                 way = way[-1:]
             for actions, repeated in classes:
@@ -141,10 +141,10 @@ def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
                     at[act.element, name] = len(items)
                 items.append(Item(actions, repeated, act.element, other, way=way))
             place = way[-1]
-        found[name] = items
+        items_of[name] = items
     return {
         name: tuple(replace(i, other_item=at.get((i.element, i.other), -1)) for i in items)
-        for name, items in found.items()
+        for name, items in items_of.items()
     }
 
 
@@ -235,7 +235,7 @@ def _assigned(
 
 
 def spans(string: Sequence[str], items: Sequence[Item]) -> Spans | None:
-    """Return which actions of a string belong to each item, or None where g_user is not 0.
+    """Return which actions of a string belong to each item, or None if g_user is not 0.
 
     Each item takes the first action that matches. A repeated item also takes the matching actions
     that follow directly, up to the next item. Consecutive repeated items with the same actions (a
@@ -261,17 +261,17 @@ def spans(string: Sequence[str], items: Sequence[Item]) -> Spans | None:
             return None
         firsts.append(at)
         at += 1
-    found = []
+    intervals = []
     for number, item in enumerate(items):
         end = firsts[number] + 1
         limit = firsts[number + 1] if number + 1 < len(items) else len(string)
         while item.repeated and end < limit and string[end] in item.actions:
             end += 1
-        found.append((firsts[number], end))
-    return tuple(_shared_out(found, items))
+        intervals.append((firsts[number], end))
+    return tuple(_shared_out(intervals, items))
 
 
-def _shared_out(found: list[tuple[int, int]], items: Sequence[Item]) -> list[tuple[int, int]]:
+def _shared_out(intervals: list[tuple[int, int]], items: Sequence[Item]) -> list[tuple[int, int]]:
     """Divide actions between repeated items with the same actions, by the lengths of their ways."""
     number = 0
     while number < len(items):
@@ -281,20 +281,20 @@ def _shared_out(found: list[tuple[int, int]], items: Sequence[Item]) -> list[tup
             and items[number].repeated
             and items[last].repeated
             and items[last].actions == items[number].actions
-            and found[last][0] == found[last - 1][1]
+            and intervals[last][0] == intervals[last - 1][1]
         ):
             last += 1
         if last > number + 1:
-            first, end = found[number][0], found[last - 1][1]
+            first, end = intervals[number][0], intervals[last - 1][1]
             ways = np.cumsum([max(_metres(item), 1e-9) for item in items[number:last]])
             shares = np.round((end - first) * ways / ways[-1]).astype(int)
             cuts = [first, *(first + shares).tolist()]
             n = last - number
             for k in range(1, n):  # at least one action each
                 cuts[k] = min(max(cuts[k], cuts[k - 1] + 1), end - (n - k))
-            found[number:last] = list(pairwise(cuts))
+            intervals[number:last] = list(pairwise(cuts))
         number = last
-    return found
+    return intervals
 
 
 def _metres(item: Item) -> float:
@@ -312,14 +312,14 @@ def auxiliary_rules(
     diagram : Diagram
         The diagram.
     grammar : MotionGrammar or None
-        The grammar. If given, a rule of the diagram is left out where the grammar has a rule of the
+        The grammar. If given, a rule of the diagram is left out if the grammar has a rule of the
         same kind for the same action: the grammar then states it for every pass, shot and screen,
         and the items say who is meant.
     """
-    found: list[DiagramRule] = []
+    auxiliary: list[DiagramRule] = []
     for name, items in expressions(diagram).items():
         start = PositionRule(diagram.player[name].at, Moment(START))
-        found.append(DiagramRule(name, -1, start))
+        auxiliary.append(DiagramRule(name, -1, start))
         for number, item in enumerate(items):
             kind = diagram.elements[item.element].kind if item.element >= 0 else ""
             rules = [*_place_rules(item), *_link_rules(item, kind)]
@@ -327,8 +327,8 @@ def auxiliary_rules(
             for rule in rules:
                 if type(rule) not in stated or isinstance(rule, PositionRule):
                     partner = item.other_item if isinstance(rule, SynchronisationRule) else -1
-                    found.append(DiagramRule(name, number, rule, partner))
-    return tuple(found)
+                    auxiliary.append(DiagramRule(name, number, rule, partner))
+    return tuple(auxiliary)
 
 
 def _place_rules(item: Item) -> Iterator[SemanticRule]:

@@ -57,12 +57,13 @@ from motiondb.scene.language.tactics import TEAMS
 from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
 
 _SLACK = 0.02
-"""Tolerance of sums of probabilities. People round what they write: 0.33, three times, is 0.99."""
+"""Tolerance of sums of probabilities. Written probabilities are rounded: 0.33, three times, is
+0.99."""
 _STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
 
 
 class _Reading:
-    """What has been read of a file so far."""
+    """The part of a file read so far."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -114,7 +115,7 @@ def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
 
 
 def _read_statement(cursor: Cursor, reading: _Reading) -> None:
-    """Read one statement and add it to what has been read."""
+    """Read one statement and add it to the part read so far."""
     first, second = cursor.here, cursor.after
     if first.kind != "name":
         cursor.fail(_STATEMENT, "Begin the line with a name; comments begin with '#'.")
@@ -137,7 +138,7 @@ def _read_statement(cursor: Cursor, reading: _Reading) -> None:
         _read_weight(cursor, reading)
     else:
         near = suggestion(first.text, ("grammar", "start", "place", "weight")).strip()
-        cursor.fail(_STATEMENT, near or "Behind the first name stands '->', ':=' or ':'.")
+        cursor.fail(_STATEMENT, near or "The first name must be followed by '->', ':=' or ':'.")
     cursor.done("Write one statement a line.")
 
 
@@ -176,12 +177,12 @@ def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
 
 def _phrases(cursor: Cursor) -> tuple[str, ...]:
     """Read quoted words, divided by commas."""
-    found: list[str] = []
-    while not found or cursor.meets(","):
+    phrases: list[str] = []
+    while not phrases or cursor.meets(","):
         if cursor.here.kind != "text" or not cursor.here.text.strip():
             cursor.fail("words in quotes", 'Write them as "pick up".')
-        found.append(cursor.take().text)
-    return tuple(found)
+        phrases.append(cursor.take().text)
+    return tuple(phrases)
 
 
 def _read_place(cursor: Cursor, reading: _Reading) -> None:
@@ -273,7 +274,7 @@ def _check_probabilities(reading: _Reading) -> None:
             refuse(place, what, f"a sum of {total:g}", advice)
         if stated and not all_stated and total > 1.0 - 1e-9:
             token = reading.lines[left]
-            advice = "Leave something for the alternatives that name none."
+            advice = "Leave a remainder for the alternatives without a probability."
             what = f"probabilities of {left} that sum to less than 1"
             refuse(f"{reading.where}:{token.line}:{token.column}", what, f"{total:g}", advice)
 
@@ -333,7 +334,7 @@ def _completed(
             token,
             reading.where,
             "an action with an instant to synchronise",
-            f"Write 'event contact' behind {symbol}'s words, or 'at start' behind the rule.",
+            f"Write 'event contact' after {symbol}'s words, or 'at start' after the rule.",
         )
     return replace(rule, moment=Moment(event or THROUGHOUT))
 
@@ -343,7 +344,7 @@ def _refuse_moment(moment: str, draft: rule_text.Draft, symbol: str, reading: _R
     token, known = draft.symbols[0], reading.terminals.get(symbol)
     event = known[0].event if known else ""
     what = f"a moment of {symbol} ({', '.join([START, END, THROUGHOUT, *([event] * bool(event))])})"
-    advice = f"Write 'event {moment}' behind the words of {symbol}." if known else ""
+    advice = f"Write 'event {moment}' after the words of {symbol}." if known else ""
     advice = advice if not event else f"Write 'at {event}'."
     place = f"{reading.where}:{token.line}:{token.column}"
     refuse(place, what, repr(moment), advice or "Name the instant at one of its actions.")

@@ -66,15 +66,15 @@ def first_holder(diagram: Diagram) -> str:
 def has_ball(diagram: Diagram, name: str) -> tuple[bool, ...]:
     """Return for each act of a player whether the player has the ball when the act begins."""
     held = first_holder(diagram) == name
-    found = []
+    holds = []
     for act in diagram.acts[name]:
-        found.append(held)
+        holds.append(held)
         kind = diagram.elements[act.element].kind
         if act.part == "catch":
             held = True
         elif act.part == "own" and kind in ("pass", *SHOTS):
             held = False
-    return tuple(found)
+    return tuple(holds)
 
 
 def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
@@ -92,8 +92,8 @@ def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
                 break
 
 
-def _fault(where: str, element: Element, expected: str, found: str, advice: str) -> str:
-    return f"{where}:{element.line}: '{element}': expected {expected}, found {found}. {advice}"
+def _fault(where: str, element: Element, expected: str, actual: str, advice: str) -> str:
+    return f"{where}:{element.line}: '{element}': expected {expected}, found {actual}. {advice}"
 
 
 def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
@@ -104,8 +104,8 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
     for player in diagram.players:
         if player.name in taken:
             yield (
-                f"{where}:{player.line}: '{player.name}': expected a player's name, found what"
-                " rules call a place or a role. Name the player otherwise."
+                f"{where}:{player.line}: '{player.name}': expected a player's name, found the "
+                f"name of a place or a role in rules. Choose another name."
             )
         if player.guards in names:
             yield from _guard_faults(diagram, player, where)
@@ -130,12 +130,12 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
 
 def _guard_faults(diagram: Diagram, player: Player, where: str) -> Iterator[str]:
     guarded = diagram.player[player.guards]
-    found = "a team-mate" if guarded.team == player.team != PLAYER else ""
-    found = "the player themselves" if guarded == player else found
-    if found:
+    actual = "a team-mate" if guarded.team == player.team != PLAYER else ""
+    actual = "the player themselves" if guarded == player else actual
+    if actual:
         yield (
             f"{where}:{player.line}: '{player.name} guards {guarded.name}': expected an opponent"
-            f" of {player.name}, found {found}. Name somebody of the other team."
+            f" of {player.name}, found {actual}. Name a player of the other team."
         )
 
 
@@ -148,11 +148,11 @@ def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str
         yield _fault(where, element, what, f"{one.name} twice", advice)
     elif element.kind == "pass" and one.team != other.team:
         what = f"a receiver of the team of {one.name}"
-        found = f"{other.name}, who plays against {one.name}"
-        yield _fault(where, element, what, found, "Pass to a team-mate.")
+        actual = f"{other.name}, who plays against {one.name}"
+        yield _fault(where, element, what, actual, "Pass to a team-mate.")
     elif element.kind != "pass" and one.team == other.team:
-        what, found = f"an opponent of {one.name}", f"{other.name}, a team-mate"
-        yield _fault(where, element, what, found, "Name somebody of the other team.")
+        what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
+        yield _fault(where, element, what, actual, "Name a player of the other team.")
 
 
 def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
@@ -174,8 +174,8 @@ def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
         if apart < BODY_WIDTH:
             yield (
                 f"{where}:{other.line}: '{other.name}': expected a place at least {BODY_WIDTH:g} m"
-                f" from {one.name} (line {one.line}), found {apart:.2g} m. Two who stand so near"
-                " touch: move one of them."
+                f" from {one.name} (line {one.line}), found {apart:.2g} m. Players this close "
+                f"touch each other: move one of them."
             )
     for element in diagram.elements:
         for spot in (*element.via, *([element.to] if element.to else [])):
@@ -192,8 +192,8 @@ def _ball_faults(diagram: Diagram, where: str) -> Iterator[str]:
     for element in diagram.elements:
         if element.kind == "pass" and element.caught and element.caught < element.step:
             what = f"a step from {element.step} on for the catch"
-            found = f"step {element.caught}, back in time"
-            yield _fault(where, element, what, found, "A pass is caught after it is thrown.")
+            actual = f"step {element.caught}, back in time"
+            yield _fault(where, element, what, actual, "A pass is caught after it is thrown.")
     holders = list(_holders(diagram))
     if len(holders) > 1:
         yield _two_holders(holders, where)
@@ -216,9 +216,8 @@ def _two_holders(holders: list[tuple[str, Element | None]], where: str) -> str:
     element = holders[-1][1]
     line = f":{element.line}" if element else ""
     return (
-        f"{where}{line}: '{element}': expected one ball holder at the beginning, found"
-        f" {len(holders)}: {' and '.join(because)}. Let the ball be passed to"
-        f" {holders[-1][0]} before."
+        f"{where}{line}: '{element}': expected one player with the ball at the beginning, found"
+        f" {len(holders)}: {' and '.join(because)}. Add a pass to {holders[-1][0]} before."
     )
 
 
@@ -227,8 +226,8 @@ def _act_faults(
 ) -> Iterator[str]:
     """Yield the faults of one act: with the ball, or without it, where it must not be."""
     if act.part == "catch" and ball:
-        found = f"{name} with the ball already"
-        yield _fault(where, element, "a receiver without the ball", found, "Pass it on before.")
+        actual = f"{name} with the ball already"
+        yield _fault(where, element, "a receiver without the ball", actual, "Pass it on before.")
     elif act.part == "own" and element.kind in WITH_BALL and not ball:
         gone = f"{name} without the ball"
         if given is not None:

@@ -25,7 +25,7 @@ _ADVICE = f"Write names, ( ) | * + ? and probabilities as [0.5]; '{EMPTY}' is th
 
 
 def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list[Alternative]:
-    """Return all rules that the tokens after ``->`` stand for.
+    """Return all rules that the tokens after ``->`` describe.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list
     SceneError
         The message names the place.
     """
-    found: list[Alternative] = []
+    alternatives: list[Alternative] = []
     helpers: list[Alternative] = []
     names = (f"{left}.{n}" for n in range(_next_number(used, left), 10**6))
     while True:
         symbols = _read_sequence(cursor, names, helpers, used)
-        found.append((left, symbols, _read_probability(cursor)))
+        alternatives.append((left, symbols, _read_probability(cursor)))
         if not cursor.meets("|"):
-            return [*found, *helpers]
+            return [*alternatives, *helpers]
 
 
 def _next_number(used: dict[str, Token], left: str) -> int:
@@ -117,7 +117,7 @@ def _repeated(
 
 
 def _read_probability(cursor: Cursor) -> float | None:
-    """Read a probability in square brackets, or return None where there is none."""
+    """Read a probability in square brackets, or return None if there is none."""
     if not cursor.meets("["):
         return None
     token = cursor.here
@@ -131,8 +131,8 @@ def _read_probability(cursor: Cursor) -> float | None:
 def share_out(alternatives: list[Alternative]) -> tuple[Rule, ...]:
     """Return the rules with probabilities that sum to 1 for every left side, in their order.
 
-    Alternatives without a probability share equally what the others leave. Where nothing is left,
-    each gets as much as the smallest of the others, and all are scaled.
+    Alternatives without a probability share the remainder equally. If there is no remainder, each
+    gets the smallest probability of the others, and all are scaled.
     """
     groups: dict[str, list[Alternative]] = {}
     for row in alternatives:

@@ -49,7 +49,7 @@ class Draft:
     kind : str
         The kind of rule.
     rule : SemanticRule
-        The rule; its weight is NaN and its moment "" where the text names none.
+        The rule; its weight is NaN and its moment "" if the text names none.
     symbols : tuple of Token
         The symbols that the rule is attached to.
     within : Token or None
@@ -81,11 +81,11 @@ def read_rules(cursor: Cursor) -> list[Draft]:
         symbols.append(_name_token(cursor, "a symbol of the grammar"))
     within = _name_token(cursor, "a nonterminal") if cursor.meets("in") else None
     cursor.expect(":", "Write 'SYMBOL: rule' or 'SYMBOL in NONTERMINAL: rule'.")
-    found: list[Draft] = []
-    while not found or cursor.meets(","):
+    drafts: list[Draft] = []
+    while not drafts or cursor.meets(","):
         kind, rule, targets, actions = _read_rule(cursor)
-        found.append(Draft(kind, rule, tuple(symbols), within, tuple(targets), tuple(actions)))
-    return found
+        drafts.append(Draft(kind, rule, tuple(symbols), within, tuple(targets), tuple(actions)))
+    return drafts
 
 
 def _name_token(cursor: Cursor, what: str) -> Token:

@@ -11,8 +11,8 @@ over its rules k::
     f_line  = distance of pos(Y, t) from the segment p1 p2    metres     (5)
 
 The paper prints (3) with t_i twice. (4) includes its bounds, also where a grammar's text writes <
-or >. (5) takes the segment and not the whole line: a defender stands between two points, not behind
-one of them.
+or >. (5) takes the segment and not the whole line: a defender is between two points, not behind one
+of them.
 
 The ground has axes x and z in metres. Seen from above, x points to the right and z down the page. A
 heading is an angle from +z towards +x in radians: (sin theta, cos theta).
@@ -211,7 +211,7 @@ def synchronisation_error(first: ArrayLike, second: ArrayLike, lag: ArrayLike) -
 
 
 def distance_error(position: FloatArray, target: FloatArray, near: float, far: float) -> FloatArray:
-    """Return f_dist: 0 where the distance is in [near, far] metres, 1 elsewhere.
+    """Return f_dist: 0 if the distance is in [near, far] metres, 1 elsewhere.
 
     >>> distance_error(np.array([[0.0, 2.5], [0.0, 2.6]]), np.zeros(2), 0.0, 2.5).tolist()
     [0.0, 1.0]

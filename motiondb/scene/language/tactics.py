@@ -77,7 +77,7 @@ class Player:
     team : str
         One of :data:`TEAMS`.
     at : Spot
-        Where the player stands.
+        Position of the player.
     guards : str
         Name of the guarded opponent; "" if none is named.
     line : int

@@ -66,8 +66,8 @@ def read_diagram(text: str, where: str = "diagram") -> Diagram:
     Raises
     ------
     SceneError
-        The message names file, line and column of what was unexpected; for an infeasible diagram it
-        names all elements at fault.
+        The message names file, line and column of the unexpected text; for an infeasible diagram it
+        names all faulty elements.
     """
     diagram = parse_diagram(text, where)
     check_diagram(diagram, where)
@@ -87,7 +87,7 @@ def parse_diagram(text: str, where: str = "diagram") -> Diagram:
     Raises
     ------
     SceneError
-        The message names file, line and column of what was unexpected.
+        The message names file, line and column of the unexpected text.
     """
     diagram = Diagram("", (), ())
     said: dict[str, int] = {}
@@ -104,7 +104,7 @@ def parse_diagram(text: str, where: str = "diagram") -> Diagram:
 
 
 def _refuse_repetition(cursor: Cursor, said: dict[str, int]) -> None:
-    """Refuse a second statement of what can be stated only once."""
+    """Refuse a second statement of a kind that is allowed only once."""
     key = cursor.here.text
     if key in _ONCE:
         key = f"place {cursor.after.text}" if key == "place" else key

@@ -3,7 +3,7 @@
 A motion grammar and a tactics diagram are read from the same kinds of token. ``#`` begins a
 comment. A statement is one line; it continues where the line ends with ``,``, ``:`` or ``|``, or
 where the next line begins with ``|``. :class:`Cursor` moves over the tokens of one statement. Its
-errors name the place, what was expected, and what stands there.
+errors name the place, the expected symbol, and the actual one.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def tokens_of(text: str, where: str) -> list[Token]:
     >>> [token.text for token in tokens_of("A -> run | walk  # moves", "x.grammar")]
     ['A', '->', 'run', '|', 'walk']
     """
-    found = []
+    tokens = []
     for number, line in enumerate(text.split("\n"), start=1):
         at = 0
         while at < len(line):
@@ -82,9 +82,9 @@ def tokens_of(text: str, where: str) -> list[Token]:
                 refuse(f"{where}:{number}:{at + 1}", what, repr(line[at:].strip()), "Correct it.")
             kind = str(match.lastgroup)
             if kind != "blank":
-                found.append(Token(kind, match.group().strip('"'), number, at + 1))
+                tokens.append(Token(kind, match.group().strip('"'), number, at + 1))
             at = match.end()
-    return found
+    return tokens
 
 
 def statements(text: str, where: str) -> Iterator[Cursor]:
@@ -100,9 +100,9 @@ def statements(text: str, where: str) -> Iterator[Cursor]:
     return (Cursor(line, where) for line in lines)
 
 
-def refuse(place: str, expected: str, found: str, advice: str) -> NoReturn:
-    """Raise a SceneError: where, what was expected, what was found, and what to do."""
-    raise SceneError(f"{place}: expected {expected}, found {found}. {advice}")
+def refuse(place: str, expected: str, actual: str, advice: str) -> NoReturn:
+    """Raise a SceneError with the place, the expected and the actual text, and advice."""
+    raise SceneError(f"{place}: expected {expected}, found {actual}. {advice}")
 
 
 class Cursor:

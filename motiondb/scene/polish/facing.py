@@ -6,7 +6,7 @@ turns by
 
     o - sign(o) 25 degrees      if |o| > 25 degrees, else not at all
 
-(the head does the rest), smoothed. The turn is 0 where the string begins or has just ended, and
+(the head does the rest), smoothed. The turn is 0 if the string begins or has just ended, and
 increases and decreases at about 100 degrees a second.
 """
 
@@ -54,7 +54,7 @@ def turn_who_waits(
         Who has the ball; None without a ball.
     """
     places = timeline.places.copy()
-    for player, own in enumerate(timeline.places):
+    for player, path in enumerate(timeline.places):
         focus = np.full((timeline.n_frames, 2), np.nan)
         if acts is not None:
             focus = ball_on_ground(acts, timeline.places)
@@ -64,14 +64,14 @@ def turn_who_waits(
         guarded = _guarded(table, player)
         if guarded >= 0:
             opponent = timeline.places[guarded, :, :2]
-            focus = opponent if acts is None else between(own[:, :2], opponent, focus)
-        places[player, :, 2] += turns_to(own, waits[player], focus)
+            focus = opponent if acts is None else between(path[:, :2], opponent, focus)
+        places[player, :, 2] += turns_to(path, waits[player], focus)
     return places
 
 
 def _guarded(table: RuleTable, player: int) -> int:
     """Return the player whom a player guards last; -1 for nobody."""
-    found = [
+    targets = [
         int(row["target"])
         for row in table.rows
         if row["player"] == player
@@ -79,7 +79,7 @@ def _guarded(table: RuleTable, player: int) -> int:
         and row["target"] >= 0
         and table.actions[player][row["first"]] == ON_GUARD
     ]
-    return found[-1] if found else -1
+    return targets[-1] if targets else -1
 
 
 def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
@@ -94,10 +94,10 @@ def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
     """
     n_frames = places.shape[1]
     known, at = [], []
-    for own in acts.possessions:
-        frames = np.arange(max(own.since, 0), min(own.until, n_frames - 1) + 1)
+    for possession in acts.possessions:
+        frames = np.arange(max(possession.since, 0), min(possession.until, n_frames - 1) + 1)
         known.append(frames)
-        at.append(places[own.player, frames, :2])
+        at.append(places[possession.player, frames, :2])
     if acts.shot:
         until = acts.possessions[-1].until
         known.append(np.arange(min(until + 2 * _LEAST_RAMP, n_frames), n_frames + 1))
@@ -106,15 +106,15 @@ def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(np.arange(n_frames), frames, s) for s in spots.T])
 
 
-def between(own: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+def between(position: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
     """Return a point half way between the directions of two points: arrays (frames, 2), m.
 
     >>> between(np.zeros((1, 2)), np.array([[5.0, 0.0]]), np.array([[0.0, 2.0]])).tolist()
     [[1.0, 1.0]]
     """
-    away = [point - own for point in (first, second)]
+    away = [point - position for point in (first, second)]
     near = [np.linalg.norm(a, axis=1, keepdims=True) for a in away]
-    return own + away[0] / np.maximum(near[0], 1e-6) + away[1] / np.maximum(near[1], 1e-6)
+    return position + away[0] / np.maximum(near[0], 1e-6) + away[1] / np.maximum(near[1], 1e-6)
 
 
 def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) -> FloatArray:
@@ -139,7 +139,7 @@ def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) ->
 
 
 def _turned(places: FloatArray, focus: FloatArray, inner: tuple[bool, bool]) -> FloatArray:
-    """Return the turn of one wait; ``inner`` says whether the string lies before it, and after."""
+    """Return the turn of one wait; ``inner``: whether clips come before it and after it."""
     from scipy.ndimage import gaussian_filter1d
 
     away = focus - places[:, :2]

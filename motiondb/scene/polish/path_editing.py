@@ -6,11 +6,11 @@ adds to the headings, the edited path p' minimises
     sum a_t |e_t|^2 + b |e_(t+1) - e_t|^2 + c |p'_t - p_t|^2,
     e_t = p'_(t+1) - p'_t - R(phi_t) d_t
 
-and phi minimises the same with e_t = phi_(t+1) - phi_t. a_t is large where the player stands, so
-that steps take up the change instead of sliding feet; b makes the change smooth; c limits its
-extent. Rows of greater weight hold single frames at places and headings. They are increased while a
-rule still fails, so that paths stay smooth where they are held. With displacements from the turned
-path as unknowns the normal equations have five diagonals and are solved directly.
+and phi minimises the same with e_t = phi_(t+1) - phi_t. a_t is large while the player stands, so
+that steps take up the change and feet do not slide; b makes the change smooth; c limits its extent.
+Rows of greater weight hold single frames at places and headings. They are increased while a rule
+still fails, so that paths stay smooth where they are held. With displacements from the turned path
+as unknowns the normal equations have five diagonals and are solved directly.
 
 The rules are not equations; they are projected. If a rule fails, the nearest place (or heading)
 that fulfils it is held, the paths are solved again, and so on until all rules hold. A distance
@@ -94,7 +94,7 @@ class Edited:
     timeline : Timeline
         The edited timeline.
     rounds : int
-        Number of rounds; 0 if nothing had to be edited.
+        Number of rounds; 0 if no edit was needed.
     settled : bool
         Whether all rules of place hold.
     """
@@ -234,18 +234,18 @@ def _correct(
     places: list[_Held],
     turns: list[_Held],
 ) -> None:
-    """Note what has to move, and by how much, where a rule fails."""
+    """Record the required displacement where a rule fails."""
     kind = row["kind"]
     if kind in (kinds.UNMET, kinds.SYNCHRONISATION):
         return
-    player, own = int(row["player"]), timeline.places[row["player"], frames]
+    player, path = int(row["player"]), timeline.places[row["player"], frames]
     if kind == kinds.DIRECTION:
         wanted = wanted_headings(row, timeline, frames)
-        _turn(turns[player], frames, own[:, 2], wanted, float(row["weight"]))
+        _turn(turns[player], frames, path[:, 2], wanted, float(row["weight"]))
         return
     target = target_places(row, timeline, frames, "target")
     if kind == kinds.DISTANCE:
-        away, apart = _apart(own[:, :2], target)
+        away, apart = _apart(path[:, :2], target)
         near, far = float(row["near"]), float(row["far"])
         clear = min(SLACK, (far - near) / 4.0)
         wanted = np.clip(apart, near + clear * (near > 0.0), far - clear)
@@ -258,8 +258,9 @@ def _correct(
         return
     nearest = target
     if kind == kinds.LINE:
-        nearest = nearest_on_line(own[:, :2], target, target_places(row, timeline, frames, "other"))
-    away, apart = _apart(own[:, :2], nearest)
+        other = target_places(row, timeline, frames, "other")
+        nearest = nearest_on_line(path[:, :2], target, other)
+    away, apart = _apart(path[:, :2], nearest)
     bad = frame_values(row, timeline, frames) > float(row["weight"]) * BEYOND
     by = away * (float(row["weight"]) * WITHIN - apart)[:, None]
     places[player].move(frames[bad], by[bad])
@@ -267,9 +268,9 @@ def _correct(
 
 def _face(facing: Facing, timeline: Timeline, turns: list[_Held]) -> None:
     """Turn a player who does not face the target."""
-    own = timeline.places[facing.player, facing.frames]
-    away = timeline.places[facing.target, facing.seen, :2] - own[:, :2]
-    off = np.unwrap(own[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all in one direction
+    places = timeline.places[facing.player, facing.frames]
+    away = timeline.places[facing.target, facing.seen, :2] - places[:, :2]
+    off = np.unwrap(places[:, 2] - np.arctan2(away[:, 0], away[:, 1]))  # all in one direction
     off -= 2.0 * math.pi * np.rint(off.mean() / (2.0 * math.pi))
     _bring(turns[facing.player], facing.frames, off, facing.tolerance)
 
@@ -282,15 +283,15 @@ def _turn(
 
 
 def _bring(turned: _Held, frames: IntArray, off: FloatArray, tolerance: float) -> None:
-    """Turn by what headings are ``off`` (frames,), rad, beyond a tolerance."""
+    """Turn by the part of the deviations ``off`` (frames,), rad, beyond a tolerance."""
     bad = np.abs(off) > tolerance * BEYOND
     by = np.sign(off) * tolerance * WITHIN - off
     turned.move(frames[bad], by[bad][:, None])
 
 
-def _apart(own: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _apart(points: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return unit vectors (frames, 2) from target to place, and distances, m."""
-    away = own - target
+    away = points - target
     apart = np.linalg.norm(away, axis=1)
     away = np.where(apart[:, None] > 1e-9, away / np.maximum(apart, 1e-9)[:, None], [0.0, 1.0])
     return away, apart

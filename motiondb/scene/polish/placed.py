@@ -14,7 +14,7 @@ from motiondb.scene.timing.time_editing import TimeMap
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """One player of the polished scene, and where each frame comes from.
+    """One player of the polished scene, with the origin of each frame.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class Placed:
     motion : Motion
         The finished motion.
     captures : tuple of str
-        Captures that the frames come from.
+        Source captures of the frames.
     licences : tuple of str
         Their licences.
     source_numbers : array of int (frames,)
@@ -31,10 +31,10 @@ class Placed:
     source_frames : array (frames,)
         Frame of the capture; may lie between two.
     warps : array (frames,)
-        Frames of the source per frame; 0 where a pose is held, negative where waiting is played
+        Frames of the source per frame; 0 if a pose is held, negative where waiting is played
         backwards.
     edits : tuple of str
-        For each frame what was done to it.
+        The edits of each frame.
     clips : array of int (frames,)
         The player's action that it belongs to; waiting belongs to the first or the last.
     """
@@ -57,7 +57,7 @@ def place_player(
     times: TimeMap,
     actions: tuple[str, ...],
 ) -> Placed:
-    """Return a player with where each frame comes from; ``bodies`` before and after joint edits."""
+    """Return a player with the origin of each frame; ``bodies`` before and after joint edits."""
     motion, moved = bodies[1], joint_edits(*bodies)
     clock = np.arange(motion.n_frames, dtype=float)
     source = times.source_at(clock)

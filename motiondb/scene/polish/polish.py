@@ -67,7 +67,7 @@ GUARD_FACING = np.radians(45.0)
 _EVERY = 4
 """Frames between those at which guards are checked. Chosen by hand."""
 _Plan = tuple[tuple[tuple[Part, ...], ...], tuple[float, ...]]
-"""What every player plays, and when they begin; equal for equal schedules."""
+"""The clips and the begin of every player; equal for equal schedules."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class PolishedScene:
     timeline : Timeline
         The timeline after editing.
     settled : bool
-        Whether every rule of place could be made true; the report says which could not.
+        Whether every rule of place could be satisfied; the report lists the others.
     """
 
     players: tuple[Placed, ...]
@@ -128,13 +128,15 @@ def polish(
     acts = ball_acts(state, library, table, timeline)
     clock = _clock(timeline)
     rows = [
-        own.rows(times.source_at(clock)) for own, times in zip(best.spliced, best.maps, strict=True)
+        clips.rows(times.source_at(clock))
+        for clips, times in zip(best.spliced, best.maps, strict=True)
     ]
-    waits = np.stack([standing(own, at) for own, at in zip(best.spliced, rows, strict=True)])
+    waits = np.stack([standing(clips, at) for clips, at in zip(best.spliced, rows, strict=True)])
     turned = turn_who_waits(table, timeline, waits, acts)
     timeline = replace(timeline, places=turned)
     shown = [
-        show(own, at, places) for own, at, places in zip(best.spliced, rows, turned, strict=True)
+        show(clips, at, places)
+        for clips, at, places in zip(best.spliced, rows, turned, strict=True)
     ]
     ball, held = fly(acts, shown) if acts else (None, shown)
     if acts and ball is not None and gaze:
@@ -174,14 +176,14 @@ def _best(
     schedules: dict[float, Scheduled] = {}
     spliced: dict[_Plan, list[Spliced]] = {}
     shelf: Shelf = {}
-    found: dict[tuple[_Plan, float, bool], _Tried] = {}
+    results: dict[tuple[_Plan, float, bool], _Tried] = {}
     given_up: set[_Plan] = set()
     for frame_cost, radius, facing in _WAYS:
         if frame_cost not in schedules:
             schedules[frame_cost] = schedule_scene(state, library, table, frame_cost)
         scheduled = schedules[frame_cost]
-        plan = tuple(own.parts for own in scheduled.playing), scheduled.delays
-        if (plan, radius, facing) in found or plan in given_up:
+        plan = tuple(played.parts for played in scheduled.playing), scheduled.delays
+        if (plan, radius, facing) in results or plan in given_up:
             continue
         if plan not in spliced:
             spliced[plan] = _spliced(state, library, motions, scheduled, shelf)
@@ -191,8 +193,8 @@ def _best(
             return tried
         if approximate and tried.fault > _FAR:
             given_up.add(plan)
-        found[plan, radius, facing] = tried
-    return min(found.values(), key=lambda tried: tried.fault)
+        results[plan, radius, facing] = tried
+    return min(results.values(), key=lambda tried: tried.fault)
 
 
 def _fault(table: RuleTable, edited: Edited) -> float:
@@ -217,10 +219,10 @@ def _edit(
     """Edit time and paths in turn."""
     scheduled, spliced = played
     playing, partners = scheduled.playing, scheduled.partners
-    knots = [own.knots.astype(float) for own in playing]
+    knots = [each.knots.astype(float) for each in playing]
     wished = [
-        own_places(player, library)[own.rows]
-        for player, own in zip(state.players, playing, strict=True)
+        own_places(player, library)[each.rows]
+        for player, each in zip(state.players, playing, strict=True)
     ]
     now, best_excess = sampled_timeline(state, library), np.inf
     for done in range(_MOST):
@@ -228,17 +230,17 @@ def _edit(
         maps = edit_times(knots, scheduled.delays, meetings)
         n_frames = _length(state, library, table, maps, playing)
         begins, ends, instants = (
-            tuple(_rounded(m.frame_of(own)) for m, own in zip(maps, asked, strict=True))
+            tuple(_rounded(m.frame_of(each)) for m, each in zip(maps, asked, strict=True))
             for asked in zip(
-                *((own.begins, own.ends, own.instants) for own in playing), strict=True
+                *((each.begins, each.ends, each.instants) for each in playing), strict=True
             )
         )
         clock = np.arange(n_frames, dtype=float)
         shown = [m.source_at(clock) for m in maps]
         ways = np.stack(
-            [_read(own.places, own.rows(at)) for own, at in zip(spliced, shown, strict=True)]
+            [_read(each.places, each.rows(at)) for each, at in zip(spliced, shown, strict=True)]
         )
-        best = np.stack([_read(own, at) for own, at in zip(wished, shown, strict=True)])
+        best = np.stack([_read(each, at) for each, at in zip(wished, shown, strict=True)])
         before = ways if done == 0 else _lasting(now.places, n_frames)
         times = Timeline(ways, begins, instants, ends)
         facings = _facings(table, partners, times) if how[1] else ()
@@ -261,8 +263,8 @@ def _spliced(
     scheduled: Scheduled,
     shelf: Shelf,
 ) -> list[Spliced]:
-    """Return every player's clips, with what they do while they wait."""
-    longest, found = scene_bound(scheduled), []
+    """Return every player's clips, including those while they wait."""
+    longest, spliced = scene_bound(scheduled), []
     for player, playing in zip(state.players, scheduled.playing, strict=True):
         entries = np.asarray(player.entries)
         parts = (
@@ -270,8 +272,8 @@ def _spliced(
             *playing.parts,
             *lead_out(library, entries, longest),
         )
-        found.append(splice(parts, motions, np.array(player.origin, dtype=float), shelf))
-    return found
+        spliced.append(splice(parts, motions, np.array(player.origin, dtype=float), shelf))
+    return spliced
 
 
 def _read(places: FloatArray, at: FloatArray) -> FloatArray:
@@ -296,10 +298,10 @@ def _length(
     maps: tuple[TimeMap, ...],
     playing: tuple[Playing, ...],
 ) -> int:
-    """Return the frames of the scene: until the last player stands and a shot ball is down."""
+    """Return the number of frames: until the last player stands and a shot ball is down."""
     length = 0.0
-    for p, (times, own) in enumerate(zip(maps, playing, strict=True)):
-        ends = times.frame_of(own.ends) + after_clips(library, state, table, p)
+    for p, (times, played) in enumerate(zip(maps, playing, strict=True)):
+        ends = times.frame_of(played.ends) + after_clips(library, state, table, p)
         length = max(length, float(ends.max()))
     return int(np.ceil(length - 1e-6))
 
@@ -308,16 +310,16 @@ def _meetings(
     table: RuleTable, now: Timeline, playing: tuple[Playing, ...], partners: tuple[int, ...]
 ) -> list[Meeting]:
     """Return the synchronisations, with the time that balls fly between the present places."""
-    found = []
+    meetings = []
     for number, row in enumerate(table.rows):
         if row["kind"] != kinds.SYNCHRONISATION:
             continue
-        own, partner = int(row["player"]), int(row["partner"])
+        player, partner = int(row["player"]), int(row["partner"])
         lag = lag_of(row, now, partners[number]) * MOTION_FPS
-        thrown, caught = playing[own].instants[row["first"]], playing[partner].instants
+        thrown, caught = playing[player].instants[row["first"]], playing[partner].instants
         meets = float(thrown), float(caught[partners[number]])
-        found.append(Meeting(own, meets[0], partner, meets[1], lag))
-    return found
+        meetings.append(Meeting(player, meets[0], partner, meets[1], lag))
+    return meetings
 
 
 def _facings(
@@ -325,8 +327,8 @@ def _facings(
     partners: tuple[int, ...],
     times: Timeline,
 ) -> tuple[Facing, ...]:
-    """Return that catchers face where the ball comes from, and guards their opponent."""
-    found: list[Facing] = []
+    """Return the facings of receivers to the passer, and of guards to their opponent."""
+    facings: list[Facing] = []
     guards: dict[tuple[int, int], list[IntArray]] = {}
     for number, row in enumerate(table.rows):
         player, clip = int(row["player"]), int(row["first"])
@@ -334,7 +336,7 @@ def _facings(
             partner = int(row["partner"])
             thrown = times.instants[player][clip : clip + 1]
             caught = times.instants[partner][partners[number], None]
-            found.append(Facing(partner, caught, player, thrown, CATCH_FACING))
+            facings.append(Facing(partner, caught, player, thrown, CATCH_FACING))
         elif (
             row["kind"] == kinds.DISTANCE
             and row["target"] >= 0
@@ -345,5 +347,5 @@ def _facings(
             guards.setdefault((player, int(row["target"])), []).append(frames)
     for (player, target), parts in guards.items():
         frames = np.unique(np.concatenate(parts))  # all at once, so that the turn is continuous
-        found.append(Facing(player, frames, target, frames, GUARD_FACING))
-    return tuple(found)
+        facings.append(Facing(player, frames, target, frames, GUARD_FACING))
+    return tuple(facings)

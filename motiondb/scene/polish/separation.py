@@ -66,11 +66,11 @@ def depths(
 
 def overlaps(table: RuleTable, timeline: Timeline) -> tuple[Overlap, ...]:
     """Return which players touch who should not, when, and how deep."""
-    found = []
+    overlapping = []
     for q, p, depth in depths(table, timeline):
         for start, end in runs(depth > 1e-9):
-            found.append(Overlap(q, p, start, end, float(depth[start:end].max())))
-    return tuple(found)
+            overlapping.append(Overlap(q, p, start, end, float(depth[start:end].max())))
+    return tuple(overlapping)
 
 
 def pushes(

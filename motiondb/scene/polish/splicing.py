@@ -31,7 +31,7 @@ from motiondb.scene.timing.playing import Part
 
 _MARGIN = 20
 """Frames of the capture around a clip that are used: for the blend, and for velocities at its
-ends."""
+ends. Chosen by hand; not tuned."""
 _HALF = BLEND_FRAMES // 2
 """Frames of a blend on each side of a seam."""
 
@@ -89,7 +89,7 @@ class Spliced:
     def shown_frames(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the capture's frames at rows ``at``, and how many of them pass in a row.
 
-        Between two rows of one part a frame lies between theirs. Where another part begins it is
+        Between two rows of one part, the frame is interpolated. Where another part begins it is
         that of the nearer row, because there is no frame between those of two captures.
         """
         before, nearest = np.floor(at).astype(np.int64), np.rint(at).astype(np.int64)
@@ -186,9 +186,9 @@ def _taken(source: ClipSource, motions: Mapping[str, Motion], waits: bool) -> Ta
 
 def _contacts(source: ClipSource, motion: Motion, n_frames: int) -> NDArray[np.bool_]:
     """Return the feet that stand in the capture at a clip and its margin: array (frames, 2)."""
-    found = find_contacts(retarget.motion_positions(motion, FEET)[0])
-    found = found[:, ::-1] if source.mirrored else found
-    return found[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(found) - 1)]
+    contacts = find_contacts(retarget.motion_positions(motion, FEET)[0])
+    contacts = contacts[:, ::-1] if source.mirrored else contacts
+    return contacts[np.clip(source.start - _HALF + np.arange(n_frames), 0, len(contacts) - 1)]
 
 
 def _waiting(taken: Taken, n_frames: int) -> Taken:
@@ -218,7 +218,7 @@ def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource,
     if source.capture not in motions:
         raise SceneError(
             f"{source.capture}: expected the capture that a clip was taken from, found none of"
-            " this name. Add it again, or make the scene anew."
+            " this name. Add it again, or make the scene again."
         )
     motion = motions[source.capture]
     first, last = max(source.start - _MARGIN, 0), min(source.end + _MARGIN, motion.n_frames)

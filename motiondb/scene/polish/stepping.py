@@ -46,14 +46,14 @@ def footing(wanted: FloatArray, leading: bool) -> FloatArray:
     True
     """
     n_frames = len(wanted)
-    found = np.repeat(wanted[:1], n_frames, axis=0)
+    positions = np.repeat(wanted[:1], n_frames, axis=0)
     floor = np.minimum(wanted[0, :, 1], np.quantile(wanted[:, :, 1], 0.2, axis=0))
-    found[:, :, 1] = floor + (wanted[0, :, 1] - floor) * _fading(n_frames)
+    positions[:, :, 1] = floor + (wanted[0, :, 1] - floor) * _fading(n_frames)
     busy = 0
     for frame in range(1, n_frames - SWING):
         if frame < busy:
             continue
-        off = [_off(found[frame, foot], wanted[frame, foot]) for foot in range(2)]
+        off = [_off(positions[frame, foot], wanted[frame, foot]) for foot in range(2)]
         foot = int(np.argmax(off))
         left = n_frames - 1 - frame
         settle = leading and left in (SWING, 2 * SWING) and off[foot] > _SETTLED
@@ -63,9 +63,9 @@ def footing(wanted: FloatArray, leading: bool) -> FloatArray:
             continue  # the last two steps are kept for the end
         landing = min(frame + SWING + SWING // 2, n_frames - 1)
         landing = n_frames - 1 if settle else landing
-        _step(found[:, foot], wanted[landing, foot], frame)
+        _step(positions[:, foot], wanted[landing, foot], frame)
         busy = frame + SWING
-    return found
+    return positions
 
 
 def _fading(n_frames: int) -> FloatArray:

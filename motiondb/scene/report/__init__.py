@@ -1,1 +1,1 @@
-"""The report of a polished scene: rules, collisions, feet, speeds, and what a viewer sees."""
+"""The report of a polished scene: rules, collisions, feet, speeds, and visible faults."""

@@ -1,7 +1,7 @@
 """How people stand, step and travel: feet in the air, steps, speed, jumps of planted feet.
 
 All functions take joints of one body: array (frames, 21, 3), m, on the canonical body with the
-ground at y = 0. What is natural for an action is measured on the captures that show it, with the
+ground at y = 0. The natural range of an action is measured on the captures that show it, with the
 same functions (:class:`GaitRange`).
 """
 
@@ -23,7 +23,7 @@ SPEED_FRAMES = 15
 JUMP_FRAMES = (2, 9)
 """Shortest and longest time, frames, in which a planted foot's displacement counts as a jump.
 
-Slower displacements are slides, which the mean speed of feet on the ground tells."""
+Slower displacements are slides, which are measured by the mean speed of feet on the ground."""
 LIFTED = 0.025
 """Height, m, above which a foot between two contacts is seen to be lifted. Chosen by hand."""
 _ANKLES = [body.INDEX["l_ankle"], body.INDEX["r_ankle"]]

@@ -24,7 +24,7 @@ _TINY = 1e-12
 def limb_distances(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the distance between the nearest bones of two bodies: array (frames,), m.
 
-    It is infinite where the bodies are out of each other's reach.
+    It is infinite if the bodies are out of each other's reach.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ class RuleReport:
     kind : str
         The kind of rule.
     about : str
-        Whom or what it is about, in words.
+        The player or place that it refers to, in words.
     unit : str
         Unit of the values.
     threshold : float
@@ -156,7 +156,7 @@ class Collision:
 
 @dataclass(frozen=True)
 class ImpossibleMotion:
-    """Frames in which a body does what people cannot do, or never do in this action.
+    """Frames of a motion that is impossible, or does not occur in this action.
 
     Attributes
     ----------
@@ -223,7 +223,7 @@ class JumpReport:
 
 @dataclass(frozen=True)
 class LimbReport:
-    """How near the limbs of two players come to one another.
+    """The smallest distance of the limbs of two players.
 
     Attributes
     ----------
@@ -307,13 +307,13 @@ class SceneReport:
         Largest distance from the ball's centre to the nearest palm while it is held; NaN without a
         ball.
     sources : tuple of SourceRun
-        Where the frames come from.
+        Origin of the frames.
     impossible : tuple of ImpossibleMotion
         Motion that people cannot do, or never do in an action.
     jumps : tuple of JumpReport
         The largest displacements of planted feet.
     limbs : tuple of LimbReport
-        Pairs of players whose limbs come near one another.
+        Pairs of players whose limbs come close.
     guards : tuple of GuardReport
         Distances of guards over all frames.
     """

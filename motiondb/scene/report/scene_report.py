@@ -61,6 +61,7 @@ from motiondb.scene.timing.timeline import (
 
 _UNITS = {kinds.DIRECTION: "deg", kinds.SYNCHRONISATION: "frames", kinds.UNMET: ""}
 _SCALES = {kinds.DIRECTION: 180.0 / math.pi, kinds.SYNCHRONISATION: MOTION_FPS}
+"""Factors from the units of the energy to degrees and frames."""
 
 
 def report_scene(
@@ -76,10 +77,12 @@ def report_scene(
     names = [placed.player for placed in polished.players]
     ranges = natural_ranges(library, motions, {a for row in table.actions for a in row})
     jumps, impossible = [], []
-    for placed, actions, own in zip(polished.players, table.actions, joints, strict=True):
+    for placed, actions, joint_positions in zip(
+        polished.players, table.actions, joints, strict=True
+    ):
         labels = shown_actions(placed, actions)
-        jumps.append(foot_jumps(placed, own, motions))
-        impossible += impossible_gait(placed.player, own, labels, ranges)
+        jumps.append(foot_jumps(placed, joint_positions, motions))
+        impossible += impossible_gait(placed.player, joint_positions, labels, ranges)
         impossible += impossible_jump(jumps[-1], labels)
     limbs = tuple(near_limbs(names, joints))
     gap = np.nan
@@ -148,15 +151,15 @@ def _value(table: RuleTable, number: int, timeline: Timeline) -> tuple[float, in
         measured = measure(table, number, timeline)
         return measured.value, measured.frame
     frames = moment_frames(row, timeline)
-    own = timeline.places[row["player"], frames, :2]
-    apart = np.linalg.norm(own - target_places(row, timeline, frames, "target"), axis=1)
+    places = timeline.places[row["player"], frames, :2]
+    apart = np.linalg.norm(places - target_places(row, timeline, frames, "target"), axis=1)
     beyond = np.maximum(np.maximum(row["near"] - apart, apart - row["far"]), 0.0)
     worst = int(np.argmax(beyond))
     return float(beyond[worst]), int(frames[worst])
 
 
 def _about(table: RuleTable, row: np.void) -> str:
-    """Return whom or what a rule is about, in words."""
+    """Return the player or place that a rule refers to, in words."""
     if row["kind"] == kinds.UNMET:
         return "nobody"
     if row["kind"] == kinds.SYNCHRONISATION:
@@ -181,27 +184,27 @@ def _end(table: RuleTable, row: np.void, name: str) -> str:
     return f"({row[f'{prefix}x']:g}, {row[f'{prefix}z']:g})"
 
 
-def _collisions(table: RuleTable, found: tuple[Overlap, ...]) -> tuple[Collision, ...]:
+def _collisions(table: RuleTable, overlapping: tuple[Overlap, ...]) -> tuple[Collision, ...]:
     names = table.players
     return tuple(
-        Collision((names[o.first], names[o.second]), o.start, o.end, o.depth) for o in found
+        Collision((names[o.first], names[o.second]), o.start, o.end, o.depth) for o in overlapping
     )
 
 
 def _feet(players: tuple[Placed, ...], motions: Mapping[str, Motion]) -> tuple[FeetReport, ...]:
     speeds: dict[str, FloatArray] = {}
-    found = []
+    reports = []
     for placed in players:
         there = []
         for number, capture in enumerate(placed.captures):
             if capture not in speeds:
                 speeds[capture] = contact_speeds(motions[capture])
-            own = placed.source_frames[placed.source_numbers == number]
-            rows = np.unique(np.clip(np.rint(own), 0, len(speeds[capture]) - 1).astype(int))
+            frames = placed.source_frames[placed.source_numbers == number]
+            rows = np.unique(np.clip(np.rint(frames), 0, len(speeds[capture]) - 1).astype(int))
             there.append(speeds[capture][rows].ravel())
         slips = _mean(contact_speeds(placed.motion).ravel()), _mean(np.concatenate(there))
-        found.append(FeetReport(placed.player, *slips))
-    return tuple(found)
+        reports.append(FeetReport(placed.player, *slips))
+    return tuple(reports)
 
 
 def _paces(table: RuleTable, before: Timeline, after: Timeline) -> tuple[PaceReport, ...]:

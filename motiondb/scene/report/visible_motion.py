@@ -1,6 +1,6 @@
-"""What a viewer of a scene sees that no rule looks at: feet, steps, speed, limbs, guards.
+"""Visible faults of a scene that no rule covers: feet, steps, speed, limbs, guards.
 
-What an action may look like is measured on the captures of the database that show it
+The allowed range of an action is measured on the captures of the database that show it
 (:func:`natural_ranges`): how long both feet are in the air, how far apart they are, how fast the
 body travels. Editing changes all of this a little, so the limits are somewhat wider. Motion beyond
 them is impossible: people do not walk with both feet in the air.
@@ -45,9 +45,9 @@ from motiondb.scene.timing.timeline import Timeline, moment_frames
 from motiondb.scene.timing.waiting import ON_GUARD
 
 WAITING = "waiting"
-"""Name of what players do between their actions."""
+"""Name of the time between the actions of a player."""
 STANDING = GaitRange(airborne=0, step=0.8, speed=0.8)
-"""What standing may look like: small steps are allowed. Chosen by hand."""
+"""The allowed range of standing, which includes small steps. Chosen by hand."""
 AIR_SLACK = 3
 """Frames in the air beyond those of the captures (as long as time may stretch them). Less than 4
 frames are not visible, and blends lift feet for as long. Chosen by hand."""
@@ -58,12 +58,13 @@ STEP_FACTOR, STEP_SLACK = 1.3, 0.1
 """An action's steps may be this many times as long as in its captures, plus so many m: the stretch
 of a clip. Chosen by hand."""
 JUMP_LIMIT = 0.15
-"""Displacement of a planted foot within 0.3 s, m, that nobody mistakes for standing. Chosen by
-hand; smaller ones are told but not refused."""
+"""Displacement of a planted foot within 0.3 s, m, that is clearly visible. Chosen by
+hand; smaller ones are reported but not refused."""
 NEAR_LIMBS = 0.05
 """Distance between the axes of bones, m, below which limbs count as near: half a limb's width."""
 CROSSING = 0.01
-"""Distance between the axes of bones, m, below which limbs pass through one another."""
+"""Distance between the axes of bones, m, below which limbs pass through each other. Chosen by
+hand; not tuned."""
 _BLEND = 5
 """Frames around a seam in which either neighbour's limits hold: half a blend."""
 
@@ -104,7 +105,7 @@ def natural_ranges(
 
 
 def shown_actions(placed: Placed, actions: Sequence[str]) -> list[str]:
-    """Return what a player does at every frame: an action, or :data:`WAITING`."""
+    """Return the action of a player at every frame, or :data:`WAITING`."""
     waits = ["waits" in edit.split(", ") for edit in placed.edits]
     clips = np.asarray(placed.clips).tolist()
     return [WAITING if wait else actions[clip] for wait, clip in zip(waits, clips, strict=True)]
@@ -128,12 +129,12 @@ def impossible_gait(
     """
     natural = [ranges[label] for label in labels]
     airborne_limits = _widest([n.airborne for n in natural], _BLEND)
-    found = []
+    faults = []
     for start, end in runs(airborne(joints)):
         limit = math.ceil(SLOWEST * float(airborne_limits[start:end].max())) + AIR_SLACK
         if end - start > limit:
             middle = (start + end) // 2
-            found.append(
+            faults.append(
                 ImpossibleMotion(
                     "airborne", (player,), labels[middle], start, end, middle,
                     float(end - start), float(limit), "frames",
@@ -148,12 +149,12 @@ def impossible_gait(
         for start, end in runs(values > limits):
             worst = start + int(np.argmax((values - limits)[start:end]))
             value, limit_there = float(values[worst]), float(limits[worst])
-            found.append(
+            faults.append(
                 ImpossibleMotion(
                     kind, (player,), labels[worst], start, end, worst, value, limit_there, unit
                 )
             )
-    return found
+    return faults
 
 
 def _widest(values: Sequence[float], reach: int) -> FloatArray:
@@ -202,7 +203,7 @@ def foot_jumps(placed: Placed, joints: FloatArray, motions: Mapping[str, Motion]
 def impossible_jump(jump: JumpReport, labels: Sequence[str]) -> list[ImpossibleMotion]:
     """Return a jump of a planted foot as impossible motion if it is beyond the limit.
 
-    The limit is :data:`JUMP_LIMIT`, or what the stretched steps of the captures show, if more.
+    The limit is :data:`JUMP_LIMIT`, or that of the stretched steps of the captures, if larger.
     """
     limit = max(JUMP_LIMIT, STEP_FACTOR * jump.source_metres)
     if jump.metres <= limit:
@@ -226,7 +227,7 @@ def near_limbs(names: Sequence[str], joints: Sequence[FloatArray]) -> Iterator[L
 
 
 def crossing_limbs(limbs: Sequence[LimbReport]) -> list[ImpossibleMotion]:
-    """Return the pairs of players whose limbs pass through one another."""
+    """Return the pairs of players whose limbs pass through each other."""
     return [
         ImpossibleMotion(
             "limbs", pair.players, "", pair.frame, pair.frame + 1, pair.frame,
@@ -239,7 +240,7 @@ def crossing_limbs(limbs: Sequence[LimbReport]) -> list[ImpossibleMotion]:
 
 def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
     """Return how far guards are from the players whom they guard, over all frames of the scene."""
-    found: dict[tuple[int, int], GuardReport] = {}
+    reports: dict[tuple[int, int], GuardReport] = {}
     frames: dict[tuple[int, int], set[int]] = {}
     for row in table.rows:
         player, target = int(row["player"]), int(row["target"])
@@ -253,8 +254,8 @@ def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
         looked.update(moment_frames(row, timeline).tolist())
         near, far = float(row["near"]), float(row["far"])
         frame = int(np.argmax(apart))
-        found[player, target] = GuardReport(
+        reports[player, target] = GuardReport(
             table.players[player], table.players[target], near, far, len(looked),
             float(((apart < near) | (apart > far)).mean()), float(apart[frame]), frame,
         )  # fmt: skip
-    return list(found.values())
+    return list(reports.values())

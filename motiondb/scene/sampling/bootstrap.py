@@ -1,4 +1,4 @@
-"""The first scene: derivations that do what the diagram asks, with random clips.
+"""The first scene: derivations that satisfy the diagram, with random clips.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 5, "Bootstrapping".
@@ -46,9 +46,9 @@ def first_derivation(derivations: Derivations, rng: np.random.Generator, most: i
     """
     start, last = derivations.grammar.start, derivations.n_states - 1
     for _ in range(_TRIES):
-        found = derivations.draw(start, 0, [last], rng, most)
-        if found is not None and found.actions:
-            return found
+        derivation = derivations.draw(start, 0, [last], rng, most)
+        if derivation is not None and derivation.actions:
+            return derivation
     raise SceneError(
         f"grammar: expected strings from {start} of 1 to {most} actions, found none in {_TRIES}"
         " draws. Allow more actions, or ask for fewer things."

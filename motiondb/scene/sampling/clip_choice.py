@@ -192,7 +192,7 @@ def smooth_string(
     rng : Generator or None
         Source of random numbers; not needed if ``entries`` are given.
     entries : array of int (actions,), optional
-        If given, nothing is drawn, and their log probability is returned.
+        If given, no clips are drawn, and the log probability of these is returned.
     """
     n = len(ranges)
     if n == 0:

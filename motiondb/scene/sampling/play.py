@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Prices:
-    """What is added to -log P(Z); 1 is as much as a rule that fails by its weight.
+    """Penalties that are added to -log P(Z); 1 is the cost of a rule that fails by its weight.
 
     Attributes
     ----------
@@ -182,7 +182,7 @@ def make_play(
     Raises
     ------
     SceneError
-        The grammar has no string that fits what the diagram asks of a player.
+        The grammar has no string that satisfies the requirements of a player.
     """
     binder = Binder(diagram, grammar)
     derivations = tuple(

@@ -157,19 +157,19 @@ class Derivations:
         return Derivation(tuple(rules), tuple(actions))
 
     def _rules_of(self, symbol: str, i: int, j: int) -> tuple[list[float], list[int]]:
-        found = self._rules.get((symbol, i, j))
-        if found is None:
+        weighted = self._rules.get((symbol, i, j))
+        if weighted is None:
             numbers = list(self.grammar.rules_of[symbol])
             rules = self.grammar.rules
             weights = [rules[n].probability * float(self._rests[n][0][i, j]) for n in numbers]
-            found = self._rules[symbol, i, j] = _cumulative(weights), numbers
-        return found
+            weighted = self._rules[symbol, i, j] = _cumulative(weights), numbers
+        return weighted
 
     def _parts(
         self, rule: int, i: int, j: int, random: Callable[[], float]
     ) -> list[tuple[str, int, int]]:
         """Return a rule's symbols with the states that they lead from and to."""
-        found = []
+        parts = []
         right = self.grammar.rules[rule].right
         for k, symbol in enumerate(right):
             state = j
@@ -180,9 +180,9 @@ class Derivations:
                     both = self._matrix(symbol)[i] * self._rests[rule][k + 1][:, j]
                     ways = self._states[key] = _cumulative(both.tolist()), []
                 state = _drawn(ways[0], random())
-            found.append((symbol, i, state))
+            parts.append((symbol, i, state))
             i = state
-        return found
+        return parts
 
     def _matrix(self, symbol: str) -> FloatArray:
         return self._inside[symbol]
@@ -204,7 +204,7 @@ def _transitions(
     grammar: Grammar, items: Sequence[Item], closed: frozenset[str]
 ) -> dict[str, list[int]]:
     """Return for every terminal the state that it leads to from each state."""
-    found = {}
+    next_states = {}
     for action in grammar.terminals:
         row = []
         for state in range(len(items) + 1):
@@ -214,8 +214,8 @@ def _transitions(
             before = items[state - 1] if state else None
             goes_on = before is not None and before.repeated and action in before.actions
             row.append(state if goes_on or action not in closed else NOWHERE)
-        found[action] = row
-    return found
+        next_states[action] = row
+    return next_states
 
 
 def _inside_sums(
@@ -250,7 +250,7 @@ def _inside_sums(
 
 def _rests(right: Sequence[str], sums: dict[str, FloatArray], n: int) -> list[FloatArray]:
     """Return the products of the matrices of a right side from each symbol to the end."""
-    found = [np.eye(n)]
+    products = [np.eye(n)]
     for symbol in reversed(right):
-        found.append(sums[symbol] @ found[-1] if len(found) > 1 else sums[symbol])
-    return found[::-1]
+        products.append(sums[symbol] @ products[-1] if len(products) > 1 else sums[symbol])
+    return products[::-1]

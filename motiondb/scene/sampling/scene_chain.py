@@ -6,16 +6,17 @@ clips weighs no more than one with few). Without that limit P(X), as printed, is
 every longer string that fits has the same weight. Prices may be added (:mod:`.play`).
 
 A jump chooses a nonterminal node v of one of the trees by its error, s(v) = E(v) / sum E. It
-derives the node anew so that what follows stays possible (:mod:`.random_subtrees`), draws the new
-actions' clips by their seams, keeps in place and time either what comes before or, as often, what
-comes after, and does M steps of the inner loop. It is accepted with probability
+derives the node again so that the following actions remain possible (:mod:`.random_subtrees`),
+draws the clips of the new actions by their seams, keeps the place and time of either the part
+before or, with equal probability, the part after, and does M steps of the inner loop. It is
+accepted with probability
 
     min(1, exp((E_old - E_new) / T) * [s'(v) q(old subtree)] / [s(v) q(new subtree)])
 
 where q are products of rule probabilities and, for M = 0, of the clips relative to uniform draws. A
 growth inserts one link into a chain A -> B A of a tree, or removes one, and keeps all other actions
 and clips (:mod:`.tree_growth`); its acceptance is the same with s one over the number of nodes
-where it could have been. A recasting keeps all actions and draws the clips of some of them anew.
+where it could have been. A recasting keeps all actions and draws the clips of some of them again.
 The reverse move is the one at the same v, so detailed balance holds for each v by itself, exactly
 for M = 0. With M > 0 the clips at the end are not those that were drawn, and the ratio is that of
 the paper, of the trees alone: the chain is then a good optimiser but not an exact sampler. Neither
@@ -54,7 +55,7 @@ AROUND = 3
 """Clips before and after an inserted or removed link that the following inner steps favour. Chosen
 by hand."""
 LONGEST = 5
-"""Largest number of actions whose clips are drawn anew at once. Chosen by hand."""
+"""Largest number of actions whose clips are drawn again together. Chosen by hand."""
 
 
 @dataclass
@@ -113,8 +114,8 @@ class Chain:
     def assign(self, player: int) -> bool:
         """Assign a player's actions to their items with the least error; return if it changed.
 
-        It only lowers the error, so a chain that does it is no exact sampler. Most strings can be
-        assigned in one way only.
+        It only lowers the error, so a chain with such steps is not an exact sampler. Most strings
+        can be assigned in one way only.
         """
         before = self.energy
         if len(self.play.binder.assignments(player, self.shapes[player].actions)) < 2:
@@ -171,7 +172,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Derive a node of a tree anew and do ``steps`` inner steps; return whether accepted."""
+        """Derive a node of a tree again and do ``steps`` inner steps; return whether accepted."""
         self.jumps.tried += 1
         errors = self._subtree_errors(self.scene, self.shapes)
         sums = np.cumsum(np.concatenate(errors))
@@ -221,10 +222,10 @@ class Chain:
         """Insert or remove a link of a chain in one of the trees; return whether accepted."""
         self.jumps.tried += 1
         growing = bool(self.rng.random() < 0.5)
-        found = places(self.play.chains, self.shapes, growing)
+        nodes = places(self.play.chains, self.shapes, growing)
         offer = linked = None
-        if found:
-            player, node = found[int(self.rng.integers(len(found)))]
+        if nodes:
+            player, node = nodes[int(self.rng.integers(len(nodes)))]
             old, known = self.shapes[player], self.play.chains[player]
             room = self.play.most_actions - len(old.actions)
             linked = known.grown(old, node, room, self.rng) if growing else known.shrunk(old, node)
@@ -237,7 +238,7 @@ class Chain:
             return False
         new, clip_ratio = offer
         shapes = [*self.shapes[:player], shape, *self.shapes[player + 1 :]]
-        log_ratio = linked.log_ratio + clip_ratio + math.log(len(found))
+        log_ratio = linked.log_ratio + clip_ratio + math.log(len(nodes))
         log_ratio -= math.log(len(places(self.play.chains, shapes, not growing)))
         near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
         self._walk(new.scene, steps, groups, temperature, shares, (player, *near, attention))
@@ -251,7 +252,7 @@ class Chain:
         shares: FloatArray,
         attention: float,
     ) -> bool:
-        """Draw the clips of some consecutive actions anew by their seams; return whether accepted.
+        """Draw the clips of some consecutive actions again by their seams; return whether accepted.
 
         Steps in continuous motion cannot be exchanged one by one, because each fits its neighbours
         only.
@@ -277,17 +278,17 @@ class Chain:
         """Return E of all nodes of all players' trees."""
         errors = np.zeros(scene.entry.shape)
         token_errors(scene, self.play.library, errors)
-        found = []
+        errors_of_players = []
         for player, shape in enumerate(shapes):
-            own = np.empty(len(shape.rules))
-            subtree_errors(shape.children, errors[player], own)
-            found.append(own)
-        return found
+            node_errors = np.empty(len(shape.rules))
+            subtree_errors(shape.children, errors[player], node_errors)
+            errors_of_players.append(node_errors)
+        return errors_of_players
 
     def _offer(
         self, player: int, node: int, groups: ClipGroups, exact: bool
     ) -> tuple[TreeShape, Structure, float] | None:
-        """Return a proposal with a node derived anew and log q(old) / q(new), or None."""
+        """Return a proposal with a node derived again and log q(old) / q(new), or None."""
         play, shape = self.play, self.shapes[player]
         derivations = play.derivations[player]
         end, first, last = shape.spans[node].tolist()
@@ -337,18 +338,18 @@ class Chain:
     ) -> tuple[IntArray, float]:
         """Return clips for new actions, and log(q(old) / q(new)) relative to uniform draws."""
         play, n = self.play, int(self.scene.n_clips[player])
-        own, seams = self.scene.entry[player, :n], play.library.clips["seam"]
-        before = int(seams[own[span[0] - 1]]) if span[0] > 0 else -1
-        after = int(seams[own[span[1]]]) if span[1] < n else -1
-        ratio, found = 0.0, own[:0]
+        entries, seams = self.scene.entry[player, :n], play.library.clips["seam"]
+        before = int(seams[entries[span[0] - 1]]) if span[0] > 0 else -1
+        after = int(seams[entries[span[1]]]) if span[1] < n else -1
+        ratio, clips = 0.0, entries[:0]
         gone = self.shapes[player].actions[span[0] : span[1]]
-        for sign, names, old in ((1, gone, own[span[0] : span[1]]), (-1, actions, None)):
+        for sign, names, old in ((1, gone, entries[span[0] : span[1]]), (-1, actions, None)):
             ranges = np.array([play.first[name] for name in names], np.int64).reshape(-1, 2)
             rng = self.rng if old is None else None
-            found, log_probability = smooth_string(groups, ranges, before, after, rng, old)
+            clips, log_probability = smooth_string(groups, ranges, before, after, rng, old)
             uniform = -float(np.log(ranges[:, 1] - ranges[:, 0]).sum())
             ratio += sign * (log_probability - uniform)
-        return found, ratio
+        return clips, ratio
 
     def _respelled(
         self, player: int, tree: Tree, span: tuple[int, int], entries: IntArray

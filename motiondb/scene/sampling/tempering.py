@@ -43,7 +43,7 @@ from motiondb.scene.sampling.scene_chain import Chain
 
 USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
 """Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
-its weight, so that players do nothing without need. Chosen by hand."""
+its weight, so that players avoid unneeded actions. Chosen by hand."""
 
 Progress = Callable[[int, float], bool]
 """Called with the number of rounds done and the best -log P(Z); returns whether to stop."""
@@ -76,7 +76,7 @@ class SamplerSettings:
     growth : float
         Fraction of the jumps that insert or remove one link of a chain.
     recasting : float
-        Fraction of the jumps that draw the clips of some actions anew.
+        Fraction of the jumps that draw the clips of some actions again.
     attention : float
         Fraction of a jump's inner steps for the player who jumped.
     shares : tuple of float
@@ -245,12 +245,12 @@ def sample(
             since = 0 if best[-1] < 0.99 * best[-1 - since - 1] else since + 1
             if since >= settings.patience or (progress is not None and progress(done, best[-1])):
                 break
-    found = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
-    return found.best_state, _trace(ladder, energies, best, found)
+    cooled = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
+    return cooled.best_state, _trace(ladder, energies, best, cooled)
 
 
 def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
-    """Do every kind of step once on a scene of its own, so that all loops are compiled."""
+    """Do every kind of step once on a separate scene, so that all loops are compiled."""
     chain = Chain(play, bootstrap(play, rng), rng)
     groups = tempered(play.groups, play.library, play.grammar.weights.smooth, 1.0)
     for step in (chain.grow, chain.recast, chain.jump):
@@ -321,15 +321,15 @@ def _cooled(
     return chain
 
 
-def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], found: Chain) -> Trace:
+def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], cooled: Chain) -> Trace:
     jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in ladder.chains]
     steps = np.sum([chain.jumps.steps for chain in ladder.chains], axis=0)
-    delays = Prices(delay=found.play.prices.delay)
+    delays = Prices(delay=cooled.play.prices.delay)
     return Trace(
         np.array(energies),
         np.array(best),
-        found.best,
-        Chain(replace(found.play, prices=delays), found.best_state, found.rng).energy,
+        cooled.best,
+        Chain(replace(cooled.play, prices=delays), cooled.best_state, cooled.rng).energy,
         np.array(jumps, dtype=np.int64),
         steps,
         ladder.exchanges,

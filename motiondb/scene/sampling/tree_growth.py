@@ -1,7 +1,8 @@
 """Inserting and removing one link of a chain in a tree, with everything below it kept.
 
 Many grammars spell repetition by right recursion, A -> B A (a move and more moves). Deriving a node
-of such a chain anew discards everything after it. Growing puts one link above a node v of symbol A,
+of such a chain again discards everything after it. Growing puts one link above a node v of symbol
+A,
 
     T_v   ->   A(B(..), T_v),
 
@@ -145,7 +146,7 @@ def chains(derivations: Derivations) -> Chains:
         linked = len(rule.right) == 2 and rule.right[1] == rule.left != rule.right[0]
         if linked and rule.probability > 0.0:
             links[rule.left] = (*links.get(rule.left, ()), number)
-    return Chains(derivations, links, frozenset(n for found in links.values() for n in found))
+    return Chains(derivations, links, frozenset(n for link in links.values() for n in link))
 
 
 def places(

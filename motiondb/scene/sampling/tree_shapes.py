@@ -99,8 +99,8 @@ def exchanged(grammar: Grammar, shape: TreeShape, node: int, rules: Sequence[int
 
 
 @njit(cache=True, nogil=True)
-def subtree_errors(children: IntArray, errors: FloatArray, found: FloatArray) -> int:
-    """Fill ``found`` with E of all nonterminal nodes in preorder, and return their number.
+def subtree_errors(children: IntArray, errors: FloatArray, output: FloatArray) -> int:
+    """Fill ``output`` with E of all nonterminal nodes in preorder, and return their number.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def subtree_errors(children: IntArray, errors: FloatArray, found: FloatArray) ->
         Of a :class:`TreeShape`.
     errors : array (at least actions,)
         Errors of the leaves.
-    found : array (at least nonterminal nodes,)
+    output : array (at least nonterminal nodes,)
         Receives the result.
     """
     n_leaves = n_nodes = 0
@@ -133,5 +133,5 @@ def subtree_errors(children: IntArray, errors: FloatArray, found: FloatArray) ->
         stack[top] = total / (n + 1)
         top += 1
         node -= 1
-        found[node] = np.exp(stack[top - 1])
+        output[node] = np.exp(stack[top - 1])
     return n_nodes

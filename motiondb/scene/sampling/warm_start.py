@@ -1,7 +1,7 @@
 """From the scene of one diagram to a first scene of a changed diagram.
 
-A player whose string still does what the changed diagram asks keeps it, with its clips, and begins
-at the same place, moved with the player's circle. Any other player is derived anew under the
+A player whose string still satisfies the changed diagram keeps it, with its clips, and begins
+at the same place, moved with the player's circle. Any other player is derived again under the
 condition that the string fits (:mod:`.random_subtrees`); actions that were there before, in the
 same order, keep their clips. Sampling then continues from there (:data:`WARM`).
 
@@ -48,23 +48,26 @@ def warm_start(
 
     Players are identified by their names.
     """
-    old = {player.name: (player, own) for player, own in zip(before.players, state.players)}
+    old = {
+        player.name: (player, player_before)
+        for player, player_before in zip(before.players, state.players)
+    }
     players: list[PlayerState] = []
     placed_anew = []
     for number, player in enumerate(play.binder.diagram.players):
         derivations = play.derivations[number]
-        was, own = old.get(player.name, (player, None))
-        x, z, theta = own.origin if own else (player.at.x, player.at.z, 0.0)
+        was, player_before = old.get(player.name, (player, None))
+        x, z, theta = player_before.origin if player_before else (player.at.x, player.at.z, 0.0)
         origin = (x + (player.at.x - was.at.x), z + (player.at.z - was.at.z), theta)
-        delay = own.delay if own else 0
-        actions = own.tree.leaves() if own else ()
-        if own and actions and derivations.fits(actions) and was.team == player.team:
-            players.append(PlayerState(own.tree, own.entries, origin, delay))
+        delay = player_before.delay if player_before else 0
+        actions = player_before.tree.leaves() if player_before else ()
+        if player_before and actions and derivations.fits(actions) and was.team == player.team:
+            players.append(PlayerState(player_before.tree, player_before.entries, origin, delay))
             continue
         tree = play.derive(number, first_derivation(derivations, rng, play.most_actions).rules)
         entries = play.entries(tree.leaves(), rng)
-        if own:
-            _keep_clips(entries, tree.leaves(), own.entries, actions)
+        if player_before:
+            _keep_clips(entries, tree.leaves(), player_before.entries, actions)
         players.append(PlayerState(tree, entries, origin, delay))
         placed_anew.append(number)
     trees = [player.tree for player in players]
@@ -95,14 +98,14 @@ def common_actions(one: Sequence[str], other: Sequence[str]) -> list[tuple[int, 
             same = one[i] == other[j]
             both = lengths[i + 1, j + 1] + 1 if same else 0
             lengths[i, j] = max(both, lengths[i + 1, j], lengths[i, j + 1])
-    found = []
+    pairs = []
     i = j = 0
     while i < len(one) and j < len(other):
         if one[i] == other[j] and lengths[i, j] == lengths[i + 1, j + 1] + 1:
-            found.append((i, j))
+            pairs.append((i, j))
             i, j = i + 1, j + 1
         elif lengths[i + 1, j] >= lengths[i, j + 1]:
             i += 1
         else:
             j += 1
-    return found
+    return pairs

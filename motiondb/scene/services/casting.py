@@ -32,9 +32,9 @@ def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str,
     Raises
     ------
     SceneError
-        A player is asked for something that the grammar does not allow, a place is missing that the
-        grammar's rules need, an element has a rule about an opponent and there is none, or a player
-        has more to do than a string can hold. The message names the player.
+        The grammar does not allow an action that a player needs, a place for the grammar's rules is
+        missing, an element has a rule about an opponent and there is none, or a player has more
+        actions than a string can hold. The message names the player.
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
@@ -61,7 +61,7 @@ def try_cast(
     Returns
     -------
     trees : dict of str to Tree
-        The shortest string of each player who can do what is asked.
+        The shortest string of each player who can satisfy the diagram.
     faults : dict of str to str
         Why each of the others cannot.
 

@@ -1,12 +1,12 @@
 """Whether a grammar is deterministic: FIRST and FOLLOW sets, LL(1), LR(1) and LALR(1) conflicts.
 
 An item is a rule with a point in its right side and a lookahead: ``[A -> a . B, x]``. A state of
-the canonical LR(1) automaton is a closed set of items. Its actions are to shift a terminal that
-stands after a point, or to reduce a rule whose point is at the end if its lookahead comes next.
-A state with two actions for one terminal is a conflict. Without conflicts, every string is parsed
-from left to right with one terminal of lookahead and without backtracking, and has one tree.
-LALR(1) merges the states that differ in their lookaheads only. LL(1) is stricter: the next terminal
-alone must determine which rule of a nonterminal to apply.
+the canonical LR(1) automaton is a closed set of items. Its actions are to shift a terminal that is
+after a point, or to reduce a rule whose point is at the end if its lookahead comes next. A state
+with two actions for one terminal is a conflict. Without conflicts, every string is parsed from left
+to right with one terminal of lookahead and without backtracking, and has one tree. LALR(1) merges
+the states that differ in their lookaheads only. LL(1) is stricter: the next terminal alone must
+determine which rule of a nonterminal to apply.
 
 Sets of lookaheads are bits of an integer; bit 0 is the end of the string.
 
@@ -40,7 +40,7 @@ class Conflict:
     kind : str
         "shift-reduce" or "reduce-reduce"; "predict" if LL(1) cannot choose a rule.
     lookaheads : tuple of str
-        The terminals that come next; :data:`END_MARK` for the end.
+        The next terminals; :data:`END_MARK` for the end.
     rules : tuple of int
         Numbers of the rules involved.
     prefix : tuple of str
@@ -102,11 +102,11 @@ def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
                 if symbol not in nullable:
                     break
             changed |= len(first[rule.left]) > before
-    return {symbol: frozenset(found) for symbol, found in first.items()}
+    return {symbol: frozenset(symbols) for symbol, symbols in first.items()}
 
 
 def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
-    r"""Return FOLLOW of every nonterminal: what can come after it, or :data:`END_MARK`.
+    r"""Return FOLLOW of every nonterminal: the terminals that can follow it, or :data:`END_MARK`.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> sorted(follow_sets(read_grammar("S -> A b\nA -> a | empty"))["A"])
@@ -125,7 +125,7 @@ def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
                     changed |= not behind <= follow[symbol]
                     follow[symbol] |= behind
                 behind = behind | first[symbol] if symbol in nullable else set(first[symbol])
-    return {symbol: frozenset(found) for symbol, found in follow.items()}
+    return {symbol: frozenset(symbols) for symbol, symbols in follow.items()}
 
 
 def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
@@ -133,12 +133,12 @@ def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
     nullable, first, follow = nullable_symbols(grammar), first_sets(grammar), follow_sets(grammar)
 
     def predicted(number: int) -> set[str]:
-        found: set[str] = set()
+        undecided: set[str] = set()
         for symbol in grammar.rules[number].right:
-            found |= first[symbol]
+            undecided |= first[symbol]
             if symbol not in nullable:
-                return found
-        return found | follow[grammar.rules[number].left]
+                return undecided
+        return undecided | follow[grammar.rules[number].left]
 
     conflicts = []
     reachable = reachable_symbols(grammar)
@@ -194,15 +194,15 @@ def lr1_automaton(
         before, first_prefix = merged.get(cores, ({}, prefix))
         together = {core: state[core] | before.get(core, 0) for core in state}
         merged[cores] = together, first_prefix
-    found = _conflicts(building, zip(states, prefixes, strict=True))
+    conflicts = _conflicts(building, zip(states, prefixes, strict=True))
     lalr = _conflicts(building, merged.values())
-    return Automaton(len(states), found, len(merged), lalr)
+    return Automaton(len(states), conflicts, len(merged), lalr)
 
 
 def _check_size(n_states: int, max_states: int, n_items: int, max_items: int) -> None:
     """Refuse an automaton that grows too large (SceneError)."""
-    for found, most, what in ((n_states, max_states, "states"), (n_items, max_items, "items")):
-        if found > most:
+    for count, most, what in ((n_states, max_states, "states"), (n_items, max_items, "items")):
+        if count > most:
             raise SceneError(
                 f"grammar: expected at most {most} {what} to test whether it is LR(1), found more."
                 " Test a smaller grammar."
@@ -222,7 +222,7 @@ class _Building:
         self.bit = {mark: 1 << n for n, mark in enumerate(self.marks)}
         self.nullable = nullable_symbols(grammar)
         first = first_sets(grammar)
-        self.first = {s: sum(self.bit[t] for t in found) for s, found in first.items()}
+        self.first = {s: sum(self.bit[t] for t in symbols) for s, symbols in first.items()}
 
     def right(self, rule: int) -> tuple[str, ...]:
         """Return the right side of a rule; also of the added rule."""
@@ -250,12 +250,12 @@ class _Building:
         return state
 
     def _first_of(self, symbols: Sequence[str], behind: int) -> int:
-        found = 0
+        terminals = 0
         for symbol in symbols:
-            found |= self.first[symbol]
+            terminals |= self.first[symbol]
             if symbol not in self.nullable:
-                return found
-        return found | behind
+                return terminals
+        return terminals | behind
 
     def moves(self, state: _State) -> dict[str, _State]:
         """Return the kernels that a state leads to, by the symbol after the point."""
@@ -275,7 +275,7 @@ def _conflicts(
     building: _Building, states: Iterable[tuple[_State, tuple[str, ...]]]
 ) -> tuple[Conflict, ...]:
     """Return every conflict once, with the shortest prefix that leads to it."""
-    found: dict[tuple[str, tuple[int, ...]], Conflict] = {}
+    conflicts: dict[tuple[str, tuple[int, ...]], Conflict] = {}
     for state, prefix in states:
         shifts: dict[str, list[int]] = {}
         reductions: list[tuple[int, int]] = []
@@ -288,24 +288,24 @@ def _conflicts(
         for at, (rule, ahead) in enumerate(reductions):
             for symbol, rules in shifts.items():
                 if building.bit[symbol] & ahead:
-                    _add(found, "shift-reduce", (symbol,), {rule, *rules}, prefix)
+                    _add(conflicts, "shift-reduce", (symbol,), {rule, *rules}, prefix)
             for other, other_ahead in reductions[at + 1 :]:
                 common = building.names(ahead & other_ahead)
                 if common:
-                    _add(found, "reduce-reduce", common, {rule, other}, prefix)
-    return tuple(found.values())
+                    _add(conflicts, "reduce-reduce", common, {rule, other}, prefix)
+    return tuple(conflicts.values())
 
 
 def _add(
-    found: dict[tuple[str, tuple[int, ...]], Conflict],
+    conflicts: dict[tuple[str, tuple[int, ...]], Conflict],
     kind: str,
     lookaheads: tuple[str, ...],
     rules: set[int],
     prefix: tuple[str, ...],
 ) -> None:
     numbers = tuple(sorted(rules - {_AUGMENTED}))
-    known = found.get((kind, numbers))
+    known = conflicts.get((kind, numbers))
     if known is not None:
         lookaheads = tuple(dict.fromkeys((*known.lookaheads, *lookaheads)))
         prefix = known.prefix
-    found[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)
+    conflicts[kind, numbers] = Conflict(kind, lookaheads, numbers, prefix)

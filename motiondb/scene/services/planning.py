@@ -163,18 +163,18 @@ class _Search:
 
     def choices(self, top: Whole) -> list[int]:
         """Return the rules of a settled symbol's derivation, in preorder."""
-        found: list[int] = []
+        rules: list[int] = []
         waiting = [top]
         while waiting:
             part = self.whole[waiting.pop()]
             if part is None:  # a terminal
                 continue
-            found.append(part[0])
+            rules.append(part[0])
             step: Part | None = part
             while step is not None and step in self.part:  # its parts, the last one first
                 step, child = self.part[step]
                 waiting.append(child)
-        return found
+        return rules
 
 
 def _nowhere(

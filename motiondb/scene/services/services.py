@@ -216,14 +216,14 @@ def _say(start: str, actions: Sequence[str], position: int, options: Sequence[st
     """Return the place where a string fails as a sentence."""
     wanted = f"one of {', '.join(options)}" if len(options) > 1 else "".join(options)
     before = f" after '{' '.join(actions[:position])}'" if position else ""
-    found, advice = "the end", "Go on with one of them."
+    place, advice = "the end", "Go on with one of them."
     if position < len(actions):
-        found, advice = f"'{actions[position]}'", "Put one of them there, or add a rule for it."
+        place, advice = f"'{actions[position]}'", "Put one of them there, or add a rule for it."
         advice = suggestion(actions[position], options).strip() or advice
     if not actions:
         advice = "Every player on court needs at least one action."
     at = f"action {position + 1}{before}, from {start}"
-    return f"{at}: expected {wanted or 'nothing more'}, found {found}. {advice}"
+    return f"{at}: expected {wanted or 'nothing more'}, found {place}. {advice}"
 
 
 def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Suggestions:

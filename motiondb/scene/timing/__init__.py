@@ -1,1 +1,1 @@
-"""Time: the clock of a scene, what each player plays when, and the schedule."""
+"""Time: the clock of a scene, the clips of each player over time, and the schedule."""

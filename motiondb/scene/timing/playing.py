@@ -1,4 +1,4 @@
-"""What a player plays: parts of the sampled clips, and pauses between them.
+"""The sequence of a player: parts of the sampled clips, and pauses between them.
 
 Sampling puts clips end to end. Polishing may leave out the middle of a clip in which a player only
 stands (the beginning of the first clip, the end of the last), and may insert a pause between two
@@ -72,12 +72,12 @@ class Playing:
     @property
     def pauses(self) -> tuple[tuple[int, int], ...]:
         """The frames [start, end) of pauses."""
-        found, at = [], 0
+        pauses, at = [], 0
         for part in self.parts:
             if part.waits:
-                found.append((at, at + part.n_frames))
+                pauses.append((at, at + part.n_frames))
             at += part.n_frames
-        return tuple(found)
+        return tuple(pauses)
 
     @property
     def knots(self) -> IntArray:

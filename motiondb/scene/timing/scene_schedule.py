@@ -1,7 +1,7 @@
 """The schedule of a sampled scene: which clips are cut, and where pauses are.
 
 :mod:`.scheduling` works on numbers; this module takes them from a scene's clips and rules, and
-turns its result into what every player plays.
+turns its result into the sequence of every player.
 """
 
 from __future__ import annotations
@@ -66,13 +66,13 @@ def schedule_scene(
     meetings = []
     for number, row in enumerate(table.rows):
         if row["kind"] == kinds.SYNCHRONISATION:
-            own, partner = int(row["player"]), int(row["partner"])
+            thrower, partner = int(row["player"]), int(row["partner"])
             lag = lag_of(row, now, partners[number]) * MOTION_FPS
-            thrown, caught = frames[own][row["first"]], frames[partner][partners[number]]
-            meetings.append(Meeting(own, float(thrown), partner, float(caught), lag))
-    found = schedule(strings, meetings, _beside(state, table, now), frame_cost)
-    playing = tuple(_played(state, library, n, one) for n, one in enumerate(found))
-    return Scheduled(playing, tuple(one.delay for one in found), partners)
+            thrown, caught = frames[thrower][row["first"]], frames[partner][partners[number]]
+            meetings.append(Meeting(thrower, float(thrown), partner, float(caught), lag))
+    scheduled = schedule(strings, meetings, _beside(state, table, now), frame_cost)
+    playing = tuple(_played(state, library, n, one) for n, one in enumerate(scheduled))
+    return Scheduled(playing, tuple(one.delay for one in scheduled), partners)
 
 
 def scene_bound(scheduled: Scheduled) -> int:
@@ -101,20 +101,20 @@ def after_clips(
 
 
 def _string(state: SceneState, library: ClipLibrary, table: RuleTable, player: int) -> Strings:
-    own = state.players[player]
-    entries = np.asarray(own.entries)
+    sampled = state.players[player]
+    entries = np.asarray(sampled.entries)
     return Strings(
         np.asarray(library.n_frames)[entries].astype(np.int64),
         least_lengths(library, entries),
         may_pause(library, entries),
-        own.delay,
+        sampled.delay,
         np.array(after_clips(library, state, table, player)),
     )
 
 
 def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]:
     """Return the frames at which a rule of place looks from one player's string at another's."""
-    found = []
+    meetings = []
     for row in table.rows:
         if row["kind"] in (kinds.SYNCHRONISATION, kinds.UNMET) or row["target"] < 0:
             continue
@@ -122,17 +122,17 @@ def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]
         delays = state.players[player].delay, state.players[target].delay
         frames = moment_frames(row, now)
         for frame in dict.fromkeys([int(frames[0]), int(frames[-1])]):
-            own, theirs = float(frame - delays[0]), float(frame - delays[1])
-            found.append(Meeting(player, own, target, theirs, 0.0))
-    return found
+            time, theirs = float(frame - delays[0]), float(frame - delays[1])
+            meetings.append(Meeting(player, time, target, theirs, 0.0))
+    return meetings
 
 
-def _played(state: SceneState, library: ClipLibrary, player: int, found: Schedule) -> Playing:
-    own = state.players[player]
+def _played(state: SceneState, library: ClipLibrary, player: int, scheduled: Schedule) -> Playing:
+    sampled = state.players[player]
     pauses = []
-    for behind, lasts in enumerate(found.pauses):
+    for behind, lasts in enumerate(scheduled.pauses):
         if lasts > 0:
-            entry = pause_entry(library, np.asarray(own.entries), behind)
+            entry = pause_entry(library, np.asarray(sampled.entries), behind)
             if entry >= 0:
                 pauses.append(Pause(behind, library.source[entry], lasts))
-    return play(own, library, found.lengths, pauses)
+    return play(sampled, library, scheduled.lengths, pauses)

@@ -1,17 +1,17 @@
-"""The schedule of a scene by a linear program: shorter where nothing has to be waited for.
+"""The schedule of a scene by a linear program: shorter if no player has to wait.
 
 A sampled scene has every player's clips end to end, and a delay before each string. Players who
-wait for somebody then have to go slower, and a long delay of one player lets all others stand. With
-T the frames of the scene at which clips begin and end and at which synchronisations look, and with
-L the last of them, a linear program minimises
+wait for another player then have to move more slowly, and a long delay of one player makes all
+others stand. With T the frames of the scene at which clips begin and end and at which
+synchronisations look, and with L the last of them, a linear program minimises
 
     c L  +  4 sum |dT - ds|  +  50 sum |T_partner - T_own - lag|  +  sum of pauses / 20
          +  0.3 sum |T_own(t) - T_other(t)|  +  0.02 sum |T(0) - delay|
 
 where ds is the length of a clip. A pause may be inserted between two clips that are both at rest
 where they meet. Clips of standing (holding, idling, guarding) may be cut short at almost no cost.
-The fifth term keeps together what a rule of place looks at: a player who guards somebody in the
-middle of a run stays with that run. The change of pace that the program leaves is then spread by
+The fifth term keeps together the moments that a rule of place compares: a guard stays with the run
+of the guarded player. The change of pace that the program leaves is then spread by
 :mod:`.time_editing`.
 
 Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
@@ -111,16 +111,16 @@ def schedule(
     >>> one.lengths, one.pauses, one.delay, other.delay
     ((15, 30), (0, 0), 0.0, 0.0)
     """
-    most = [np.where(own.pauses[:-1] > 0, np.inf, 0.0) for own in strings]
-    least = [np.zeros(len(own.lengths) - 1) for own in strings]
+    most = [np.where(one.pauses[:-1] > 0, np.inf, 0.0) for one in strings]
+    least = [np.zeros(len(one.lengths) - 1) for one in strings]
     problem = _Problem(strings, meetings, beside, frame_cost)
     problem.solve(least, most)
-    for own, high, low in zip(range(len(strings)), most, least, strict=True):
-        found = problem.pauses(own)
-        high[found < SHORTEST_PAUSE / 2.0] = 0.0
-        low[found >= SHORTEST_PAUSE / 2.0] = SHORTEST_PAUSE
+    for player, high, low in zip(range(len(strings)), most, least, strict=True):
+        pauses = problem.pauses(player)
+        high[pauses < SHORTEST_PAUSE / 2.0] = 0.0
+        low[pauses >= SHORTEST_PAUSE / 2.0] = SHORTEST_PAUSE
     problem.solve(least, most)
-    return tuple(problem.schedule(own) for own in range(len(strings)))
+    return tuple(problem.schedule(player) for player in range(len(strings)))
 
 
 class _Problem:
@@ -165,17 +165,17 @@ class _Problem:
         self._equation({**terms, more: -1.0, less: 1.0}, value)
 
     def _string(self, player: int, meetings: Sequence[Meeting]) -> None:
-        own = self._strings[player]
+        string = self._strings[player]
         met = {m.own for m in meetings if m.player == player}
         met |= {m.theirs for m in meetings if m.partner == player}
-        firsts = np.cumsum([0, *own.lengths]).astype(float)
+        firsts = np.cumsum([0, *string.lengths]).astype(float)
         now = self._column(0.0)
-        self._off({now: 1.0}, float(own.delay), (_DELAY, _DELAY))
+        self._off({now: 1.0}, float(string.delay), (_DELAY, _DELAY))
         self._marks.append([(0.0, now)])
         self._begins.append([])
         self._ends.append([])
         self._pauses.append([])
-        for clip in range(len(own.lengths)):
+        for clip in range(len(string.lengths)):
             start, end = firsts[clip], firsts[clip + 1]
             if clip > 0:
                 pause, begin = self._column(_PAUSE), self._column(0.0)
@@ -185,13 +185,13 @@ class _Problem:
                 self._marks[player].append((start, now))
             self._begins[player].append(now)
             inner = sorted(frame for frame in met if start < frame < end)
-            least = float(own.least[clip]) if not inner else end - start
+            least = float(string.least[clip]) if not inner else end - start
             for a, b in zip([start, *inner], [*inner, end], strict=True):
                 now = self._stretch(now, b - a, least if not inner else b - a)
                 self._marks[player].append((b, now))
             self._ends[player].append(now)
             spare = self._column(0.0)
-            self._equation({self._last: 1.0, now: -1.0, spare: -1.0}, float(own.after[clip]))
+            self._equation({self._last: 1.0, now: -1.0, spare: -1.0}, float(string.after[clip]))
 
     def _stretch(self, since: int, length: float, least: float) -> int:
         """Add a time ``length`` after another, faster, slower, or cut short to ``least``."""
@@ -240,14 +240,14 @@ class _Problem:
         columns = [c for terms in self._rows for c in terms]
         values = [v for terms in self._rows for v in terms.values()]
         shape = (len(self._rows), len(self._costs))
-        found = linprog(
+        result = linprog(
             self._costs,
             A_eq=csr_array((values, (rows, columns)), shape=shape),
             b_eq=self._equals,
             bounds=bounds,
             method="highs-ds",
         )
-        self._found: FloatArray = np.asarray(found.x)
+        self._found: FloatArray = np.asarray(result.x)
 
     def pauses(self, player: int) -> FloatArray:
         """Return the frames of the pauses between a player's clips."""
@@ -255,10 +255,12 @@ class _Problem:
 
     def schedule(self, player: int) -> Schedule:
         """Return one player's part of the solution, in whole frames."""
-        own = self._strings[player]
+        string = self._strings[player]
         lasts = self._found[self._ends[player]] - self._found[self._begins[player]]
-        lengths = np.where(own.least < own.lengths, np.rint(lasts), own.lengths).astype(int)
-        lengths = np.clip(lengths, own.least, own.lengths)
+        lengths = np.where(string.least < string.lengths, np.rint(lasts), string.lengths).astype(
+            int
+        )
+        lengths = np.clip(lengths, string.least, string.lengths)
         pauses = [int(np.rint(frames)) for frames in self.pauses(player)]
         start = float(self._found[self._begins[player][0]])
         return Schedule(tuple(lengths.tolist()), (*pauses, 0), max(start, 0.0) + 0.0)

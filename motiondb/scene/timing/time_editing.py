@@ -30,7 +30,7 @@ SLOWEST = 1.25
 """Most frames of the scene per frame of a clip; the inverse is the least. Chosen by hand: faster or
 slower looks wrong."""
 _DELAY_WEIGHT = 0.05
-"""Weight of the delays: small, because nobody sees who waits how long. Chosen by hand."""
+"""Weight of the delays: small, because delays are hardly visible. Chosen by hand."""
 _MEET_WEIGHT = 100.0
 """Weight of the synchronisations: large enough to act as equations. Chosen by hand."""
 
@@ -116,10 +116,10 @@ def edit_times(
     low, high = np.zeros(n_values), np.full(n_values, np.inf)
     for p, source in enumerate(sources):
         first, length = int(starts[p]), np.diff(source)
-        own = np.arange(first + 1, first + len(source))
+        columns = np.arange(first + 1, first + len(source))
         rows[first, first], wanted[first] = _DELAY_WEIGHT, _DELAY_WEIGHT * delays[p]
-        rows[own, own], wanted[own] = 1.0 / np.sqrt(length), np.sqrt(length)
-        low[own], high[own] = length / SLOWEST, length * SLOWEST
+        rows[columns, columns], wanted[columns] = 1.0 / np.sqrt(length), np.sqrt(length)
+        low[columns], high[columns] = length / SLOWEST, length * SLOWEST
     for number, meeting in enumerate(meetings):
         row = rows[n_values + number]
         for p, frame, sign in (
@@ -130,10 +130,10 @@ def edit_times(
             row[starts[p] : starts[p] + reached] += sign
         row *= _MEET_WEIGHT
         wanted[n_values + number] = _MEET_WEIGHT * meeting.lag
-    found = lsq_linear(rows, wanted, (low, high), method="bvls", max_iter=10 * n_values).x
-    found[starts[:-1]] -= found[starts[:-1]].min()
+    times = lsq_linear(rows, wanted, (low, high), method="bvls", max_iter=10 * n_values).x
+    times[starts[:-1]] -= times[starts[:-1]].min()
     return tuple(
-        TimeMap(sources[p], np.cumsum(found[starts[p] : starts[p + 1]])) for p in range(n_players)
+        TimeMap(sources[p], np.cumsum(times[starts[p] : starts[p + 1]])) for p in range(n_players)
     )
 
 

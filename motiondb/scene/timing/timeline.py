@@ -3,7 +3,7 @@
 Sampling works on clips and their places. Polishing bends time and paths, after which a scene is no
 longer a string of clips. To measure both in the same way, either becomes a timeline: the place of
 every player at every frame of the scene, and the frames at which clips begin and have their events.
-Before their string players stand in its first pose, after it in its last.
+Before their string players hold its first pose, after it the last.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), section 3.1.
@@ -123,8 +123,8 @@ def sampled_timeline(state: SceneState, library: ClipLibrary) -> Timeline:
     n_frames = max(delay + end for delay, end in zip(delays, ends, strict=True))
     places = np.empty((len(delays), n_frames, 3))
     for number, player in enumerate(state.players):
-        own = own_places(player, library)
-        places[number] = own[np.clip(np.arange(n_frames) - player.delay, 0, len(own) - 1)]
+        path = own_places(player, library)
+        places[number] = path[np.clip(np.arange(n_frames) - player.delay, 0, len(path) - 1)]
     return Timeline(
         places,
         tuple(delay + begins for delay, (begins, _) in zip(delays, frames, strict=True)),
@@ -162,23 +162,23 @@ def wanted_headings(row: np.void, timeline: Timeline, frames: IntArray) -> Float
     """Return the headings (frames,) that a direction rule asks for, rad."""
     if row["target"] == kinds.HEADING:
         return np.full(len(frames), float(row["x"]))
-    own = timeline.places[row["player"], frames, :2]
-    return bearing(own, target_places(row, timeline, frames, "target"))
+    places = timeline.places[row["player"], frames, :2]
+    return bearing(places, target_places(row, timeline, frames, "target"))
 
 
 def frame_values(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:
     """Return f of a rule that is no synchronisation at each of the frames: array (frames,)."""
-    own = timeline.places[row["player"], frames]
+    places = timeline.places[row["player"], frames]
     if row["kind"] == kinds.UNMET:
         return np.ones(len(frames))
     if row["kind"] == kinds.DIRECTION:
-        return direction_error(own[:, 2], wanted_headings(row, timeline, frames))
+        return direction_error(places[:, 2], wanted_headings(row, timeline, frames))
     target = target_places(row, timeline, frames, "target")
     if row["kind"] == kinds.DISTANCE:
-        return distance_error(own[:, :2], target, float(row["near"]), float(row["far"]))
+        return distance_error(places[:, :2], target, float(row["near"]), float(row["far"]))
     if row["kind"] == kinds.LINE:
-        return line_error(own[:, :2], target, target_places(row, timeline, frames, "other"))
-    return position_error(own[:, :2], target)
+        return line_error(places[:, :2], target, target_places(row, timeline, frames, "other"))
+    return position_error(places[:, :2], target)
 
 
 def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:

@@ -1,4 +1,4 @@
-"""What players do while they wait: before their first action, between two, and after their last.
+"""Clips for waiting players: before the first action, between two actions, and after the last.
 
 A string of clips begins when its delay is over, and may end before others do. Meanwhile the player
 plays a clip in place: the entry of the grammar's standing actions whose poses are most like those
@@ -60,11 +60,11 @@ def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
 
     It is 0 everywhere if the grammar has no clip to stand in.
     """
-    found = np.zeros(len(entries), dtype=np.int64)
+    allowed = np.zeros(len(entries), dtype=np.int64)
     if len(library.rest) and len(_standing(library, IDLE)):
         rest = np.asarray(library.rest)[np.asarray(library.seam_class)[entries]]
-        found[:-1] = (rest[:-1, 1] <= AT_REST) & (rest[1:, 0] <= AT_REST)
-    return found
+        allowed[:-1] = (rest[:-1, 1] <= AT_REST) & (rest[1:, 0] <= AT_REST)
+    return allowed
 
 
 def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
@@ -81,7 +81,7 @@ def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
 
 
 def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """Return what is played for ``n_frames`` before a string; () if nothing fits."""
+    """Return the clips for ``n_frames`` before a string; () if nothing fits."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[0] in BALL_BEFORE else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -99,7 +99,7 @@ def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Par
 
 
 def lead_out(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """Return what is played after a string: a last step if it ends in motion, then ``n_frames``."""
+    """Return the clips after a string: a last step if it ends in motion, then ``n_frames``."""
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[-1] in BALL_BEHIND else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -153,13 +153,13 @@ def _step(library: ClipLibrary, entry: int, side: int) -> int:
 def _standing(library: ClipLibrary, action: str) -> IntArray:
     """Return entries of an action, as captured, that stay in place; else of the other action."""
     for name in (action, HOLDING if action == IDLE else IDLE):
-        found = [
+        entries = [
             entry
             for entry in (library.of(name) if name in library.terminals else ())
             if library.source[entry].bend == 0.0
             and library.source[entry].stretch == 1.0
             and float(np.hypot(*library.step[entry, :2])) < _STILL
         ]
-        if found:
-            return np.array(found, dtype=np.int64)
+        if entries:
+            return np.array(entries, dtype=np.int64)
     return np.zeros(0, dtype=np.int64)

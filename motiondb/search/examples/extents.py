@@ -1,10 +1,10 @@
 """The extent of an activity: the interval of a take in which the activity of an example lasts.
 
 Time warping finds where a take repeats an example frame by frame. If one performer repeats a
-movement four times and another ten times, the whole repetition is wanted. The context of a frame is
-the mean and the standard deviation of the features over 2.6 s, on whitened principal axes of all
-captures' contexts. With d_t the mean distance of a take's frame to the five nearest contexts of the
-example, the interval [a, b) maximises
+movement four times and another ten times, the answer should be the whole repetition. The context of
+a frame is the mean and the standard deviation of the features over 2.6 s, on whitened principal
+axes of all captures' contexts. With d_t the mean distance of a take's frame to the five nearest
+contexts of the example, the interval [a, b) maximises
 
     sum_{t in [a, b)} (theta - d_t),    theta = near + SHARE (median of d - near),
 

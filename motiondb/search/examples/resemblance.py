@@ -7,12 +7,12 @@ posture and travel. The resemblance of two intervals is
     MEANING_SHARE cos(e(v), e(w)) + (1 - MEANING_SHARE) cos(v', w')
 
 where words were learned, and cos(v, w) otherwise. Words of direction, of manner and of parts of the
-body have the share ``MODIFIER_SHARE`` of the others in e: they tell the action less often.
+body have the share ``MODIFIER_SHARE`` of the others in e: they identify the action less often.
 
 Captures are ranked by the mean of their resemblance to the example and of their mean resemblance to
 the captures that are most like it (:func:`with_feedback`), weighted by how much like it those are.
-So a capture that is like several of the best answers comes before one that is like the example
-alone, and two performers of one action are found by way of a third.
+A capture that resembles several of the best answers is therefore ranked before one that resembles
+only the example, and two performers of one action are found through a third.
 
 Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
 right ("pseudo relevance feedback").
@@ -37,7 +37,7 @@ Chosen among twelve settings by leaving performers out of the CMU training parts
 """
 MODIFIER_SHARE = 0.5
 """Weight of words of direction, manner and parts of the body. Below
-it, actions that differ by these words (raising the left or the right hand) are not told apart.
+it, actions that differ by these words (raising the left or the right hand) are not distinguished.
 
 Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query by example")."""
 FEEDBACK = 10

@@ -1,4 +1,4 @@
-"""Which interval of a capture shows what a question asks for, and how far.
+"""The interval of a capture that best shows a question, with its log-odds.
 
 A *reading* of the question (``words.question.readings``) is an order of parts, each of one or more
 actions at once, and exclusions that hold from one part to another. v_a(i), the value of an action
@@ -14,13 +14,13 @@ than half as strong as the strongest. Around its run a part grows as in ``search
 
 Statements of an answer, each with its log-odds:
 
-    asked       1/2 v_a at the loudest segment of its part + 1/2 v_a of the whole capture
+    asked       1/2 v_a at the strongest segment of its part + 1/2 v_a of the whole capture
     repeats     as asked, at the weakest of the repeats
     excluded    1/2 (largest v_e within the parts) + 1/2 v_e of the whole capture; where all its
                 words are asked for elsewhere in the question, the first alone
 
-The answer's log-odds are those of all statements together, taken as independent: everything asked
-holds and nothing excluded does.
+The answer's log-odds are those of all statements together, assumed independent: every requested
+action is shown, and no excluded one.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ from motiondb.words.question.readings import Exclusion, Part, Reading
 
 @dataclass(frozen=True)
 class Statement:
-    """One action that is asked for or excluded, and where in a capture it is looked at.
+    """One requested or excluded action, and the segments of a capture at which it is evaluated.
 
     Attributes
     ----------
     words : tuple of int
         Numbers of its words.
     part : int
-        Number of the part that it is asked for in; of the first one for an exclusion.
+        Number of the part that requests it; of the first one for an exclusion.
     exclusion : int
-        Number of the exclusion that it belongs to, -1 where it is asked for.
+        Number of the exclusion that it belongs to, -1 if it is requested.
     places : tuple of (int, float)
         First frames of the segments looked at, and their weights, which sum to 1.
     near : float
@@ -80,11 +80,11 @@ class QuestionHit:
     end : int
         Last frame + 1.
     log_odds : float
-        Of everything that is asked and excluded; what ranks answers.
+        Of all requested and excluded actions; answers are ranked by it.
     parts : tuple of (int, int)
         Frames of every part, in order; they do not overlap.
     statements : tuple of Statement
-        Actions that are asked for and excluded.
+        Requested and excluded actions.
     reading : int
         Number of the reading.
     """
@@ -114,7 +114,7 @@ def search_take(
     Returns
     -------
     hit : QuestionHit or None
-        None where the capture is too short: fewer frames than parts, fewer segments than
+        None if the capture is too short: fewer frames than parts, fewer segments than
         repeats, or shorter than a part must last.
     """
     seen: dict[int, _Seen] = {}
@@ -132,12 +132,12 @@ def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> Question
     take : TakeScores
         Log-odds of the words in the capture.
     actions : sequence of sequence of int
-        Columns of the words of each action; an empty action stands for any motion.
+        Columns of the words of each action; an empty action means any motion.
 
     Returns
     -------
     hit : QuestionHit or None
-        None where the capture has fewer frames than there are actions.
+        None if the capture has fewer frames than there are actions.
 
     >>> take = TakeScores(np.array([0, 10]), np.array([10, 20]), np.diag([4.0, 2.0]), np.ones(2))
     >>> search_order(take, [[0], [1]]).parts
@@ -158,7 +158,7 @@ class PlacedReading:
     Attributes
     ----------
     starts : array (segments,)
-        First frames of the segments; divided where the capture has fewer than there are parts.
+        First frames of the segments; divided if the capture has fewer than there are parts.
     ends : array (segments,)
         Last frames + 1.
     values : array (parts, segments)
@@ -190,7 +190,7 @@ def place_reading(
     Returns
     -------
     placed : PlacedReading or None
-        None where the capture is too short, as in :func:`search_take`.
+        None if the capture is too short, as in :func:`search_take`.
     """
     seen = _Seen(split_segments(take, len(reading.parts)), number)
     laid = None if _is_too_short(take, reading) else _lay(seen, reading)
@@ -207,7 +207,7 @@ def place_reading(
 
 
 def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float:
-    """Log-odds that all that is asked holds and nothing that is excluded does.
+    """Log-odds that all requested actions are shown and no excluded one.
 
     >>> joint_statements([1.5], [])
     1.5
@@ -220,7 +220,7 @@ def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float
 def _search_reading(
     known: dict[int, _Seen], take: TakeScores, reading: Reading, number: Mapping[str, int]
 ) -> QuestionHit | None:
-    """The best interval for one reading; ``known`` holds, per number of parts, what was seen."""
+    """The best interval for one reading; ``known`` caches the result for each number of parts."""
     n_parts = len(reading.parts)
     seen = known.get(n_parts)
     if seen is None:
@@ -264,7 +264,7 @@ def _lay(
 
 
 def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list[float]]:
-    """Log-odds of what is asked, and of every exclusion: that all its actions are seen."""
+    """Log-odds of the requested actions, and for every exclusion that all its actions are shown."""
     asked = [s.log_odds for s in statements if s.exclusion < 0]
     numbers = sorted({s.exclusion for s in statements if s.exclusion >= 0})
     excluded = [
@@ -274,7 +274,7 @@ def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list
 
 
 class _Seen:
-    """What a capture says of actions: values at its segments and of the whole, computed once."""
+    """The evidence of a capture for actions, at its segments and of the whole, computed once."""
 
     def __init__(self, take: TakeScores, number: Mapping[str, int]) -> None:
         self.take = take
@@ -319,7 +319,7 @@ class _Seen:
         runs: Sequence[tuple[int, int]],
         spans: Sequence[tuple[int, int]],
     ) -> list[Statement]:
-        """What is asked, repeats at the weakest of them."""
+        """Requested actions, repeats at the weakest of them."""
         looks = [self._look(values[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
         strength = [sum(weight * values[k][i] for i, weight in look)
                     for k, look in enumerate(looks)]  # fmt: skip
@@ -332,7 +332,7 @@ class _Seen:
         return statements
 
     def excluded(self, reading: Reading, spans: Sequence[tuple[int, int]]) -> list[Statement]:
-        """What is excluded, each action where it speaks loudest within its parts."""
+        """Excluded actions, each at its largest value within its parts."""
         elsewhere = {word for part in reading.parts for action in part.actions for word in action}
         statements = []
         for n, exclusion in enumerate(reading.exclusions):

@@ -8,9 +8,9 @@ action is this segment, the peak, with its neighbours for as long as their value
 way between the capture's lower quartile and the peak.
 
 The log-odds of an action in a capture are the mean of those of its interval and of the whole
-capture, because captions describe whole captures. Words that a person wrote about the capture are
-evidence beside the motion. A capture's score is the probability that it shows all actions, the
-product of the actions' probabilities, so that a clear action does not compensate for a missing one.
+capture, because captions describe whole captures. Words in captions of the capture are evidence in
+addition to the motion. A capture's score is the probability that it shows all actions, the product
+of the actions' probabilities, so that a clear action does not compensate for a missing one.
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's s
 already averaged over an action's words and over the windows (that of the action and the whole
 capture). The log-odds of several actions together are not the mean of their log-odds; the
 difference is one further part, ``together``. Excluded words are decomposed in the same way, and
-every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of what is asked,
-``together``, these amounts and what the words add as parts of a whole caption (``as_caption``) sum
-(``math.fsum``) to exactly the number that ranks the answer.
+every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested
+words, ``together``, these amounts and the contributions of the words to a whole caption
+(``as_caption``) sum (``math.fsum``) to exactly the number by which the answer is ranked.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class WordReason:
     shares : tuple of Share
         Contributions of the segments, in order of time.
     exclusion : int
-        Number of the exclusion that the word belongs to, -1 where it is asked for. The parts of an
+        Number of the exclusion that the word belongs to, -1 if it is requested. The parts of an
         excluded word sum to its share of the log-odds of its action, not to anything that is added
         to the answer.
     as_caption : float
@@ -91,7 +91,7 @@ class WordReason:
 
     @property
     def contribution(self) -> float:
-        """Sum of the parts, and of what the word adds as part of the whole caption."""
+        """Sum of the parts, and of the contribution of the word to the whole caption."""
         return math.fsum([*self.parts, self.as_caption])
 
     @property
@@ -102,7 +102,7 @@ class WordReason:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What the log-odds of one word in one capture are computed from.
+    """The data from which the log-odds of one word in one capture are computed.
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ class Look:
     windows : tuple of (int, int)
         Frames of every window.
     peaks : tuple of int
-        Numbers of the segments that they stand around.
+        Numbers of the segments at their centres.
     weights : tuple of float
         Their weights, which sum to 1.
     near : float
@@ -183,7 +183,7 @@ class Place:
         Of the word: 1 / (asked actions * words of the action); for an excluded word
         1 / words of the action.
     exclusion : int
-        Number of its exclusion, -1 where it is asked for.
+        Number of its exclusion, -1 if it is requested.
     """
 
     action: int
@@ -201,7 +201,7 @@ def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> Wor
     word : int
         Number of the word in the vocabulary.
     look : Look
-        Windows in which the word is looked for beside the whole capture.
+        Windows in which the word is evaluated, in addition to the whole capture.
     place : Place
         Its place in the question.
     """
@@ -224,7 +224,7 @@ def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> Wor
 
 
 def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
-    """Log-odds of every asked action alone, and the part of them that captions add.
+    """Log-odds of every requested action alone, and the part that captions add.
 
     Parameters
     ----------
@@ -257,25 +257,25 @@ def together(reasons: Sequence[WordReason]) -> float:
 
 
 def asked_parts(reasons: Sequence[WordReason]) -> list[float]:
-    """Every part of every word that is asked for."""
+    """Every part of every requested word."""
     return [part for reason in reasons if reason.exclusion < 0 for part in reason.parts]
 
 
 @dataclass(frozen=True)
 class Lowering:
-    """What one exclusion takes from an answer.
+    """The reduction of an answer by one exclusion.
 
     Attributes
     ----------
     exclusion : int
         Its number.
     actions : tuple of (float, float)
-        Per excluded action its log-odds, and what of them people's words add.
+        For each excluded action its log-odds, and the part of them that captions add.
     log_odds : float
         That all of them are seen.
     amount : float
-        What the exclusion adds to the answer's log-odds: at most 0, but for the first of a
-        question that asks for nothing, which is -log_odds.
+        The contribution of the exclusion to the answer's log-odds: at most 0, except for the first
+        exclusion of a question without requested actions, for which it is -log_odds.
     """
 
     exclusion: int
@@ -285,28 +285,28 @@ class Lowering:
 
 
 def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
-    """What every exclusion takes from an answer, in order; each after the ones before it."""
+    """The reductions of an answer by its exclusions, in order; each after the ones before it."""
     statements = [log_odds for log_odds, _ in by_action(reasons)]
-    found = []
+    lowered = []
     for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
-        own = [reason for reason in reasons if reason.exclusion == number]
+        excluding = [reason for reason in reasons if reason.exclusion == number]
         each = []
-        for action in sorted({reason.action for reason in own}):
-            words = [reason for reason in own if reason.action == action]
+        for action in sorted({reason.action for reason in excluding}):
+            words = [reason for reason in excluding if reason.action == action]
             log_odds = math.fsum(part for reason in words for part in reason.parts)
             each.append((log_odds, math.fsum(reason.written for reason in words)))
         joint = joint_log_odds([log_odds for log_odds, _ in each])
         before = joint_log_odds(statements) if statements else 0.0
         statements.append(-joint)
         amount = joint_log_odds(statements) - before
-        found.append(Lowering(number, tuple(each), joint, amount))
-    return found
+        lowered.append(Lowering(number, tuple(each), joint, amount))
+    return lowered
 
 
 def total(reasons: Sequence[WordReason]) -> float:
-    """What ranks the answer: the exactly rounded sum of all parts, ``together`` and lowerings.
+    """The number that ranks the answer: the exactly rounded sum of all parts and lowerings.
 
-    The log-odds of the answer, with what the question adds as a whole caption.
+    The log-odds of the answer, with the contribution of the question as a whole caption.
 
     Parameters
     ----------

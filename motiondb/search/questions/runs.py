@@ -38,7 +38,7 @@ def ordered_runs(
     Returns
     -------
     runs : list of (int, int) or None
-        Segments [a, b); None where the capture is too short or has no gaps.
+        Segments [a, b); None if the capture is too short or has no gaps.
 
     >>> starts = np.array([0, 30, 60])
     >>> ordered_runs(np.array([[0., 5, 1], [9, 1, 2]]), starts, starts + 30,
@@ -80,8 +80,8 @@ def ordered_runs(
 def gaps(values: FloatArray) -> NDArray[np.bool_]:
     """Segments (segments,) that are less than half as strong as the strongest of a capture.
 
-    Strength is measured from the lower quartile; where the strongest stands less than one nat
-    above it, the capture says the same throughout and has no gaps (as in ``by_words.grow``).
+    Strength is measured from the lower quartile; if the strongest is less than one nat above it,
+    the evidence is the same throughout and there are no gaps (as in ``by_words.grow``).
 
     >>> gaps(np.array([4.0, 0.0, 3.0])).tolist()
     [False, True, False]

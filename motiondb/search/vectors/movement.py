@@ -15,8 +15,8 @@ Means over frames are additive over segments, so that functions linear in them c
 exactly. In an interval's vector (:mod:`motiondb.search.vectors.score_vectors`) these columns follow
 the scores of the symbols, and are followed by posture and travel
 (:mod:`motiondb.search.vectors.posture_and_travel`). Symbols generalise to new performers; these
-columns distinguish movements that symbols learned from other movements confuse. How the blocks were
-chosen is told in ``docs/quality.md`` ("Words to motion").
+columns distinguish movements that symbols learned from other movements confuse. ``docs/quality.md``
+("Words to motion") describes how the blocks were chosen.
 """
 
 from __future__ import annotations

@@ -8,12 +8,12 @@ function of (r* - level) / 0.25. Every column is a mean over the segment's frame
 ========  =======  =============================================================================
 block     columns  mean over frames of
 ========  =======  =============================================================================
-posture   63       p_t, which tells sitting, kneeling and hanging apart
+posture 63 p_t, which distinguishes sitting, kneeling and hanging
 travel    24       s for the levels -1.5, -0.75, 0, 0.75, 1.5, and the absolute value of r_t
 ========  =======  =============================================================================
 
-Neither depends on what a database has learned. They describe directly what whitened axes and
-symbols mix with other properties: a turn, a stop, a step to the side, the distance covered. They
+Neither depends on what a database has learned. They describe directly a turn, a stop, a step to the
+side and the distance covered, which whitened axes and symbols mix with other properties. They
 follow the columns of :mod:`motiondb.search.vectors.movement`. Means over frames are additive over
 segments, so that functions linear in them can be decomposed exactly.
 

@@ -41,7 +41,7 @@ def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
 def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) -> None:
     """Replace all captions of a capture.
 
-    What was learned before is no longer current (``learning_is_current``).
+    The learned model is then no longer current (``learning_is_current``).
 
     Parameters
     ----------
@@ -98,14 +98,14 @@ def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tupl
 def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
     """Replace the user's synonyms.
 
-    What was learned before is no longer current (``learning_is_current``).
+    The learned model is then no longer current (``learning_is_current``).
 
     Parameters
     ----------
     store : Store
         The open database.
     synonyms : mapping of str to str
-        Word -> the word for which it stands.
+        Word -> the word that replaces it.
     """
     with transaction(store) as connection:
         connection.execute("DELETE FROM synonym")
@@ -119,7 +119,7 @@ def load_synonyms(store: Store) -> dict[str, str]:
     Returns
     -------
     dict
-        Word -> the word for which it stands, sorted by word.
+        Word -> the word that replaces it, sorted by word.
     """
     rows = store.connection.execute("SELECT word, canonical FROM synonym ORDER BY word").fetchall()
     return dict(rows)

@@ -200,20 +200,20 @@ def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureIn
     """
     rows = store.connection.execute("SELECT name FROM capture ORDER BY capture_id").fetchall()
     names = [row[0] for row in rows]
-    found = [n for n in names if n == name] or [n for n in names if n.endswith(f"/{name}")]
-    if len(found) > 1:
+    matching = [n for n in names if n == name] or [n for n in names if n.endswith(f"/{name}")]
+    if len(matching) > 1:
         raise QueryError(
-            f"{name!r}: expected one capture, found {len(found)}: {', '.join(found[:5])}"
-            f"{', ...' if len(found) > 5 else ''}. Give the whole name."
+            f"{name!r}: expected one capture, found {len(matching)}: {', '.join(matching[:5])}"
+            f"{', ...' if len(matching) > 5 else ''}. Give the whole name."
         )
-    if not found:
+    if not matching:
         near = suggestion(name, names) or suggestion(name, {n.rpartition("/")[2] for n in names})
         raise QueryError(
             f"{name!r}: expected {'a file or ' if or_file else ''}the name of a capture, found "
             f"{'no such file, and ' if or_file else ''}none in {store.path}."
             f"{near or ' motiondb list shows the names.'}"
         )
-    row = store.connection.execute(f"{_INFO} WHERE name = ?", [found[0]]).fetchone()
+    row = store.connection.execute(f"{_INFO} WHERE name = ?", [matching[0]]).fetchone()
     assert row is not None
     query = "SELECT key, value FROM capture_tag WHERE capture_id = ? ORDER BY key"
     tags = dict(store.connection.execute(query, [row[0]]).fetchall())

@@ -1,7 +1,7 @@
 """Events of captures: foot strikes, catches, releases, contacts.
 
-The events of a capture are replaced as a whole. Nothing is learned from events, so changing them
-leaves what was learned current.
+The events of a capture are replaced as a whole. Nothing is learned from events, so the learned
+model remains current.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
     """
     rows = sorted(set(events))
     with transaction(store) as connection:
-        found = connection.execute(
+        capture = connection.execute(
             "SELECT name, motion_frames FROM capture WHERE capture_id = ?", [capture_id]
         ).fetchone()
-        name, n_frames = found or (f"capture {capture_id}", 0)
+        name, n_frames = capture or (f"capture {capture_id}", 0)
         if rows and not 0 <= rows[0].frame <= rows[-1].frame < n_frames:
             wrong = rows[0] if rows[0].frame < 0 else rows[-1]
             raise StoreError(

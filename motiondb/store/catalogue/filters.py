@@ -177,22 +177,22 @@ def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[s
     return (info.tags[name],) if name in info.tags else ()
 
 
-def _holds(found: Sequence[str], condition: Condition) -> bool:
+def _holds(values: Sequence[str], condition: Condition) -> bool:
     if condition.operator.startswith("!"):
         opposite = Condition(condition.name, {"!=": "=", "!~": "~"}[condition.operator],
                              condition.value)  # fmt: skip
-        return not _holds(found, opposite)
-    return any(_compare(value, condition) for value in found)
+        return not _holds(values, opposite)
+    return any(_compare(value, condition) for value in values)
 
 
-def _compare(found: str, condition: Condition) -> bool:
+def _compare(value: str, condition: Condition) -> bool:
     if condition.operator == "~":
-        return condition.value.casefold() in found.casefold()
+        return condition.value.casefold() in value.casefold()
     compare = _COMPARE[condition.operator]
-    left, right = _number(found), _number(condition.value)
+    left, right = _number(value), _number(condition.value)
     if left is not None and right is not None:
         return compare(left, right)
-    return compare(found.casefold(), condition.value.casefold())
+    return compare(value.casefold(), condition.value.casefold())
 
 
 def _number(text: str) -> float | None:

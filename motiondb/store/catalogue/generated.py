@@ -43,7 +43,7 @@ class Provenance:
     source_numbers : array (frames,)
         Index into ``sources``, -1 where the frame was drawn from the model.
     source_frames : array (frames,)
-        Frame of the source, at 30 a second, possibly between two frames; 0 where the frame was
+        Frame of the source, at 30 a second, possibly between two frames; 0 if the frame was
         drawn from the model.
     warps : array (frames,)
         Number of source frames that pass for each frame.

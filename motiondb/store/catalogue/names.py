@@ -10,7 +10,7 @@ from motiondb.store.connection.handle import Store
 LONGEST_NAME = 200
 """Most bytes of a name in UTF-8.
 
-File systems allow 255 bytes for the name of a file. The rest is for what is appended: an ending
+File systems allow 255 bytes for the name of a file. The rest is left for appended text: an ending
 such as ``.provenance.json``, or the name of a player.
 """
 
@@ -43,7 +43,7 @@ def check_new_name(name: str, kind: str) -> None:
 
 
 def _fault(name: str) -> str | None:
-    """Return what is wrong with a new name, or None."""
+    """Return the fault of a new name, or None."""
     parts = name.split("/")
     if not name.strip():
         return "nothing"
@@ -61,7 +61,7 @@ def _fault(name: str) -> str | None:
 
 
 def unknown_name(store: Store, name: str, kind: str, known: Sequence[str], remedy: str) -> str:
-    """Return the message that the store has nothing of this name.
+    """Return the message that the store has no entry of this name.
 
     Parameters
     ----------

@@ -211,7 +211,7 @@ class _Reader:
         return NoneOf((listed,)) if negated else listed
 
     def _value(self, start: int, stops: tuple[str, ...]) -> str:
-        """Parse a value: a quoted text, or text up to what ends it."""
+        """Parse a value: a quoted text, or text up to its end."""
         first = self.place
         if self.kind() == "quoted":
             self.place += 1

@@ -1,1 +1,1 @@
-"""Check the file, rescue what is readable from a damaged one, and compact it."""
+"""Check the file, rescue the readable parts of a damaged one, and compact it."""

@@ -1,7 +1,7 @@
 """Check a file in another process, so that a damaged one cannot end this one.
 
-DuckDB may abort or crash on a file that is damaged in a way it does not expect. What the other
-process found comes back as JSON on its standard output; where it died, that is a fault.
+DuckDB may abort or crash on a file that is damaged in a way it does not expect. The other process
+returns its results as JSON on its standard output; if it dies, this is a fault.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _EVERYTHING = "everything"
 
 
 def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
-    """Every fault of a database file, one sentence each; none where it is sound.
+    """Every fault of a database file, one sentence each; none if it is sound.
 
     Reads every block and every column, checks every rule of the tables and the digest of every
     stored file, in another process.
@@ -38,13 +38,13 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
     Raises
     ------
     StoreError
-        The file cannot be opened; says why, and what to do.
+        The file cannot be opened; the message says why, and what to do.
     """
     return _ask(Path(path), _EVERYTHING, wait)
 
 
 def block_faults(path: Path) -> list[str]:
-    """A sentence where blocks of the file do not fit their checksums, none where all do.
+    """A sentence where blocks of the file do not fit their checksums, none if all do.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def block_faults(path: Path) -> list[str]:
 
 
 def _ask(path: Path, what: str, wait: float) -> list[str]:
-    """Run this module as a program, and read what it says."""
+    """Run this module as a program, and read its output."""
     try:
         ended = _run(what, path, wait)
     except OSError as error:
@@ -90,7 +90,7 @@ def _run(what: str, path: Path, wait: float) -> subprocess.CompletedProcess[str]
 
 
 def _answer(what: str, path: Path, wait: float) -> dict[str, object]:
-    """What the other process finds: faults, or the error that kept it from looking."""
+    """The result of the other process: faults, or the error that prevented the check."""
     try:
         damage = find_damage(path) if path.is_file() else None
         faults = [damage_sentence(path, damage)] if damage else []

@@ -28,18 +28,23 @@ from typing import BinaryIO
 import numpy as np
 
 _HEADER_SIZE = 4096
+"""Bytes of a header. This and the following are of DuckDB's format of files."""
 _BLOCKS_START = 3 * _HEADER_SIZE
+"""Byte at which the blocks begin: after three headers."""
 _PARTS = 64
+"""Parts of a block of metadata."""
 _NO_POINTER = 2**64 - 1
+"""Pointer of the last block of a chain."""
 _FACTOR = np.uint64(0xBF58476D1CE4E5B9)
 _START = 5381
+"""Factor and initial value of DuckDB's checksum."""
 _LARGEST_BLOCK = 2**24
 """Bytes; DuckDB's blocks are 262,144 by default. More is not believed of a header."""
 
 
 @dataclass(frozen=True)
 class FileLayout:
-    """What the valid header says.
+    """The contents of the valid header.
 
     Attributes
     ----------
@@ -60,7 +65,7 @@ class FileLayout:
 
 
 def find_damage(path: Path) -> str | None:
-    """Say which blocks of a database file are damaged, or None where none is.
+    """Say which blocks of a database file are damaged, or None if none is.
 
     Parameters
     ----------
@@ -100,7 +105,7 @@ def checksum(data: bytes) -> int:
 
 
 def _read_layout(file: BinaryIO) -> FileLayout | None:
-    """The layout by the header that holds; None where neither can be believed."""
+    """The layout by the header that holds; None if neither can be believed."""
     layouts = []
     for number in (1, 2):
         file.seek(number * _HEADER_SIZE)
@@ -124,7 +129,7 @@ def _damaged_blocks(file: BinaryIO, layout: FileLayout) -> list[int]:
 
 
 def _free_blocks(file: BinaryIO, layout: FileLayout) -> set[int]:
-    """Numbers of the blocks that hold nothing; none where their list is damaged."""
+    """Numbers of the free blocks; none if their list is damaged."""
     size = (layout.block_size - 8) // _PARTS // 8 * 8
     data, pointer = b"", layout.free_list
     seen: set[int] = set()

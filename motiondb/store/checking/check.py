@@ -1,8 +1,8 @@
-"""Check that the store is sound: readable, with all its tables, and without broken rules.
+"""Check the store: every value readable, all tables present, no rule broken.
 
 A rule is a query that gives the rows that break it. The rules are those that constraints of the
-tables cannot express (see the head of ``schema.sql``). A run that was killed is no fault, unless
-derived rows name it.
+tables cannot express (see the head of ``schema.sql``). A run that was killed is not a fault, unless
+derived rows refer to it.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ _REFERENCES = (
 
 
 def check_store(store: Store, *, sources: bool = False, blocks: bool | None = None) -> list[str]:
-    """Every fault in the store, one sentence each; none where it is sound.
+    """Every fault in the store, one sentence each; none if it is sound.
 
     Reads every column of every table, compares the tables with ``schema.sql``, and looks for rows
     that break a rule. Nothing is called sound that could not be read.

@@ -20,7 +20,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     """Copy the database into a new file, check it, and put it in the old one's place.
 
     Other processes may read the file meanwhile, but not write: it is held open for reading until
-    the new file has taken its place, so that nothing that is written can be lost. A kill leaves the
+    the new file has taken its place, so that no change can be lost. A kill leaves the
     old file, and a copy that the next command deletes.
 
     Parameters
@@ -127,11 +127,11 @@ def _copy(store: Store) -> None:
     row = connection.execute("SELECT current_database()").fetchone()
     source = str(row[0]).replace('"', '""') if row else ""
     connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
-    expected, found = count_rows(store), _count(connection, "'compacted'")
+    expected, copied = count_rows(store), _count(connection, "'compacted'")
     connection.execute("DETACH compacted")
-    if found != expected:
+    if copied != expected:
         raise StoreError(
-            f"{store.path}: expected a copy with as many rows in every table, found {found} for "
+            f"{store.path}: expected a copy with as many rows in every table, found {copied} for "
             f"{expected}. The old file was kept; look at the disk."
         )
 

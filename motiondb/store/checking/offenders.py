@@ -1,7 +1,7 @@
-"""Find rows that break a rule, and rows that belong to something that is not there.
+"""Find rows that break a rule, and rows that refer to missing rows.
 
 A rule is a sentence and a query that gives the names of the offenders (one text column). A
-reference says what rows should belong to, and under which condition a row does not.
+reference names the table that rows should belong to, and the condition under which a row does not.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def broken_rules(store: Store, rules: Rules, kind: str = "") -> list[str]:
     rules : sequence of (str, str)
         Sentence and query of every rule.
     kind : str
-        What stands before the name of an offender, such as "grammar ".
+        Text before the name of an offender, such as "grammar ".
     """
     return [
         f"{kind}{name}: {rule}, found others."

@@ -31,18 +31,18 @@ def expected_tables() -> dict[str, Columns]:
 
 def wrong_tables(store: Store) -> list[str]:
     """A sentence for every table that differs from ``schema.sql``; others are not looked at."""
-    found = _to_tables(store.connection.execute(_COLUMNS).fetchall())
+    columns_of = _to_tables(store.connection.execute(_COLUMNS).fetchall())
     faults = []
     for table, columns in expected_tables().items():
-        if table not in found:
+        if table not in columns_of:
             faults.append(
                 f"{store.path}: expected the table {table} as in schema.sql, found none. "
                 "The file was changed by another program: restore a copy."
             )
-        elif found[table] != columns:
+        elif columns_of[table] != columns:
             faults.append(
                 f"{store.path}: expected the table {table} with the columns {_listed(columns)} as "
-                f"in schema.sql, found {_listed(found[table])}. "
+                f"in schema.sql, found {_listed(columns_of[table])}. "
                 "The file was changed by another program: restore a copy."
             )
     return faults

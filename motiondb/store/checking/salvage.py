@@ -1,11 +1,11 @@
-"""Read from a damaged database what can be read, capture by capture.
+"""Read the readable parts of a damaged database, capture by capture.
 
-DuckDB refuses a block whose checksum does not fit, and goes on. A column lies in blocks of its own,
-and rows that lie together share blocks. So the tables are read column by column, the long ones
-capture by capture: what is lost is what shares a block with the damage.
+DuckDB refuses a block with a wrong checksum, and continues. Every column has its own blocks, and
+neighbouring rows share blocks. The tables are therefore read column by column, and the long ones
+capture by capture, so that only values in the damaged blocks are lost.
 
-Where the catalogue (number, name and digest of captures) cannot be read, the stored files are what
-is left; they are named by their file names.
+If the catalogue (number, name and digest of captures) cannot be read, only the stored files are
+saved, under their file names.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _DEFAULTS: dict[str, Any] = {
     "notes": (),
     "motion_notes": (),
 }
-"""What stands for a column of the table ``capture`` that cannot be read."""
+"""Replacement for a column of the table ``capture`` that cannot be read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,15 +60,15 @@ class SalvagedCapture:
     info : CaptureInfo
         Its row and its tags; defaults where they could not be read.
     source : Source or None
-        The file as it was added, unpacked; None where it could not be read.
+        The file as it was added, unpacked; None if it could not be read.
     motion : Motion or None
-        The canonical motion; None where it could not be read.
+        The canonical motion; None if it could not be read.
     captions : tuple of Caption
         What people wrote about it.
     events : tuple of Event
         Its instants.
     provenance : Provenance or None
-        Where the frames of a generated capture come from.
+        Origin of the frames of a generated capture.
     lost : tuple of str
         What could not be read: "file", "motion", "words", ...
     """
@@ -84,7 +84,7 @@ class SalvagedCapture:
 
 @dataclass
 class _Losses:
-    """What could not be read, in the order in which it was tried."""
+    """The parts that could not be read, in the order in which they were tried."""
 
     names: list[str] = field(default_factory=list)
 
@@ -98,7 +98,7 @@ class _Losses:
 
 
 def open_damaged(path: str | Path, *, wait: float = 0.0) -> Store:
-    """Open a database for reading without looking at what is in it.
+    """Open a database for reading without checking its contents.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def open_damaged(path: str | Path, *, wait: float = 0.0) -> Store:
 
 @contextmanager
 def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Store, list[str]]]:
-    """Open a damaged database, without its log where that is what is damaged.
+    """Open a damaged database, without its log if the log is damaged.
 
     DuckDB keeps the latest changes in a log beside the file, ``PATH.wal``, and opens the file with
     all of the log or not at all. So the file is copied, and the copy opened without the log.
@@ -179,7 +179,7 @@ def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:
 
 
 def salvage_runs(store: Store) -> list[Run]:
-    """The runs, none where they cannot be read."""
+    """The runs, none if they cannot be read."""
     return _Losses().attempt("runs", partial(load_runs, store)) or []
 
 
@@ -293,11 +293,11 @@ def _files_alone(store: Store) -> Iterator[SalvagedCapture]:
 
 
 def _read_source_row(store: Store, row: int) -> Source:
-    found = store.connection.execute(
+    source = store.connection.execute(
         "SELECT sha256, format, file_name, data, skeleton_name, skeleton_data FROM source "
         "WHERE rowid = ?",
         [row],
     ).fetchone()
-    if found is None:
+    if source is None:
         raise KeyError(row)
-    return unpack_source(store.path, Source(*found))
+    return unpack_source(store.path, Source(*source))

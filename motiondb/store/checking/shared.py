@@ -1,4 +1,4 @@
-"""Copy to a new store what belongs to no single capture: synonyms, copies, grammars and scenes."""
+"""Copy the data of no single capture to a new store: synonyms, copies, grammars and scenes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from motiondb.store.grammars.scenes import load_scene, load_scene_names, save_sc
 
 
 def copy_shared(damaged: Store, new: Store, run_id: int) -> list[str]:
-    """Copy what can be read; gives a sentence for everything that cannot.
+    """Copy the readable data; yield a sentence for everything else.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def copy_shared(damaged: Store, new: Store, run_id: int) -> list[str]:
 
 
 def _try(what: str, copy: Callable[[], object]) -> list[str]:
-    """Nothing where a copy succeeds, else a sentence."""
+    """Nothing if a copy succeeds, else a sentence."""
     try:
         copy()
     except (MotionDBError, ValueError, TypeError, KeyError, IndexError):

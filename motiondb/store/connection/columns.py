@@ -2,7 +2,7 @@
 
 DuckDB reads a dict of one-dimensional arrays as a table. A list column is an object array that
 holds one array per row (measured: 7 ms for 400 rows of 87 floats, against 36 ms for parameters).
-A NaN goes in as NULL and comes back as NaN, in flat columns and inside lists.
+A NaN is stored as NULL and loaded as NaN, in flat columns and inside lists.
 """
 
 from __future__ import annotations

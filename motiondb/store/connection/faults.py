@@ -1,12 +1,12 @@
-"""The one place where an error of DuckDB becomes a sentence of motiondb.
+"""Translation of errors of DuckDB to messages of motiondb.
 
-DuckDB names its errors by class. What matters to a user is another division:
+DuckDB names its errors by class. For users, errors are divided in another way:
 
 ====================  ==========================================================================
 the file is damaged   a checksum that does not fit, a block beyond the end, a failed assertion
 the disk is full      nothing was written
 the file was closed   a program error of the caller
-anything else         told as DuckDB says it
+anything else the message of DuckDB
 ====================  ==========================================================================
 """
 
@@ -20,7 +20,7 @@ import duckdb
 from motiondb.errors import StoreError
 
 ABORTED = "Current transaction is aborted"
-"""What DuckDB says of every statement after the first that failed in a transaction."""
+"""DuckDB's message for every statement after the first failed one in a transaction."""
 _DAMAGED = re.compile(
     r"checksum|corrupt|could not read|read out of|deserializ|serialization|failed to decompress"
     r"|unsupported compression|invalid unicode|invalid bitpacking|INTERNAL|FATAL|invalidated",
@@ -61,7 +61,7 @@ def is_damage(error: BaseException) -> bool:
 
 
 def translate(path: Path, error: duckdb.Error) -> StoreError:
-    """The error of motiondb that stands for an error of DuckDB in an open database.
+    """The error of motiondb for an error of DuckDB in an open database.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def translate(path: Path, error: duckdb.Error) -> StoreError:
     Returns
     -------
     StoreError
-        Says what was expected and found, and what to do; raise it ``from`` the error.
+        Its message says what was expected and found, and what to do; raise it ``from`` the error.
     """
     if is_damage(error):
         return DamagedFileError(damage_sentence(path, first_sentence(error)))
@@ -92,18 +92,18 @@ def translate(path: Path, error: duckdb.Error) -> StoreError:
     )
 
 
-def damage_sentence(path: Path, found: str) -> str:
-    """What to say of a damaged file, and what can be done.
+def damage_sentence(path: Path, reason: str) -> str:
+    """The message for a damaged file, with advice.
 
     Parameters
     ----------
     path : Path
         The database file.
-    found : str
+    reason : str
         What is wrong, a sentence.
     """
     return (
-        f"{path}: expected tables that can be read, found: {found} The file is damaged: "
+        f"{path}: expected tables that can be read, found: {reason} The file is damaged: "
         f"restore a copy, or save what is readable: motiondb rescue {path} -o NEW.duckdb."
     )
 

@@ -1,8 +1,8 @@
 """The open database: one connection to DuckDB for each thread that uses it.
 
 A DuckDB connection runs one statement at a time and belongs to one transaction. Threads that share
-one would mix their results. So a :class:`Store` keeps a root connection and gives every thread a
-cursor of its own, with its own transaction: a thread sees what is committed, and what it changed.
+one would mix their results. A :class:`Store` therefore keeps a root connection and gives every
+thread its own cursor with its own transaction: a thread sees committed data and its own changes.
 
 The root can be closed and opened again while the :class:`Store` stays (see
 :mod:`motiondb.store.connection.sharing`). It is closed only when no thread runs a statement or a
@@ -26,12 +26,12 @@ from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
 _LETTING_GO, _PAUSE = 10.0, 0.02
-"""Seconds to wait for DuckDB to let go of a file that was closed, and between two attempts. A
+"""Seconds to wait until DuckDB has closed a file, and between two attempts. A
 thread that ends at that moment holds its connection a little longer. Chosen by hand."""
 _OTHER_STORE = 1.0
 """Seconds after which the file counts as open in another store of this process. Chosen by hand."""
 _LAST_BLOCKS = 5.0
-"""Seconds that closing waits for other threads to end what they have begun. Chosen by hand."""
+"""Seconds for which closing waits for running operations of other threads. Chosen by hand."""
 
 
 def _close(connection: duckdb.DuckDBPyConnection) -> None:
@@ -47,7 +47,7 @@ def _close(connection: duckdb.DuckDBPyConnection) -> None:
 
 
 class _ThreadState(threading.local):
-    """What each thread has of a store: its connection and its transaction."""
+    """The state of a store for each thread: its connection and its transaction."""
 
     connection: Connection | None = None
     cursor: duckdb.DuckDBPyConnection | None = None
@@ -69,7 +69,7 @@ class Store:
     path : Path
         The file.
     connect : callable
-        Opens DuckDB on the file, and waits for other processes as long as it was told to.
+        Opens DuckDB on the file, and waits for other processes up to its time limit.
     read_only : bool
         Whether writing is refused.
 
@@ -155,7 +155,7 @@ class Store:
                     self._turn.notify_all()
 
     def lend(self) -> None:
-        """Let go of the file once no block needs it; a question meanwhile opens it for reading."""
+        """Close the file once no block needs it; a question meanwhile opens it for reading."""
         with self.write_lock:  # a transaction that has begun keeps the mode that it found
             self._swap_root(is_lent=True)
 
@@ -167,7 +167,7 @@ class Store:
                 self._open_root(wait)
 
     def take_back_later(self) -> None:
-        """Open the file again as it was at the next use."""
+        """Open the file again in the same mode at the next use."""
         with self.write_lock:
             self._swap_root(is_lent=False)
 
@@ -186,10 +186,10 @@ class Store:
             self._swap_root(is_lent=self._is_lent)
 
     def close(self) -> None:
-        """Let go of the file; a second call does nothing.
+        """Close the file; a second call does nothing.
 
         Blocks of other threads that have begun may end first, for ``_LAST_BLOCKS`` seconds at most;
-        what they ask later is refused.
+        later requests are refused.
         """
         with self._turn:
             self._is_closed = True
@@ -246,7 +246,7 @@ class Store:
         return self._root
 
     def _reopen(self, read_only: bool, wait: float | None) -> duckdb.DuckDBPyConnection:
-        """Connect again; DuckDB may take a while to let go of what was open in the other mode."""
+        """Connect again; DuckDB may need time to close the file in its former mode."""
         is_reader = self._is_lent and read_only
         deadline = time.monotonic() + (_OTHER_STORE if is_reader else _LETTING_GO)
         while True:

@@ -1,6 +1,6 @@
-"""Who holds the file: the process, its command, its host, and since when it runs.
+"""The process that holds the file: its number, command, host, and start.
 
-DuckDB names the number of one process that holds a lock on the file. The rest is asked of the
+DuckDB names the number of one process that holds a lock on the file. The rest is requested from the
 system: ``/proc`` on Linux, ``ps`` elsewhere. Locks of the file system are those of this host.
 """
 
@@ -24,14 +24,14 @@ def is_lock(error: BaseException) -> bool:
 
 
 def holder_sentence(path: Path, message: str, waited: float = 0.0) -> str:
-    """Say who holds the file, from DuckDB's message.
+    """Return the process that holds the file, from DuckDB's message.
 
     Parameters
     ----------
     path : Path
         The database file.
     message : str
-        What DuckDB said.
+        The message of DuckDB.
     waited : float
         Seconds that were waited in vain.
     """
@@ -47,7 +47,7 @@ def holder_sentence(path: Path, message: str, waited: float = 0.0) -> str:
 
 
 def describe_process(pid: int) -> str:
-    """The command of a process, its host and when it began; empty where that is not known."""
+    """The command of a process, its host and when it began; empty if that is not known."""
     command, began = _from_proc(pid) or _from_ps(pid) or ("", "")
     if not command:
         return ""
@@ -57,7 +57,7 @@ def describe_process(pid: int) -> str:
 
 
 def _from_proc(pid: int) -> tuple[str, str] | None:
-    """Command and start of a process, as Linux tells them."""
+    """Command and start of a process, from Linux."""
     try:
         words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
         status = Path(f"/proc/{pid}/stat").read_text(errors="replace")
@@ -75,7 +75,7 @@ def _from_proc(pid: int) -> tuple[str, str] | None:
 
 
 def _from_ps(pid: int) -> tuple[str, str] | None:
-    """Command and start of a process, as ``ps`` tells them."""
+    """Command and start of a process, from ``ps``."""
     try:
         answer = subprocess.run(
             ["ps", "-o", "lstart=,command=", "-p", str(pid)],

@@ -1,4 +1,4 @@
-"""Open the file: make it where it is missing, bring it up to date, wait for who holds it.
+"""Open the file: create it if it is missing, migrate it, wait for the process that holds it.
 
 One process may write, or several may read. A new database is built under another name and moved
 into place, so that a kill in between never leaves half a file under the name the user gave.
@@ -50,7 +50,7 @@ def open_store(
     read_only : bool
         Whether other processes may read the file at the same time.
     create : bool
-        Whether to make a new database where there is no file (never when ``read_only``).
+        Whether to make a new database if there is no file (never when ``read_only``).
     wait : float
         Seconds to wait for another process that holds the file.
 
@@ -64,9 +64,9 @@ def open_store(
     check_file_name(path)
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         if read_only or not create:
-            found = "an empty file" if path.exists() else "no such file"
+            actual = "an empty file" if path.exists() else "no such file"
             raise StoreError(
-                f"{path}: expected a database of motiondb, found {found}. "
+                f"{path}: expected a database of motiondb, found {actual}. "
                 f"Make one: motiondb add FOLDER --db {path}."
             )
         _create(path)
@@ -187,7 +187,7 @@ def connect(
 
 
 def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
-    """What to say of a file that cannot be opened."""
+    """The message for a file that cannot be opened."""
     text = str(error)
     if is_lock(error):
         return holder_sentence(path, text, wait)
@@ -198,9 +198,9 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
         )
     is_other = path.is_file() and os.access(path, os.R_OK) and not is_duckdb(path)
     if "not a valid DuckDB" in text or "Is a directory" in text or is_other:
-        found = "a folder" if path.is_dir() else "another kind of file"
+        actual = "a folder" if path.is_dir() else "another kind of file"
         return (
-            f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
+            f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
     rescue = (
         f"if it is damaged, save what is readable (motiondb rescue {path} -o NEW.duckdb) or "

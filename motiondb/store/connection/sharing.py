@@ -1,4 +1,4 @@
-"""Let go of the file during a long computation, so that other processes can use it meanwhile."""
+"""Release the file during a long computation, so that other processes can use it meanwhile."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from contextlib import contextmanager
 from motiondb.store.connection.handle import Store
 
 TAKE_BACK = 300.0
-"""Seconds to wait for the file when a computation has ended. Chosen by hand: losing what took
-minutes to compute is worse than waiting for others, whose commands take seconds."""
+"""Seconds to wait for the file when a computation has ended. Chosen by hand: losing results of
+minutes is worse than waiting for other commands, which take seconds."""
 
 
 @contextmanager
 def released(store: Store) -> Iterator[Callable[[], None]]:
-    """Let go of the file while the block computes, and take it back at its end.
+    """Release the file while the block computes, and open it again at its end.
 
-    Other processes may read and write meanwhile. What is loaded in the block, by any thread, opens
-    the file for reading, so that others can read but not write; the function that the block is
-    given lets go of it again. Whether what was loaded is still so must be asked afterwards, by
-    comparing it or :func:`~motiondb.store.connection.transactions.revision`. A store opened
-    for reading stays open, and stands in no reader's way.
+    Other processes may read and write meanwhile. A load in the block, by any thread, opens the file
+    for reading, so that others can read but not write; the function that the block is given
+    releases it again. Whether the loaded data are still current must be checked afterwards, by
+    comparing them or :func:`~motiondb.store.connection.transactions.revision`. A store opened for
+    reading stays open, because it does not block readers.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def released(store: Store) -> Iterator[Callable[[], None]]:
     Yields
     ------
     callable
-        Lets go of the file that was opened again for loading.
+        Releases the file that was opened again for loading.
 
     Raises
     ------

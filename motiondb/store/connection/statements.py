@@ -1,13 +1,13 @@
 """A thread's connection to DuckDB: statements and their answers, with motiondb's errors.
 
-Another thread may let go of the file at any moment (:mod:`motiondb.store.connection.sharing`), and
+Another thread may release the file at any moment (:mod:`motiondb.store.connection.sharing`), and
 DuckDB then closes every connection to it. Two rules keep a thread from meeting a closed connection:
 
 * a statement, and the fetching of its answer, each keep the file open while they run;
-* a statement that ran outside a block that keeps the file open, and whose answer is still to be
-  fetched when the file has been let go, is run again on the file as it was opened again.
+* a statement that ran outside a block that keeps the file open, and whose answer is not yet fetched
+  when the file is released, is run again on the reopened file.
 
-Nothing is done twice: what changes the database runs in a transaction, which keeps the file open
+Nothing is done twice: changes of the database run in a transaction, which keeps the file open
 from its first statement to its last.
 """
 
@@ -35,7 +35,7 @@ class Connection:
     path : Path
         The database file, for messages.
     cursor : callable
-        Gives the thread's connection of DuckDB, opened again if the file was let go since.
+        Gives the thread's connection of DuckDB, opened again if the file was released.
     keep_open : callable
         Makes a block that keeps the file open, and gives whether no outer block of the thread does.
     """
@@ -58,7 +58,8 @@ class Connection:
         Raises
         ------
         StoreError
-            DuckDB refuses. In a transaction that an earlier error has ended, that error is told.
+            DuckDB refuses. In a transaction that an earlier error has ended, that error is
+            reported.
         """
         with self._keep_open() as is_alone:
             raw = self._run(query, parameters)

@@ -1,8 +1,9 @@
 """Transactions, snapshots for reading, and the revision that every committed change raises.
 
-The row ``revision`` of the table ``meta`` is a number. A transaction raises it first thing. So two
-connections of one process that write at the same time meet there, before either has done any work,
-and the second waits; and whoever remembers a revision can tell whether anything has changed since.
+The row ``revision`` of the table ``meta`` is a number. A transaction raises it first thing. Two
+connections of one process that write at the same time therefore conflict there, before either has
+done any work, and the second waits. A stored revision also shows whether anything has changed
+since.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def transaction(store: Store) -> Iterator[Connection]:
     ------
     StoreError
         The store was opened for reading, or DuckDB refuses (a full disk, for example). The message
-        tells the first thing that went wrong in the transaction.
+        reports the first error in the transaction.
     """
     check_writable(store)
     if store.in_transaction:
@@ -82,7 +83,7 @@ def check_writable(store: Store) -> None:
 
 @contextmanager
 def reading(store: Store) -> Iterator[int]:
-    """One state of the database for all loads in the block, whatever others save meanwhile.
+    """One state of the database for all loads in the block, even if others save changes meanwhile.
 
     Inside a transaction or another such block of the same thread, the block sees what that one
     sees.
@@ -139,7 +140,7 @@ def write_meta(store: Store, key: str, value: str) -> None:
 
 
 def touch(store: Store, *, motions: bool = False) -> None:
-    """Mark, when the transaction commits, that what can be learned from has changed.
+    """Mark, when the transaction commits, that the data for learning have changed.
 
     Parameters
     ----------
@@ -178,16 +179,16 @@ def _begin(store: Store) -> None:
 
 
 def _undo(store: Store, error: BaseException) -> None:
-    """Roll back; raise what to tell of an error of DuckDB."""
+    """Roll back; raise the error of motiondb for an error of DuckDB."""
     if not _roll_back(store) and not isinstance(error.__cause__, duckdb.Error):
         Store.changes_saved += 1  # an interrupt that came just after COMMIT
     cause = error if isinstance(error, duckdb.Error) else error.__cause__
     if isinstance(cause, duckdb.Error):
-        found = first_sentence(cause)
+        reason = first_sentence(cause)
         if is_damage(cause):
-            raise type(error)(damage_sentence(store.path, found)) from cause
+            raise type(error)(damage_sentence(store.path, reason)) from cause
         raise StoreError(
-            f"{store.path}: expected to save the change, found: {found} Nothing was changed."
+            f"{store.path}: expected to save the change, found: {reason} Nothing was changed."
         ) from cause
 
 

@@ -45,7 +45,7 @@ def save_derivation(
     grammar_id : int
         Number of the grammar that derived it.
     derivation : Derivation
-        The tree and its clips. Its name of the grammar is not saved; ``grammar_id`` stands for it.
+        The tree and its clips. Its name of the grammar is not saved; ``grammar_id`` identifies it.
     run_id : int
         The run that generated the capture.
     """

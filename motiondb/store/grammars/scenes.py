@@ -108,7 +108,7 @@ class SceneRule:
     kind : str
         The kind of rule.
     about : str
-        Whom or what the rule is about, in words.
+        The player or place that the rule refers to, in words.
     unit : str
         Unit of ``before``, ``after`` and ``threshold``.
     before : float
@@ -159,7 +159,7 @@ class StoredScene:
     rules : tuple of SceneRule
         The rules, and how well each is kept.
     ball : array (frames, 3)
-        Centre of the ball (x, y, z), metres; (0, 3) where there is no ball.
+        Centre of the ball (x, y, z), metres; (0, 3) if there is no ball.
     report : mapping
         Further facts about the scene; only values that JSON can hold.
     run_id : int

@@ -1,6 +1,6 @@
 """Everything that ``learn`` derives: replaced in one transaction, loaded whole or in parts.
 
-Arrays come back equal to the last bit (NaN as NaN). A kill leaves what was learned before.
+Arrays come back equal to the last bit (NaN as NaN). A kill leaves the former model.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -
 
 
 def load_learning_size(store: Store) -> LearningSize:
-    """Load sizes and run of what was learned.
+    """Load sizes and run of the learned model.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def load_transition_counts(store: Store) -> FloatArray:
 
 
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray]:
-    """Load further arrays by name: those asked for, or all.
+    """Load further arrays by name: the requested ones, or all.
 
     Raises
     ------

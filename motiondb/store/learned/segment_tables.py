@@ -1,4 +1,4 @@
-"""Tables of the segments and of what every symbol says of them."""
+"""Tables of the segments and of their scores under every symbol."""
 
 from __future__ import annotations
 

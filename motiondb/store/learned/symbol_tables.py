@@ -1,4 +1,4 @@
-"""Tables of the motion symbols and of the space in which they lie."""
+"""Tables of the motion symbols and of the symbol space."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def select_symbols(connection: Connection, max_states: int, n_features: int) -> 
 
 
 def insert_space(connection: Connection, space: SymbolSpace, run_id: int) -> None:
-    """Write distances, stress and clusters (coordinates stand in the table ``symbol``)."""
+    """Write distances, stress and clusters (coordinates are in the table ``symbol``)."""
     n = len(space.distances)
     ids, others = np.divmod(np.arange(n * n), max(n, 1))
     insert(

@@ -40,7 +40,7 @@ class AcquisitionSettings:
     """Settings of the acquisition; lengths in feature frames, 15 a second.
 
     The defaults were chosen by hand on the sample data and on CMU captures; no table of
-    ``docs/quality.md`` compares other values, but for what is said below.
+    ``docs/quality.md`` compares other values, except as noted below.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress)
 
 @dataclass(frozen=True, eq=False)
 class _Arena:
-    """What stays fixed while symbols compete: frames, segments, variance floor, settings, rng."""
+    """The constants of the competition: frames, segments, variance floor, settings, rng."""
 
     frames: Float32Array
     starts: IntArray

@@ -164,7 +164,7 @@ def smacof(
     coordinates : array (points, dimensions)
         The last coordinates.
     stress : float
-        Normalised as in the module; 0 where all distances are 0.
+        Normalised as in the module; 0 if all distances are 0.
     """
     total = float(np.sum(distances**2))
     if total == 0.0:

@@ -74,7 +74,7 @@ def score(
     Returns
     -------
     array (segments, symbols)
-        Totals over each segment, nats; at least -1e30, which stands for impossible. Divide by
+        Totals over each segment, nats; at least -1e30, which means impossible. Divide by
         ``ends - starts`` for nats per frame.
 
     Raises

@@ -112,7 +112,7 @@ def fit(  # noqa: PLR0913  three of the eight are settings by name
     ends : array (segments,)
         One past the last frame of each segment.
     assignment : array (segments,)
-        Symbol of each segment; symbols without segments stay as they are.
+        Symbol of each segment; symbols without segments do not change.
     n_iterations : int
         Number of EM iterations.
     variance_floor : array (dimensions,) or float
@@ -155,7 +155,7 @@ def fit(  # noqa: PLR0913  three of the eight are settings by name
 def _expectations(
     symbols: MotionSymbols, frames: FloatArray, segments: IntArray, must_exit: bool
 ) -> tuple[kernels.Statistics, FloatArray]:
-    """E step in threads, each with symbols of its own; sums run in the order of the segments."""
+    """E step in threads, each with its own symbols; sums run in the order of the segments."""
     prepared = log_symbols(symbols)
     statistics = kernels.Statistics(
         *(np.zeros(symbols.self_loops.shape) for _ in range(3)),

@@ -155,7 +155,7 @@ def _advance_symbol(
 ) -> None:
     """One frame of one symbol: every token stays or moves on, and a new one enters.
 
-    The last age stands for all ages from ``minimum_duration`` on; ``begun`` is its entry frame.
+    The last age represents all ages from ``minimum_duration`` on; ``begun`` is its entry frame.
     """
     tokens, begun = state
     t, entry = entrant

@@ -71,7 +71,7 @@ class ActivitySettings:
     most : int
         Largest number of activities tried where the number is not given.
     price : float
-        Cost of one more activity, as a multiple of what Schwarz's criterion asks.
+        Cost of one more activity, as a multiple of that of Schwarz's criterion.
     sharp_window : int
         Length of the short contexts: 3 frames, a fifth of a second.
     n_parts : int

@@ -1,10 +1,10 @@
 """One word for all forms of a word: walks, walking, walked and walker are all "walk".
 
-Three steps, the first that answers wins: a short table of forms that motion captions use and
-dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common motion
-verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
+Three steps, of which the first with a result counts: a short table of forms that motion captions
+use and dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common
+motion verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
 simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it. Its
-lemmas for the words of captions are kept with what was learned (:func:`dictionary_forms`) and
+lemmas for the words of captions are stored with the learned model (:func:`dictionary_forms`) and
 handed to :func:`lemma`, so that a question needs the dictionary only for words that the database
 has never seen.
 """
@@ -100,7 +100,7 @@ def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
 
 @lru_cache(maxsize=20_000)
 def _ruled_lemma(word: str) -> str | None:
-    """The lemma where tables and regular endings tell it."""
+    """The lemma, if tables and regular endings give it."""
     if word in FORMS:
         return FORMS[word]
     if word in FIXED or word in VERBS or not word.isalpha():
@@ -109,7 +109,7 @@ def _ruled_lemma(word: str) -> str | None:
 
 
 def _stems(word: str) -> list[str]:
-    """What may stand before a regular ending, with a doubled letter undone and a silent e put back.
+    """Stems before a regular ending, with a doubled letter reduced and a silent e restored.
 
     >>> _stems("running")
     ['runn', 'run', 'runne']
@@ -137,5 +137,5 @@ def _dictionary_lemma(word: str) -> str:
     """The lemma in simplemma's English dictionary, or the word itself."""
     from simplemma import lemmatize
 
-    found = lemmatize(word, lang="en").lower()
-    return FORMS.get(found, found)
+    dictionary_form = lemmatize(word, lang="en").lower()
+    return FORMS.get(dictionary_form, dictionary_form)

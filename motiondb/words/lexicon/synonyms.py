@@ -75,7 +75,7 @@ def _pair(line: str) -> tuple[str, str] | None:
 
 
 def _ends(table: dict[str, str]) -> dict[str, str | None]:
-    """End of the chain that starts at each word, None where it leads into a cycle."""
+    """End of the chain that starts at each word, None if it leads into a cycle."""
     ends: dict[str, str | None] = {}
     for start in table:
         chain: dict[str, None] = {}

@@ -7,7 +7,7 @@ direction and body parts are kept; a piece of text with no other words belongs t
 it: "walks forward and backward" is one action. "X while Y" is one action, "X after Y" is Y, then X.
 A topic before a dash belongs to the first action.
 
-In a query the word ``?`` stands for any action; it becomes an empty action.
+In a query the word ``?`` means any action; it becomes an empty action.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def words_of(
 def motion_word(
     token: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None = None
 ) -> str | None:
-    """Lemma under which a word is filed, or None where it says nothing of a motion.
+    """Lemma under which a word is filed, or None if it does not describe motion.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
 """A linear map from score vectors to whole captions.
 
-The word map (:mod:`motiondb.words.maps.word_map`) says of each word by itself whether it is said.
-A question that describes a motion as a caption would is found better by comparing it with the
-caption that the motion suggests. Notation: v the score vector of an interval, t = y / |y| with
-y_w = 1 where word w was written about it. Ridge regression of t on v gives the suggested caption c;
-r_w = log((1 + n) / (1 + n_w)) is the rarity of a word that n_w of n intervals hold. The likeness of
-a question with words Q is the cosine of c * r and of the question's r:
+The word map (:mod:`motiondb.words.maps.word_map`) predicts for each word separately whether
+captions have it. For a question in the form of a caption, a comparison with the caption that the
+motion suggests gives better answers. Notation: v the score vector of an interval, t = y /
+|y| with y_w = 1 where word w was written about it. Ridge regression of t on v gives the suggested
+caption c; r_w = log((1 + n) / (1 + n_w)) is the rarity of a word that n_w of n intervals hold. The
+likeness of a question with words Q is the cosine of c * r and of the question's r:
 
     sum over w in Q of  c_w r_w / |c * r|  *  r_w / |r_Q|,
 
@@ -69,7 +69,7 @@ class CaptionMap:
 
 
 def solve_caption_map(moments: WordMoments, ridge: float = RIDGE) -> CaptionMap | None:
-    """Caption map from sums; None where the sums for captions were not kept.
+    """Caption map from sums; None if the sums for captions were not kept.
 
     Parameters
     ----------

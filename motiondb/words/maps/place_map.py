@@ -1,4 +1,4 @@
-"""Learn where in a take each word is shown, from captions that give no times.
+"""Learn where in a take each word is shown, from captions without times.
 
 A caption of a whole take says which actions happen somewhere in it. The times of the actions are
 hidden. They are estimated together with a linear map from the motion of a segment to words:
@@ -78,7 +78,7 @@ class ListedTakes:
     n_words : int
         Size of the vocabulary.
     labelled : array (rows, words), optional
-        y where people labelled an interval: 1 where a word is shown, 0 where it is not, NaN where
+        y where people labelled an interval: 1 where a word is shown, 0 if it is not, NaN if
         there is no label. None if there are no labels.
     """
 
@@ -231,8 +231,8 @@ def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
     """Return the evidence (rows, words; nats per second) for each take by the map of the others.
 
     The evidence of a map that was fitted to the take itself follows the take's own ``shown``, and
-    says less about the places of its words. On four long takes it placed .42 to .46 of the
-    questions right; without the take .50 to .54 were placed right.
+    is less informative about the places of its words. On four long takes it placed .42 to .46 of
+    the questions right; without the take .50 to .54 were placed right.
 
     Parameters
     ----------

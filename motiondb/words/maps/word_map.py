@@ -38,7 +38,7 @@ SPREAD_POWER = 0.25
 TOLERANCE = 0.06
 """The largest ridge whose precision is within this share of the best is taken. By hand.
 
-``docs/quality.md`` ("Words to motion") says how ridges were compared.
+``docs/quality.md`` ("Words to motion") describes the comparison of ridges.
 """
 
 
@@ -74,7 +74,7 @@ class WordMap:
         return vectors @ self.weights + self.offsets
 
     def log_odds(self, vectors: FloatArray) -> FloatArray:
-        """Calibrated log-odds (n, words) that a word is said of each interval."""
+        """Calibrated log-odds (n, words) that the captions of each interval have a word."""
         a, b, c = self.calibration
         return a * self.evidence(vectors) / self.spreads + b * _logit(self.priors) + c
 

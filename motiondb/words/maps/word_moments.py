@@ -71,19 +71,19 @@ class WordMoments:
     captions: CaptionMoments | None = None
 
     def __add__(self, other: WordMoments) -> WordMoments:
-        own, others = self.captions, other.captions
+        captions, others = self.captions, other.captions
         return WordMoments(
             self.n + other.n, self.vectors + other.vectors, self.words + other.words,
             self.gram + other.gram, self.cross + other.cross,
-            None if own is None or others is None else own + others,
+            None if captions is None or others is None else captions + others,
         )  # fmt: skip
 
     def __sub__(self, other: WordMoments) -> WordMoments:
-        own, others = self.captions, other.captions
+        captions, others = self.captions, other.captions
         return WordMoments(
             self.n - other.n, self.vectors - other.vectors, self.words - other.words,
             self.gram - other.gram, self.cross - other.cross,
-            None if own is None or others is None else own - others,
+            None if captions is None or others is None else captions - others,
         )  # fmt: skip
 
 

@@ -1,1 +1,1 @@
-"""What a word may be taken as where no caption holds it: a table built from WordNet."""
+"""Known words that replace a word that is in no caption: a table built from WordNet."""

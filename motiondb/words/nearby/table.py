@@ -1,14 +1,14 @@
-"""The table of nearby words: English words, and what each may be taken as.
+"""The table of nearby words: English words, and the known words that may replace each.
 
-The file is made by ``benchmarks/nearby_table.py`` from WordNet 3.0 (its licence and notice lie
-beside it). It holds a line of text,
+The file is made by ``benchmarks/nearby_table.py`` from WordNet 3.0 (its licence and notice are in
+the same folder). It holds a line of text,
 
     motiondb nearby words 1 W P S
 
 the W words, sorted, a line each, and then, little-endian: u4 (W + 1), where the pairs of every word
-begin; u2 (P), the number of the word that it may be taken as; u1 (P), the probability in units of
-1/200; u4 (S), sorted CRC-32 sums of further English words, of which nothing is known but that they
-are English. A word is wrongly called English with probability S / 2^32, some 1 in 100,000.
+begin; u2 (P), the number of the replacement; u1 (P), the probability in units of
+1/200; u4 (S), sorted CRC-32 sums of further English words, which are only known to be English. A
+word is wrongly called English with probability S / 2^32, some 1 in 100,000.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ from motiondb.records import FloatArray
 
 HEADING = "motiondb nearby words 1"
 UNIT = 1.0 / 200.0
+"""Step of the stored probabilities: one byte holds 0 to 1.275."""
 
 
 @dataclass(frozen=True, eq=False)
 class NearbyTable:
-    """What words may be taken as.
+    """The table of replacements of words.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class NearbyTable:
     silent: NDArray[np.uint32]
 
     def entry(self, word: str) -> tuple[tuple[str, float], ...]:
-        """What a word may be taken as, likeliest first; () where nothing is known.
+        """The replacements of a word, most probable first; () if there are none.
 
         >>> read_table(write_table({"amble": [("walk", 180)], "walk": []}, [])).entry("amble")
         (('walk', 0.9),)
@@ -83,7 +84,7 @@ def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence
     Parameters
     ----------
     pairs : mapping of str to sequence of (str, int)
-        Word -> what it may be taken as, and the probability in units of 1/200. Words that are only
+        Word -> replacements, with probabilities in units of 1/200. Words that are only
         answers have an empty entry.
     silent : sequence of int
         CRC-32 sums of further English words, sorted.

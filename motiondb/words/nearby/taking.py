@@ -1,4 +1,4 @@
-"""Take a word that no caption holds as words that captions hold.
+"""Replacement of a word that is in no caption by words of captions.
 
 Notation: p_i the probability, from the table, that the word may be taken as the known word i. If
 the largest is TAKEN or more, the word is *taken*: as all known words with p_i of SUGGESTED or more,
@@ -26,16 +26,18 @@ from motiondb.words.nearby.table import NearbyTable
 
 TAKEN = 0.5
 SUGGESTED = 0.3
+"""Probability from which a word is taken and from which words are suggested. Chosen by
+hand; docs/nearby-words.md says how often each range of probabilities is right."""
 
 
 @dataclass(frozen=True)
 class Taking:
-    """What is made of a word that no caption holds.
+    """The replacement or the suggestions for a word that is in no caption.
 
     Attributes
     ----------
     word : str
-        As it was asked.
+        As it was written.
     words : tuple of (str, float)
         Known words, likeliest first, each with the probability that the word may be taken so; only
         those of SUGGESTED or more.
@@ -49,13 +51,17 @@ class Taking:
 
     @property
     def probability(self) -> float:
-        """That the likeliest known word is right; 0 where there is none."""
+        """That the likeliest known word is right; 0 if there is none."""
         return self.words[0][1] if self.words else 0.0
 
     @property
     def is_taken(self) -> bool:
         """Whether the word is taken as its known words, rather than these being suggested."""
         return self.probability >= TAKEN
+
+    def facts(self) -> list[dict[str, str | float]]:
+        """Return the known words with their probabilities, for JSON."""
+        return [{"word": known, "probability": p} for known, p in self.words]
 
     @property
     def shares(self) -> tuple[float, ...]:
@@ -64,9 +70,9 @@ class Taking:
         return tuple(p / total for _, p in self.words)
 
     def sentence(self, where: str = "in the captions") -> str:
-        """What a user is told.
+        """The sentence for the user.
 
-        Probabilities are rounded down, so that none is told as 1.
+        Probabilities are rounded down, so that none is printed as 1.
 
         Parameters
         ----------
@@ -102,16 +108,16 @@ def say_chance(probability: float) -> str:
 
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
-    """What a word may be taken as among known words.
+    """The known words that may replace a word.
 
     Parameters
     ----------
     word : str
-        Not among the known words; as it was written, or its lemma.
+        A word that is not known; as written, or its lemma.
     known : collection of str
         Lemmas of the captions.
     table : NearbyTable
-        What words may be taken as.
+        The table of replacements of words.
     """
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
     chances: dict[str, float] = {}
@@ -129,8 +135,8 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
 def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:
     """Shares of the known words in taken words: array (vocabulary, takings), columns sum to 1.
 
-    What is linear in the words, such as log-odds of motion or of captions, array (..., vocabulary),
-    gets columns of the taken words by ``x @ mixture``.
+    Arrays (..., vocabulary) that are linear in the words, such as log-odds of motion or of
+    captions, get columns for the replaced words by ``x @ mixture``.
 
     >>> mixture([Taking("stroll", (("walk", 0.75), ("go", 0.25)))], ["go", "run", "walk"]).tolist()
     [[0.25], [0.0], [0.75]]

@@ -1,6 +1,6 @@
 """How often and how long: numbers in digits or words, counts, durations, other measures.
 
-An amount is a pair (least, most), most None where there is no upper limit:
+An amount is a pair (least, most), most None if there is no upper limit:
 
     "three times", "3x", "thrice"    (3, 3)        "for half a minute"    (30, 30)
     "at least twice", "twice or more" (2, None)     "at least 5 s"         (5, None)
@@ -25,6 +25,7 @@ _ONES, _TENS = _ONES_TEXT.split(), _TENS_TEXT.split()
 _NUMBERS = {word: n for n, word in enumerate(_ONES)} | {
     word: 10 * n for n, word in enumerate(_TENS, start=2)
 }
+"""Value of each number word."""
 NUMBER = (
     r"(?:(?<![\d.])[0-9]{1,6}(?:[.,][0-9]{1,6})?(?!\d)"
     rf"|\b(?:(?:a|one)[ -]hundred|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
@@ -107,94 +108,95 @@ def to_number(text: str) -> float:
 
 
 def match_duration(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
-    """End of the duration that stands at a place, with its least and most seconds.
+    """End of the duration at a position, with its least and most seconds.
 
     >>> match_duration("for half a minute"), match_duration("at least 5 s")
     ((17, 30.0, 30.0), (12, 5.0, None))
     >>> match_duration("2 to 4 seconds"), match_duration("under 1.5 min")
     ((14, 2.0, 4.0), (13, 0.0, 90.0))
     """
-    found = _DURATION.match(text, place)
-    if found is None:
+    match = _DURATION.match(text, place)
+    if match is None:
         return None
-    if found["one"] or found["least_one"]:
-        seconds = _unit_seconds(found["one_unit"] or found["least_unit"])
-        return found.end(), seconds, None if found["least_one"] else seconds
-    seconds = _unit_seconds(found["unit"])
-    if found["half"]:
-        low = high = _fraction(found["half"]) * seconds
+    if match["one"] or match["least_one"]:
+        seconds = _unit_seconds(match["one_unit"] or match["least_unit"])
+        return match.end(), seconds, None if match["least_one"] else seconds
+    seconds = _unit_seconds(match["unit"])
+    if match["half"]:
+        low = high = _fraction(match["half"]) * seconds
     else:
-        low = to_number(found["low"]) * seconds
-        high = to_number(found["high"]) * seconds if found["high"] else low
+        low = to_number(match["low"]) * seconds
+        high = to_number(match["high"]) * seconds if match["high"] else low
     low, high = min(low, high), max(low, high)
-    if found["more"] or found["plus"]:
-        return found.end(), low, None
-    return found.end(), 0.0 if found["fewer"] or found["minus"] else low, high
+    if match["more"] or match["plus"]:
+        return match.end(), low, None
+    return match.end(), 0.0 if match["fewer"] or match["minus"] else low, high
 
 
 def match_count(text: str, place: int = 0) -> tuple[int, int, int | None] | None:
-    """End of the count that stands at a place, with the least and most repeats.
+    """End of the count at a position, with the least and most repeats.
 
     >>> match_count("three times"), match_count("at least twice"), match_count("over 2 times")
     ((11, 3, 3), (14, 2, None), (12, 3, None))
     >>> match_count("two or three times"), match_count("fewer than 3x"), match_count("repeatedly")
     ((18, 2, 3), (13, 0, 2), (10, 2, None))
     """
-    found = _COUNT.match(text, place)
-    return None if found is None else (found.end(), *_repeats(found))
+    match = _COUNT.match(text, place)
+    return None if match is None else (match.end(), *_repeats(match))
 
 
 def match_measure(text: str, place: int = 0) -> int | None:
-    """End of the angle, length or speed that stands at a place; motiondb has no use for these.
+    """End of the angle, length or speed at a position; motiondb does not use these.
 
     >>> match_measure("90-degree turn"), match_measure("2 m"), match_measure("2 hops")
     (9, 3, None)
     """
-    found = _MEASURE.match(text, place)
-    return None if found is None else found.end()
+    match = _MEASURE.match(text, place)
+    return None if match is None else match.end()
 
 
 def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:
-    """End of the number that stands at a place, with its least and its most.
+    """End of the number at a position, with its least and its most.
 
     >>> match_number("twenty-five jumps"), match_number("jump")
     ((11, 25.0, 25.0), None)
     >>> match_number("at least three jumps"), match_number("fewer than 3 jumps")
     ((14, 3.0, None), (12, 0.0, 2.0))
     """
-    found = _NUMBER.match(text, place)
-    if found is None:
+    match = _NUMBER.match(text, place)
+    if match is None:
         return None
-    number = to_number(found["number"])
-    more, fewer = (found["more"] or "").lower(), (found["fewer"] or "").lower()
+    number = to_number(match["number"])
+    more, fewer = (match["more"] or "").lower(), (match["fewer"] or "").lower()
     if more:
-        return found.end(), number + (more == "more than"), None
+        return match.end(), number + (more == "more than"), None
     if fewer:
-        return found.end(), 0.0, max(number - (fewer in ("fewer than", "less than")), 0.0)
-    return found.end(), number, number
+        return match.end(), 0.0, max(number - (fewer in ("fewer than", "less than")), 0.0)
+    return match.end(), number, number
 
 
-def _repeats(found: re.Match[str]) -> tuple[int, int | None]:
-    if found["again"] or found["some"]:
+def _repeats(match: re.Match[str]) -> tuple[int, int | None]:
+    if match["again"] or match["some"]:
         return 2, None
-    if found["after"]:
-        low = high = int(found["after"])
-    elif found["adverb"]:
-        low = _ADVERBS[found["adverb"].lower()]
-        high = _ADVERBS["".join(found["adverb2"].lower().split())] if found["adverb2"] else low
+    if match["after"]:
+        low = high = int(match["after"])
+    elif match["adverb"]:
+        low = _ADVERBS[match["adverb"].lower()]
+        high = _ADVERBS["".join(match["adverb2"].lower().split())] if match["adverb2"] else low
     else:
-        low = round(to_number(found["low"]))
-        high = round(to_number(found["high"])) if found["high"] else low
+        low = round(to_number(match["low"]))
+        high = round(to_number(match["high"])) if match["high"] else low
     low, high = min(low, high), max(low, high)
-    more, fewer = (found["more"] or "").lower(), (found["fewer"] or "").lower()
-    if more or found["plus"] or (found["early"] or "").lower() == "more":
+    more, fewer = (match["more"] or "").lower(), (match["fewer"] or "").lower()
+    if more or match["plus"] or (match["early"] or "").lower() == "more":
         return low + (more in ("more than", "over")), None
-    if fewer or found["minus"] or found["early"]:
+    if fewer or match["minus"] or match["early"]:
         return 0, max(high - (fewer in ("less than", "fewer than", "under")), 0)
     return low, high
 
 
 _ADVERBS = {"once": 1, "twice": 2, "thrice": 3, "threetimes": 3}
+"""Number of times that an adverb says."""
 
 
 def _parts(text: str) -> list[str]:

@@ -97,7 +97,7 @@ def share_limb(before: Node, bare: Node) -> Node:
 
 
 def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
-    """A tree without amounts that stand beside no action; and these amounts.
+    """A tree without amounts that belong to no action; and these amounts.
 
     >>> drop_empty(AnyOf((Repeated(Action(()), 2, 2), Action(("run",)))))[0]
     Action(words=('run',), manner=())
@@ -125,7 +125,7 @@ def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
 
 
 def _core(node: Node) -> Action | None:
-    """The action within amounts, None where there is anything else."""
+    """The action within amounts, None if there is anything else."""
     while isinstance(node, (Repeated, Lasting)):
         node = node.part
     return node if isinstance(node, Action) else None

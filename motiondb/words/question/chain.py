@@ -41,7 +41,7 @@ class Chain:
         node : Node
             The part.
         separator : str
-            What stands before it: "comma", "then", "stop" or nothing.
+            The separator before it: "comma", "then", "stop" or nothing.
         closing : str
             Connective that closes a list with this part, "or", "and" or nothing.
         """
@@ -62,7 +62,7 @@ class Chain:
             self.list_start = len(self.parts)
 
     def _add_bare(self, node: Node, separator: str) -> bool:
-        """Give a bare node to the action before it; False where it has to stand by itself."""
+        """Give a bare node to the action before it; False if it must be a separate part."""
         if self.parts and actions_of(self.parts[-1]):
             if separator == "then" and names_words(node):
                 self.parts.append(say_again(self.parts[-1], node))
@@ -80,7 +80,7 @@ class Chain:
         self.parts.insert(max(len(self.parts) - 1, 0), node)
 
     def join_last(self, kind: Joined, node: Node) -> None:
-        """Join a node with the last part, or with the exclusions where there is no part."""
+        """Join a node with the last part, or with the exclusions if there is no part."""
         if not self.parts and kind is AnyOf and self.front:
             self.parts, self.front = [without(Anything(), self.front)], []
         if not self.parts:
@@ -99,7 +99,7 @@ class Chain:
             self.front.extend(excluded)
 
     def tree(self) -> tuple[Node | None, list[Node]]:
-        """What was read, None where nothing is asked; and bare pieces without an action."""
+        """The node that was read, None if there is none; and bare pieces without an action."""
         waiting = self.waiting
         if not self.parts:
             self.parts = [bare for bare in waiting if names_words(bare)][:1]

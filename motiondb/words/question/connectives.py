@@ -1,6 +1,6 @@
-"""The words and signs that join, order, exclude and group what a question asks for.
+"""The words and signs that join, order, exclude and group the actions of a question.
 
-The first pattern of the table that fits at a place of the text counts, so longer phrases stand
+The first pattern of the table that matches at a position of the text counts, so longer phrases come
 before the words that they begin with.
 """
 
@@ -56,14 +56,14 @@ PATTERNS: tuple[tuple[str, re.Pattern[str]], ...] = (
 
 
 def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
-    """The connective that stands at a place of a text, with its kind.
+    """The connective at a position of a text, with its kind.
 
     >>> kind, found = match_connective("walk, but not run", 10)
     >>> kind, found.group()
     ('not', 'not')
     """
     for kind, pattern in PATTERNS:
-        found = pattern.match(text, place)
-        if found is not None:
-            return kind, found
+        match = pattern.match(text, place)
+        if match is not None:
+            return kind, match
     return None

@@ -33,10 +33,10 @@ class KnownQuestion:
     Attributes
     ----------
     text : str
-        As it was asked.
+        As it was written.
     tree : Node
-        Of known words; an action of which no word is known is left out. A manner is the word
-        that captions say for it.
+        Of known words; an action of which no word is known is left out. A manner is the word that
+        captions use for it.
     unknown : mapping of str to tuple of str
         From each word that is not known to the nearest known ones, best first.
     not_used : tuple of NotUsed
@@ -50,7 +50,7 @@ class KnownQuestion:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Known words that are asked for or excluded, from the left, each once."""
+        """Known words that are requested or excluded, from the left, each once."""
         actions = (node for node in walk(self.tree) if isinstance(node, Action))
         return tuple(dict.fromkeys(word for action in actions for word in action.all_words))
 
@@ -60,7 +60,7 @@ class KnownQuestion:
         return say(self.tree)
 
     def facts(self, not_used: Sequence[NotUsed]) -> dict[str, Any]:
-        """The question for JSON: its text, how it is understood, its tree, and what is left out."""
+        """The question for JSON: its text, its interpretation, its tree, and its unused parts."""
         return {
             "text": self.text,
             "understood": self.understood,
@@ -79,9 +79,9 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     Parameters
     ----------
     question : Question
-        The question as it is understood.
+        The parsed question.
     counts : mapping of str to int
-        In how many captions each known word stands.
+        Number of captions with each known word.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """How something is done: adverbs brought to the words that captions may have for them.
 
-An adverb in -ly is filed under its adjective (slowly: slow, happily: happy, gently: gentle). What
-captions say of it is looked for among the adjective, the adverb and, for speed, the words that mean
-the same.
+An adverb in -ly is filed under its adjective (slowly: slow, happily: happy, gently: gentle). The
+caption words for it are searched among the adjective, the adverb and, for speed, the words of the
+same meaning.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def forms_of_manner(manner: str) -> tuple[str, ...]:
 
 
 def known_manner(manner: str, counts: Mapping[str, int]) -> str | None:
-    """The word for a manner that most captions have; None where no caption has one.
+    """The word for a manner that most captions have; None if no caption has one.
 
     >>> known_manner("slow", {"slowly": 2, "slow": 5}), known_manner("angry", {"slow": 5})
     ('slow', None)

@@ -13,8 +13,8 @@ the grammar:
 
 * A list takes the meaning of its last connective: "walk, run or jump" is any of three, "walk, turn
   and sit" is an order of three.
-* "and" between two actions leaves open whether they come at once or in order (``Both``); beside
-  "while" or "at the same time" it is at once.
+* "and" between two actions leaves open whether they come at once or in order (``Both``); with
+  "while" or "at the same time" they are simultaneous.
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
   forward and backward", "walk, twice"); after "or" and "then" the action is said again ("turn left
   or right" is turn left or turn right).
@@ -106,7 +106,7 @@ class _Parser(Pieces):
     """The upper rules of the module's grammar, a method each."""
 
     def order(self) -> Node | None:
-        """Everything up to the end or a closing parenthesis; None where nothing is asked."""
+        """Everything up to the end or a closing parenthesis; None if nothing is asked."""
         chain = Chain()
         separator = ""
         while self.kind not in ("end", "close"):
@@ -132,7 +132,7 @@ class _Parser(Pieces):
         return tree
 
     def _element(self, chain: Chain, separator: str) -> None:
-        """A part of an order, with what comes before or after it by "after" and "before"."""
+        """A part of an order, with the parts before and after it by "after" and "before"."""
         if self.take("either"):
             chain.list_start = len(chain.parts)
         self.same = False
@@ -243,7 +243,7 @@ class _Parser(Pieces):
         return (join(Both, nodes) if nodes else None), "and" if len(nodes) > 1 else ""
 
     def single(self) -> Node | None:
-        """A piece without what is excluded from it."""
+        """A piece without its exclusions."""
         node = self.piece() if self.kind not in ("not", "nor") else None
         while self.kind in ("not", "nor"):
             cancelled, excluded = self.excluded()

@@ -43,7 +43,7 @@ class Pieces(ABC):
 
     @abstractmethod
     def order(self) -> Node | None:
-        """Everything up to the end or a closing parenthesis; None where nothing is asked."""
+        """Everything up to the end or a closing parenthesis; None if nothing is asked."""
 
     @property
     def kind(self) -> str:
@@ -58,7 +58,7 @@ class Pieces(ABC):
         return self.tokens[self.place - 1]
 
     def excluded(self) -> tuple[bool, list[Node]]:
-        """What a negation excludes; and whether it is one of two that cancel."""
+        """The exclusion of a negation; and whether it is one of two that cancel."""
         n_negations, text = 0, []
         while token := self.take("not", "nor", "but_not"):
             n_negations += 1
@@ -93,7 +93,7 @@ class Pieces(ABC):
         return self.kind == "comma" and self._list_closes()
 
     def _list_closes(self) -> bool:
-        """Whether the list that goes on with the next comma closes with "or" or "nor"."""
+        """Whether the list that continues with the next comma closes with "or" or "nor"."""
         for token in self.tokens[self.place + 1 :]:
             if token.kind in ("or", "nor"):
                 return True
@@ -137,7 +137,7 @@ class Pieces(ABC):
         return node
 
     def _group(self) -> Node | None:
-        """What stands in parentheses."""
+        """The part in parentheses."""
         self.take("open")
         self.depth += 1
         if self.depth > MOST_PARENTHESES:
@@ -156,7 +156,7 @@ class Pieces(ABC):
         return node
 
     def _words(self) -> Node | None:
-        """A run of words, manners and amounts; None where it holds nothing."""
+        """A run of words, manners and amounts; None if it holds nothing."""
         if token := self.take("quote"):
             return Action(token.words)
         words: list[str] = []

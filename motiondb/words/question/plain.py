@@ -1,4 +1,4 @@
-"""A question's tree as a plain order of actions, for what can only be given one.
+"""A question's tree as a plain order of actions, for functions that accept only that.
 
 Generation and the search by symbols decode words in order; they have no place for anything else.
 """
@@ -20,11 +20,11 @@ from motiondb.words.question.tree import (
 
 
 def plain_actions(tree: Node) -> tuple[tuple[tuple[str, ...], ...], tuple[NotUsed, ...]]:
-    """The actions of a tree one after the other, () for anything; and what this leaves out.
+    """The actions of a tree in order, () for anything; and the unused parts of the tree.
 
-    For what can only be given an order of actions: of alternatives the first one counts, actions
-    at once are one action, an action is said once however often it is asked for, and exclusions,
-    counts and durations are named.
+    For functions that accept only an order of actions: the first alternative counts, simultaneous
+    actions are one action, a repeated action counts once, and exclusions, counts and durations are
+    listed as unused.
 
     >>> walk, run, sit = (Action((word,)) for word in ("walk", "run", "sit"))
     >>> plain_actions(Without(AnyOf((walk, run)), (sit,)))[1]

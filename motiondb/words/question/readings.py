@@ -1,16 +1,15 @@
-"""A question's tree as flat readings: what a search along the time of a capture can look for.
+"""A question's tree as flat readings, for a search along the time of a capture.
 
-A reading is an order of parts; a part is what must be seen in one interval; an exclusion says what
-must not be seen from one part to another. A tree has several readings where it leaves a choice:
+A reading is an order of parts; a part is the actions of one interval; an exclusion lists actions
+that must not occur from one part to another. A tree has several readings where it leaves a choice:
 
 * ``AnyOf``: those of every alternative.
 * ``Both``: all parts at once, or in the order in which they are written.
 
 The manner of an action is an action at once with it: a capture must show both. A part at once with
-an order holds for every part of the order. A part said to happen three times
-is three parts in order that make one statement. What a search cannot tell is taken out and named:
-upper limits of counts and durations, durations of whole orders, and the order, count and duration
-of what is excluded.
+an order holds for every part of the order. A part that is requested three times is three parts in
+order that make one statement. Parts that a search cannot use are removed and listed: upper limits
+of counts and durations, durations of whole orders, and the order, count and duration of exclusions.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ MOST_PARTS = 128
 
 @dataclass(frozen=True)
 class Part:
-    """What must be seen in one interval.
+    """The actions of one interval.
 
     Attributes
     ----------
@@ -55,7 +54,7 @@ class Part:
     seconds : float
         Least length of the interval.
     repeat_of : int
-        Number of the first part that says the same, for repeats; its own number otherwise.
+        Number of the first equal part, for repeats; its own number otherwise.
     """
 
     actions: tuple[tuple[str, ...], ...]
@@ -74,14 +73,14 @@ class Exclusion:
 
 @dataclass(frozen=True)
 class Reading:
-    """Parts in order, and what must not be seen in them."""
+    """Parts in order, with exclusions."""
 
     parts: tuple[Part, ...]
     exclusions: tuple[Exclusion, ...] = ()
 
 
 def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
-    """The readings of a tree, and what of it a search cannot tell.
+    """The readings of a tree, and its unused parts.
 
     Raises
     ------
@@ -96,13 +95,13 @@ def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
     (Exclusion(actions=(('jump',),), first=0, last=2),)
     """
     not_used: list[NotUsed] = []
-    found = _read(tree, not_used)
-    unique = tuple(dict.fromkeys(found))
+    read = _read(tree, not_used)
+    unique = tuple(dict.fromkeys(read))
     return unique, tuple(dict.fromkeys(not_used))
 
 
 def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
-    """The readings of a node; adds to what is not used."""
+    """The readings of a node; unused parts are added to the list."""
     match node:
         case Action():
             manners = [(manner,) for manner in node.manner]
@@ -111,48 +110,48 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             return [Reading((Part(()),))]
         case Without():
             excluded = [e for one in node.excluded for e in _excluded(one, not_used)]
-            found = [_without(reading, excluded) for reading in _read(node.part, not_used)]
+            parts = [_without(reading, excluded) for reading in _read(node.part, not_used)]
         case Repeated():
             if node.most is not None:
                 reason = "search cannot tell that it is not seen more often"
                 not_used.append(NotUsed(say_count(0, node.most), reason))
-            found = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
+            parts = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
         case Lasting():
-            found = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
+            parts = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
         case _:
-            found = _read_joined(node, not_used)
-    return _limited(found)
+            parts = _read_joined(node, not_used)
+    return _limited(parts)
 
 
 def _read_joined(node: InOrder | AtOnce | Both | AnyOf, not_used: list[NotUsed]) -> list[Reading]:
     """The readings of a node that joins parts."""
     each = [_read(part, not_used) for part in node.parts]
     if isinstance(node, AnyOf):
-        return [reading for found in each for reading in found]
+        return [reading for read in each for reading in read]
     if isinstance(node, InOrder):
         return _products(each, _in_order)
     if isinstance(node, Both):
         return [*_products(each, _at_once), *_products(each, _in_order)]
-    if len({len(reading.parts) for found in each for reading in found} - {1}) > 1:
+    if len({len(reading.parts) for read in each for reading in read} - {1}) > 1:
         reason = "orders of different lengths are searched one after the other"
         not_used.append(NotUsed(say(node), reason))
     return _products(each, _at_once)
 
 
-def _limited(found: list[Reading]) -> list[Reading]:
-    if len(found) > MOST_READINGS:
-        _refuse("alternatives", len(found), MOST_READINGS)
-    longest = max(len(reading.parts) for reading in found)
+def _limited(alternatives: list[Reading]) -> list[Reading]:
+    if len(alternatives) > MOST_READINGS:
+        _refuse("alternatives", len(alternatives), MOST_READINGS)
+    longest = max(len(reading.parts) for reading in alternatives)
     if longest > MOST_PARTS:
         _refuse("actions in order", longest, MOST_PARTS)
-    return found
+    return alternatives
 
 
 def _products(
     each: Sequence[list[Reading]], combine: Callable[[Sequence[Reading]], Reading]
 ) -> list[Reading]:
     """Every choice of one reading a part, combined."""
-    number = prod(len(found) for found in each)
+    number = prod(len(read) for read in each)
     if number > MOST_READINGS:
         _refuse("alternatives", number, MOST_READINGS)
     return [combine(choice) for choice in product(*each)]
@@ -172,7 +171,7 @@ def _in_order(choice: Sequence[Reading]) -> Reading:
 def _at_once(choice: Sequence[Reading]) -> Reading:
     """Readings in the same intervals; single parts hold for every part of an order.
 
-    Orders of different lengths cannot be laid upon one another: the shorter ones come behind.
+    Orders of different lengths cannot be overlaid: the shorter ones follow.
     """
     longest = max(choice, key=lambda reading: len(reading.parts))
     n = len(longest.parts)
@@ -193,7 +192,7 @@ def _at_once(choice: Sequence[Reading]) -> Reading:
 
 
 def _without(reading: Reading, excluded: Sequence[tuple[tuple[str, ...], ...]]) -> Reading:
-    """A reading none of whose parts shows what is excluded."""
+    """A reading whose parts exclude these actions."""
     added = tuple(Exclusion(actions, 0, len(reading.parts)) for actions in excluded)
     return replace(reading, exclusions=(*reading.exclusions, *added))
 

@@ -1,6 +1,6 @@
 """A question's tree as one line, which is itself a question with the same tree.
 
-``walk, then (run or jump), not sit``: a node that joins parts stands in parentheses where it is a
+``walk, then (run or jump), not sit``: a node that joins parts is written in parentheses if it is a
 part of another one.
 """
 
@@ -94,5 +94,5 @@ def _inside(node: Node) -> str:
 
 
 def _before_exclusion(node: Node) -> str:
-    """What an exclusion is taken from: an order needs no parentheses there."""
+    """The base of an exclusion: an order needs no parentheses there."""
     return say(node) if isinstance(node, InOrder) else _inside(node)

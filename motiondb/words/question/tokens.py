@@ -1,7 +1,7 @@
 """From the text of a question to tokens: connectives, negations, amounts and motion words.
 
-Words that say nothing of a motion are left out, all others are lemmas as captions give them
-(``words.vocabulary``). Connectives that stand together become one (", and then" is ``then``). A
+Words that do not describe motion are left out; all others are lemmas as in captions
+(``words.vocabulary``). Adjacent connectives become one (", and then" is ``then``). A
 negation that follows a comma, "and" or "but" becomes ``but_not``: it holds for everything before
 it; a bare "not" or "without" holds for the part before it alone.
 
@@ -45,7 +45,7 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _DIGITS = re.compile(r"[0-9]+(?:[.,][0-9]+)*")
 _SPACE = re.compile(r"\s+")
 _SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but", "and")
-"""Kinds that join parts; of several that stand together the first in this order counts."""
+"""Kinds that join parts; of several adjacent ones the first in this order counts."""
 _UNUSED = {
     "vague": "it names no length and no number of times",
     "only": "what else a capture shows is not compared",
@@ -84,7 +84,7 @@ def tokenize(
     synonyms: Mapping[str, str] | None = None,
     lemmas: Mapping[str, str] | None = None,
 ) -> tuple[list[Token], list[NotUsed]]:
-    """The tokens of a question, and what of it has no use.
+    """The tokens of a question, and its unused parts.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _check_length(length: int, most: int, unit: str) -> None:
 
 
 def _scan(text: str) -> Iterator[Token]:
-    """Tokens as they stand in the text, words not yet looked up."""
+    """Tokens in the order of the text, words not yet looked up."""
     place = 0
     while place < len(text):
         token, end = _token_at(text, place)
@@ -147,19 +147,19 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
     if number := match_number(text, place):
         return Token("number", text[place : number[0]], (), *number[1:]), number[0]
     for kind, pattern in (("number", _DIGITS), ("text", _WORD)):
-        found = pattern.match(text, place)
-        if found is not None:
-            return Token(kind, found.group()[:30], (), -1.0), found.end()
+        matched = pattern.match(text, place)
+        if matched is not None:
+            return Token(kind, matched.group()[:30], (), -1.0), matched.end()
     return None, place + 1
 
 
 def _words(
     tokens: Iterator[Token], synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None
 ) -> Iterator[Token]:
-    """Words looked up: motion words, manners, and fillers that say nothing of a motion."""
+    """Words looked up: motion words, manners, and fillers that do not describe motion."""
     for token in tokens:
         if token.kind == "quote":
-            pieces = [p for found in _WORD.findall(token.text) for p in split_compound(found)]
+            pieces = [p for spelling in _WORD.findall(token.text) for p in split_compound(spelling)]
             words = tuple(w for p in pieces if (w := motion_word(p, synonyms, lemmas)) is not None)
             yield replace(token, words=words) if words else Token("filler", token.text)
         elif token.kind in ("text", "skip"):
@@ -171,7 +171,7 @@ def _words(
 
 
 def _word_token(piece: str, word: str | None, synonym: bool) -> Token:
-    """A motion word, a manner, or a filler; what the user gave as a synonym is a word."""
+    """A motion word, a manner, or a filler; a user's synonym is a word."""
     if word is None:
         return Token("filler", piece)
     manner = None if synonym else manner_of(piece, word)
@@ -204,7 +204,7 @@ def _numbers_to_counts(tokens: list[Token]) -> list[Token]:
 
 
 def _join_separators(tokens: Sequence[Token]) -> list[Token]:
-    """Separators that stand together become one; with a negation behind them, ``but_not``."""
+    """Adjacent separators become one; followed by a negation, ``but_not``."""
     joined: list[Token] = []
     for is_separator, run in groupby(tokens, key=lambda token: token.kind in _SEPARATORS):
         group = list(run)

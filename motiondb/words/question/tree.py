@@ -46,7 +46,7 @@ class Action:
 
     @property
     def all_words(self) -> tuple[str, ...]:
-        """Words and manners: what captions are asked for."""
+        """Words and manners, which are compared with captions."""
         return (*self.words, *self.manner)
 
     @property
@@ -89,7 +89,7 @@ class AtOnce:
 
 @dataclass(frozen=True)
 class Both:
-    """All of the parts, at once or one after the other: the question does not say which."""
+    """All of the parts, simultaneously or in order: the question leaves this open."""
 
     parts: tuple[Node, ...]
 
@@ -103,7 +103,7 @@ class AnyOf:
 
 @dataclass(frozen=True)
 class Without:
-    """A part that shows none of what is excluded."""
+    """A part that shows none of the exclusions."""
 
     part: Node
     excluded: tuple[Node, ...]
@@ -141,17 +141,17 @@ class NotUsed:
 
 @dataclass(frozen=True)
 class Question:
-    """A question as it is understood.
+    """A parsed question.
 
     Attributes
     ----------
     text : str
-        As it was asked.
+        As it was written.
     tree : Node
-        What is asked.
+        The tree of the question.
     not_used : tuple of NotUsed
         What the tree leaves out, in the order of the question. Articles, pronouns and other words
-        that say nothing of a motion are not listed.
+        that do not describe motion are not listed.
     """
 
     text: str
@@ -186,7 +186,7 @@ def at_once(parts: Sequence[Node]) -> Node:
 
 
 def without(part: Node, excluded: Sequence[Node]) -> Node:
-    """A part without what is excluded; exclusions of the same part become one list."""
+    """A part without its exclusions; exclusions of the same part become one list."""
     listed: list[Node] = []
     for node in excluded:
         listed.extend(node.parts if isinstance(node, AnyOf) else (node,))
@@ -216,7 +216,7 @@ def walk(node: Node) -> Iterator[Node]:
 
 
 def actions_of(node: Node) -> tuple[Action, ...]:
-    """The actions that are asked for, from the left; none of those that are excluded."""
+    """The requested actions, from the left, without the excluded ones."""
     if isinstance(node, Action):
         return (node,)
     below = (node.part,) if isinstance(node, Without) else parts_of(node)
@@ -224,7 +224,7 @@ def actions_of(node: Node) -> tuple[Action, ...]:
 
 
 def map_actions(node: Node, change: Callable[[Action], Action]) -> Node:
-    """The same tree with every asked action changed; exclusions stay as they are."""
+    """The same tree with every requested action changed; exclusions do not change."""
     if isinstance(node, Action):
         return change(node)
     if isinstance(node, (Without, Repeated, Lasting)):

@@ -14,8 +14,8 @@ completion is therefore at most sum_j (log q_j + S_j / q_j - 1), which *is* a su
 position i contributes sum_j a(i | j, l, m) t(word_j | s_i) / q_j. Its maximum over completions,
 transitions included, is computed for all nodes at once by one backward dynamic program per length.
 It is never below the true maximum, so that A* with it is optimal. The program also carries the set
-of words that no symbol has accounted for yet, and bounds the probability of these words by what the
-remaining symbols can give; without this the bound is too loose to be useful. See
+of words that no symbol has accounted for yet, and bounds the probability of these words by the most
+that the remaining symbols can give; without this the bound is too loose to be useful. See
 :mod:`motiondb.words.translation.decoding_bounds`.
 
 The search ends when the bound of no open node exceeds the best sequence found: the certificate is
@@ -97,7 +97,7 @@ def decode_words(
     Returns
     -------
     Decoding or None
-        None where every sequence has probability 0, or where none was found within the limit.
+        None if every sequence has probability 0, or where none was found within the limit.
 
     Raises
     ------

@@ -128,7 +128,7 @@ def _line_search(x: FloatArray, y: FloatArray, slope: float) -> float:
 def said_level(problem: Problem, length: int, q: FloatArray) -> FloatArray:
     """Values q for the second bound: the usual probability of a word that one symbol says.
 
-    The symbol is taken to stand in the position of largest alignment probability. Words that are
+    The symbol is assumed at the position of largest alignment probability. Words that are
     not tracked keep their q, and so does a larger q.
     """
     level = q.copy()
@@ -152,7 +152,7 @@ def track(  # noqa: C901  one compiled dynamic program, a loop inside a loop
     pays : array (l + 1, S)
         See :func:`symbol_pays`.
     ahead : array (at least l + 1, rows, masks)
-        Filled with an upper bound of what comes after position k from a row, with the words of the
+        Filled with an upper bound of the value after position k from a row, with the words of the
         mask not yet said; the linearised logarithms are part of it, what earlier positions paid is
         not. ahead[0, row of the begin, all words], with the length's log-probability, bounds every
         sequence of the length. In single precision for speed; raised by more than its rounding

@@ -47,9 +47,9 @@ class Problem(NamedTuple):
     tracked : array (TRACKED or m,)
         Which words have bits 0, 1, ...
     unsaid : array (m,)
-        The most that a symbol which does not say word j gives it, probability.
+        Largest probability of word j under a symbol that does not say it.
     usual : array (m,)
-        What a symbol that says word j gives it on average, probability.
+        Mean probability of word j under symbols that say it.
     """
 
     t: FloatArray

@@ -102,7 +102,7 @@ def diagonal_alignment(n_symbols: int, n_words: int, tension: float) -> FloatArr
 
 
 def log_probability(association: Association, symbols: IntArray, words: IntArray) -> float:
-    """log P(words | symbols), nats; 0 where there are no words, -inf where one is impossible."""
+    """log P(words | symbols), nats; 0 if there are no words, -inf where one is impossible."""
     with np.errstate(divide="ignore"):
         return float(np.log(_joint(association, symbols, words).sum(axis=1)).sum())
 

@@ -31,7 +31,7 @@ def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArr
     Parameters
     ----------
     sequences : iterable of array
-        Symbols of each capture in order; empty ones add nothing.
+        Symbols of each capture in order; empty ones do not count.
     n_symbols : int
         Number of symbols.
 

@@ -23,14 +23,14 @@ def refusal(data: bytes | str, kind: str, asf: str = ASF, **options: object) -> 
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(
             raw, kind, path="f", skeleton=AsfFile(asf.encode(), "s.asf"),
-            options=ReadOptions(**options),  # type: ignore[arg-type]  # any option of a test
+            options=ReadOptions(**options),
         )  # fmt: skip
     return str(caught.value)
 
 
 def npz(**arrays: object) -> bytes:
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]  # odd values on purpose
+    np.savez(buffer, **arrays)  # odd values on purpose
     return buffer.getvalue()
 
 
@@ -205,7 +205,7 @@ def test_a_slow_rate_cannot_fill_the_memory() -> None:
     [
         (ValueError("odd"), "f: expected a file that its reader knows, found one that it cannot "
          "read (ValueError: odd). Export it again."),
-        (RecursionError(), "f: expected a file of ordinary depth, found deeply nested data. "
+        (RecursionError(), "f: expected data that are not deeply nested, found deep nesting. "
          "Export it again."),
         (MemoryError(), "f: expected a file that fits into memory, found a larger one. "
          "Cut the capture."),

@@ -128,8 +128,8 @@ def test_agrees_with_matrices() -> None:
     np.testing.assert_allclose(positions[1, 3], at_shin * CMU, atol=1e-12)
     from motiondb.pose.rotation import rotate
 
-    found = positions[1, 3] + rotate(rotations[1, 3], np.array(clip.skeleton.end_sites[0][1]))
-    np.testing.assert_allclose(found, end * CMU, atol=1e-12)
+    actual = positions[1, 3] + rotate(rotations[1, 3], np.array(clip.skeleton.end_sites[0][1]))
+    np.testing.assert_allclose(actual, end * CMU, atol=1e-12)
 
 
 def test_degrees_of_freedom_in_another_order() -> None:
@@ -190,7 +190,7 @@ def test_bad_frames_can_be_left_out() -> None:
 
 def test_frame_numbers_that_jump_are_noted() -> None:
     assert read(AMC.replace("\n2\n", "\n9\n")).notes == (
-        "The frame numbers jump; the frames are taken as they come.",
+        "The frame numbers have gaps; the frames are taken in order.",
     )
 
 
@@ -207,9 +207,9 @@ def test_skeleton_beside_the_motion(tmp_path: Path, names: list[str], expected: 
     for name in names:
         (tmp_path / name).write_text(ASF)
     (tmp_path / "16_01.amc").write_text(AMC)
-    found = skeleton_path(tmp_path / "16_01.amc")
-    assert found is not None
-    assert found.name == expected
+    skeleton = skeleton_path(tmp_path / "16_01.amc")
+    assert skeleton is not None
+    assert skeleton.name == expected
     assert read_capture(tmp_path / "16_01.amc").n_frames == 2
     assert read_capture(tmp_path / "16_01.amc", skeleton=tmp_path / names[-1]).n_frames == 2
 

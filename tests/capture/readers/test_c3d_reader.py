@@ -137,7 +137,7 @@ def test_gaps(tmp_path: Path) -> None:
     markers["RKNE"][:30] = np.nan
     markers["LTOE"][100:170] = np.nan
     clip = read_c3d(write(tmp_path, markers), "a.c3d")
-    assert clip.notes == ("Done without markers that are lost for long: LTOE.",)
+    assert clip.notes == ("Left out markers that are lost for long: LTOE.",)
     np.testing.assert_allclose(
         clip.local_rotations[40:, 2], plain.local_rotations[40:, 2], atol=1e-5
     )

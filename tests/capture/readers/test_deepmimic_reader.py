@@ -59,7 +59,9 @@ def test_frame_rate() -> None:
     assert read([slow, slow, still]).fps == 20.0
     assert read([slow], fps=60.0).fps == 60.0
     assert read([still]).notes == ("The frames last 0 s; 30 frames a second are taken.",)
-    assert read([slow, slow, REST]).notes == ("The frames last unevenly; their median is taken.",)
+    assert read([slow, slow, REST]).notes == (
+        "The durations of frames differ; their median is taken.",
+    )
 
 
 def test_unit_and_bad_frames() -> None:

@@ -107,7 +107,7 @@ def test_what_lies_outside_and_who_is_not_there_have_their_lines(tmp_path: Path)
         "(frame 10), found frame 10. Count frames at 30 a second, or give a column time."
     ]
     assert sheet.unknown(["ana/bow"]) == [
-        f"{tmp_path}/events.tsv:4: expected a capture that is there, found 'ana/bwo'. "
+        f"{tmp_path}/events.tsv:4: expected an existing capture, found 'ana/bwo'. "
         "Did you mean ana/bow? Correct the file column."
     ]
     assert sheet.within("somebody", 10, problems) == ()

@@ -104,14 +104,14 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path) -> No
     command = ["search", "wlak or walk for 2 s but not turning", "--limit", "2", "--explain"]
     ended = CliRunner().invoke(app, [*command, "--json", "--db", str(learned_file)])
     assert ended.exit_code == 0
-    found = json.loads(ended.stdout)
-    assert found["question"]["understood"] == "(walk for 2 s), not turn"
-    assert found["question"]["tree"]["kind"] == "without"
-    assert found["question"]["not_used"] == [
+    facts = json.loads(ended.stdout)
+    assert facts["question"]["understood"] == "(walk for 2 s), not turn"
+    assert facts["question"]["tree"]["kind"] == "without"
+    assert facts["question"]["not_used"] == [
         {"text": "wlak", "reason": "no caption says it; the nearest known: walk"},
         {"text": "for at most 2 s", "reason": "search cannot tell that it ends by then"},
     ]
-    for row in found["matches"]:
+    for row in facts["matches"]:
         why = row["explain"]
         parts = [
             part

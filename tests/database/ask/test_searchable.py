@@ -22,14 +22,14 @@ def test_a_kept_generated_capture_is_found_and_marked(db: MotionDB) -> None:
     before = db.like("goran/kick_1", limit=3)
     made = db.generate("a person kicks", seed=3)
     db.save_generated("made/kick", "a person kicks", made, 3)
-    own = db.like("made/kick", limit=1)[0]
-    assert (own.capture, own.reason) == ("made/kick", "generated")
+    nearest = db.like("made/kick", limit=1)[0]
+    assert (nearest.capture, nearest.reason) == ("made/kick", "generated")
     assert {m.capture for m in db.like("goran/kick_1", where="kind=captured", limit=3)} == {
         m.capture for m in before
     }
-    found = db.search("kick", where="kind=generated").matches
-    assert [m.capture for m in found] == ["made/kick"]
-    assert found[0].reason.endswith("; generated")
+    actual = db.search("kick", where="kind=generated").matches
+    assert [m.capture for m in actual] == ["made/kick"]
+    assert actual[0].reason.endswith("; generated")
     assert db.search("kick", where="kind=captured", limit=1).matches[0].reason.endswith(" s")
 
 

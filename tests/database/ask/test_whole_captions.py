@@ -39,8 +39,8 @@ def test_a_long_question_is_ranked_by_its_likeness_too(learned: Learned) -> None
     assert totals == sorted(totals, reverse=True)
     for match, why in zip(answer.matches, answer.reasons):
         added = math.fsum(reason.as_caption for reason in why)
-        own = likeness[numbers[match.capture]] - likeness.mean()
-        assert added == pytest.approx(CAPTION_WEIGHT * own)
+        gain = likeness[numbers[match.capture]] - likeness.mean()
+        assert added == pytest.approx(CAPTION_WEIGHT * gain)
         assert match.score == pytest.approx(1.0 / (1.0 + math.exp(-reasons.total(why))))
         plain = tuple(replace(reason, as_caption=0.0) for reason in why)
         assert reasons.total(why) == pytest.approx(reasons.total(plain) + added)

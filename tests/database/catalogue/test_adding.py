@@ -87,11 +87,11 @@ def test_same_motion_mirror_image_and_cut_are_reported(tmp_path: Path, some: Pat
         )
         for name in ("same", "cut", "mirror"):
             relations = db.add(more / f"{name}.bvh").relations
-            (found,) = [r for r in relations if (r.capture, r.other) == (name, "boris/kick_1")]
-            assert found.kind == name
+            (actual,) = [r for r in relations if (r.capture, r.other) == (name, "boris/kick_1")]
+            assert actual.kind == name
             whole = (0.0, db.captures("name=boris/kick_1")[0].duration)
             place = (0.5, 2.5) if name == "cut" else whole
-            assert (found.start, found.end) == pytest.approx(place, abs=0.11)
+            assert (actual.start, actual.end) == pytest.approx(place, abs=0.11)
         assert "mirror" in {r.kind for r in db.relations("mirror")}
 
 
@@ -174,8 +174,8 @@ def test_odd_sheets(tmp_path: Path, some: Path) -> None:
         assert db.add(some, words=sheet).notes == (f"{sheet}: holds a header and no rows",)
         sheet.write_text("file,words\nana/bow_1,a deep bow\n")
         assert db.add(some, words=sheet).notes == (
-            f"{sheet}: has other words for 1 captures that were there already; they were left as "
-            f"they are (motiondb words import {sheet} replaces them)",
+            f"{sheet}: has other words for 1 captures that had been added before; they were not "
+            f"changed (motiondb words import {sheet} replaces them)",
         )
         assert db.import_words(sheet) == ImportReport(1)
         assert [c.words for c in db.captions("ana/bow_1")] == ["a deep bow"]

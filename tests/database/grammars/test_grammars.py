@@ -66,12 +66,12 @@ def test_show_tells_terminals_rules_and_bits(asked_dances: MotionDB) -> None:
 
 
 def test_a_learned_take_parses_as_stored(asked_dances: MotionDB) -> None:
-    found = asked_dances.grammars.parse("dance", "dora/long_dance_1")
-    assert found.stored
-    assert found.fault is None
-    derived = tuple(terminal for tree in found.trees for terminal in tree.leaves())
-    assert derived == found.string
-    assert found.ends[-1] == pytest.approx(772 / 30)
+    parsed = asked_dances.grammars.parse("dance", "dora/long_dance_1")
+    assert parsed.stored
+    assert parsed.fault is None
+    derived = tuple(terminal for tree in parsed.trees for terminal in tree.leaves())
+    assert derived == parsed.string
+    assert parsed.ends[-1] == pytest.approx(772 / 30)
 
 
 def test_a_take_never_seen_is_read_and_parsed_or_its_fault_told(
@@ -79,15 +79,15 @@ def test_a_take_never_seen_is_read_and_parsed_or_its_fault_told(
 ) -> None:
     by_name = asked_dances.grammars.parse("dance", "fatou/dance_1")
     by_file = asked_dances.grammars.parse("dance", samples_folder / "fatou" / "dance_1.bvh")
-    for found in (by_name, by_file):
-        assert not found.stored
-        assert found.string == by_name.string
-        assert set(found.string) <= set(asked_dances.grammars.load("dance").terminals.names)
-        assert found.ends[:-1] == found.starts[1:]
-        assert bool(found.trees) != bool(found.fault)
-        if found.fault is not None:
-            assert found.string[found.fault.position : found.fault.position + 1] in (
-                (found.fault.found,),
+    for actual in (by_name, by_file):
+        assert not actual.stored
+        assert actual.string == by_name.string
+        assert set(actual.string) <= set(asked_dances.grammars.load("dance").terminals.names)
+        assert actual.ends[:-1] == actual.starts[1:]
+        assert bool(actual.trees) != bool(actual.fault)
+        if actual.fault is not None:
+            assert actual.string[actual.fault.position : actual.fault.position + 1] in (
+                (actual.fault.symbol,),
                 (),
             )
 
@@ -96,29 +96,29 @@ def test_a_file_with_the_bytes_of_a_learned_take_is_that_take(
     dances: MotionDB, samples_folder: Path
 ) -> None:
     file = samples_folder / "dora" / "long_dance_1.bvh"
-    found = dances.grammars.parse("dance", file)
-    assert found.stored
-    assert found.string == dances.grammars.parse("dance", "dora/long_dance_1").string
-    assert (found.distances, found.reach, found.unlike) == ((), None, ())
+    parsed = dances.grammars.parse("dance", file)
+    assert parsed.stored
+    assert parsed.string == dances.grammars.parse("dance", "dora/long_dance_1").string
+    assert (parsed.distances, parsed.reach, parsed.unlike) == ((), None, ())
     dances.remove(["dora/long_dance_1"])
-    assert dances.grammars.parse("dance", file).string == found.string
+    assert dances.grammars.parse("dance", file).string == parsed.string
 
 
 def test_what_is_unlike_anything_learned_is_told(
     asked_dances: MotionDB, samples_folder: Path
 ) -> None:
-    own = asked_dances.grammars.parse("dance", asked_dances.motion("ana/long_dance_2"))
-    assert own.reach is not None
-    assert len(own.distances) == len(own.string)
-    assert own.share_unlike < 0.5
-    assert not own.is_unlike
+    parsed = asked_dances.grammars.parse("dance", asked_dances.motion("ana/long_dance_2"))
+    assert parsed.reach is not None
+    assert len(parsed.distances) == len(parsed.string)
+    assert parsed.share_unlike < 0.5
+    assert not parsed.is_unlike
     kick = asked_dances.grammars.parse("dance", samples_folder / "boris" / "kick_1.bvh")
     assert kick.is_unlike
-    far = [n for n, distance in enumerate(kick.distances) if distance > own.reach]
+    far = [n for n, distance in enumerate(kick.distances) if distance > parsed.reach]
     assert list(kick.unlike) == far
     spent = sum(kick.ends[n] - kick.starts[n] for n in far)
     assert kick.share_unlike == pytest.approx(spent / kick.ends[-1])
-    assert kick.reach == own.reach
+    assert kick.reach == parsed.reach
 
 
 def test_sizes_are_those_of_what_is_shown(asked_dances: MotionDB) -> None:
@@ -140,14 +140,14 @@ def test_suggestions_sum_to_one_and_lead_into_the_language(asked_dances: MotionD
     grammar = asked_dances.grammars.load("dance").grammar
     string: list[str] = []
     while True:
-        found = asked_dances.grammars.suggest("dance", string)
-        assert sum(p for _, p in found) == pytest.approx(1.0)
-        following = found[0][0]
+        suggestions = asked_dances.grammars.suggest("dance", string)
+        assert sum(p for _, p in suggestions) == pytest.approx(1.0)
+        following = suggestions[0][0]
         if following is None or len(string) > 60:
             break
         string.append(following)
     assert accepts(grammar, string)
-    assert asked_dances.grammars.suggest("dance", " ".join(string)) == found
+    assert asked_dances.grammars.suggest("dance", " ".join(string)) == suggestions
 
 
 def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked_dances: MotionDB) -> None:
@@ -275,9 +275,9 @@ def test_motion_symbols_may_be_terminals(learned_copy: Path) -> None:
         learned, _ = db.grammars.learn(["goran/long_fight_2"], "fight", settings)
         table = db.learned.segments
         number = next(i.capture_id for i in db.captures() if i.name == "goran/long_fight_2")
-        own = table.symbols[table.capture_ids == number]
-        assert learned.strings == (tuple(f"s{s}" for s in own),)
-        assert learned.symbols.tolist() == sorted(set(own.tolist()))
+        symbols = table.symbols[table.capture_ids == number]
+        assert learned.strings == (tuple(f"s{s}" for s in symbols),)
+        assert learned.symbols.tolist() == sorted(set(symbols.tolist()))
         facts = db.grammars.show("fight")
         for terminal in facts["terminals"]:
             symbol, share = terminal["symbols"][0].values()
@@ -297,11 +297,11 @@ def test_files_and_pictures(asked_dances: MotionDB, tmp_path: Path) -> None:
     assert written["frames"][0]["start"] == 0
     assert written["frames"][-1]["end"] == made.motion.n_frames
     edited = asked_dances.grammars.edit("dance", made, 0)
-    found = asked_dances.grammars.parse("dance", TAKES[0])
+    parsed = asked_dances.grammars.parse("dance", TAKES[0])
     for name, draw in {
         "trees": lambda path: asked_dances.grammars.draw_trees("dance", path),
         "strings": lambda path: asked_dances.grammars.draw_strings("dance", path),
-        "parse": lambda path: asked_dances.grammars.draw_parse("dance", found, path),
+        "parse": lambda path: asked_dances.grammars.draw_parse("dance", parsed, path),
         "edit": lambda path: asked_dances.grammars.draw_edit("dance", edited, path),
         "sequence": lambda path: asked_dances.grammars.draw_sequence(made, path),
     }.items():

@@ -25,18 +25,18 @@ def table_of(ids: list[int], explained: FloatArray, lengths: list[int]) -> Segme
 def test_baseline_by_hand() -> None:
     """Twenty segments of 10 frames: the worst twentieth of the motion is one of them."""
     explained = np.arange(20.0)
-    found = drift.fit_baseline(table_of([3] * 10 + [5] * 10, explained, [10] * 20))
-    assert found.captures.tolist() == [3, 5]
-    assert (found.mean, found.worst, found.frames) == (9.5, 0.0, 200.0)
+    baseline = drift.fit_baseline(table_of([3] * 10 + [5] * 10, explained, [10] * 20))
+    assert baseline.captures.tolist() == [3, 5]
+    assert (baseline.mean, baseline.worst, baseline.frames) == (9.5, 0.0, 200.0)
 
 
 def test_nothing_changed_is_no_drift(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
-        found = db.drift()
-        assert found is not None
-        assert not found.relearn
-        assert (found.captures_added, found.captures_removed, found.words) == (0, 0, ())
-        assert (found.strange, found.new_words, found.turnover) == (0.0, 0.0, 0.0)
+        drift_now = db.drift()
+        assert drift_now is not None
+        assert not drift_now.relearn
+        assert (drift_now.captures_added, drift_now.captures_removed, drift_now.words) == (0, 0, ())
+        assert (drift_now.strange, drift_now.new_words, drift_now.turnover) == (0.0, 0.0, 0.0)
         assert store.learning_is_current(db.store)
 
 
@@ -53,7 +53,7 @@ def test_new_words_make_learning_worthwhile(learned_copy: Path) -> None:
         assert many is not None
         assert many.relearn
         assert many.reasons == (
-            f"{many.new_words:.0%} of all words written are new (moonwalk, zorb)",
+            f"{many.new_words:.0%} of all words in captions are new (moonwalk, zorb)",
         )
 
 
@@ -62,15 +62,17 @@ def test_turnover_counts_what_came_and_what_went(learned_copy: Path, some: Path)
         seconds = sum(i.motion_frames for i in db.captures()) / 30
         gone = db.captures("performer=ana")
         db.remove([info.name for info in gone])
-        found = db.drift()
-        assert found is not None
-        assert found.captures_removed == len(gone)
-        assert found.turnover == pytest.approx(sum(i.motion_frames for i in gone) / 30 / seconds)
+        drift_now = db.drift()
+        assert drift_now is not None
+        assert drift_now.captures_removed == len(gone)
+        assert drift_now.turnover == pytest.approx(
+            sum(i.motion_frames for i in gone) / 30 / seconds
+        )
         db.add(some / "ana")
         again = db.drift()
         assert again is not None
         assert (again.captures_added, again.captures_removed) == (2, len(gone))
-        assert again.turnover > found.turnover
+        assert again.turnover > drift_now.turnover
         assert again.strange <= 0.5  # it learned from these very motions
         assert again.seconds_added == pytest.approx(
             sum(i.motion_frames for i in db.captures() if "/" not in i.name) / 30
@@ -89,10 +91,10 @@ def test_motion_of_another_kind_is_strange(learned_copy: Path, some: Path) -> No
             text[n] = " ".join(f"{v:.4f}" for v in values)
         (some / "shaking.bvh").write_text("\n".join(text))
         db.add(some / "shaking.bvh", settings=AddSettings(keep_implausible=True))
-        found = db.drift()
-        assert found is not None
-        assert found.strange > 0.9
-        assert found.explained_less > 5.0
+        drift_now = db.drift()
+        assert drift_now is not None
+        assert drift_now.strange > 0.9
+        assert drift_now.explained_less > 5.0
 
 
 def test_a_database_that_has_not_learned_has_no_drift(tmp_path: Path) -> None:

@@ -82,9 +82,9 @@ def test_two_symbols_tie_to_the_lowest() -> None:
     )
     pool = pool_of([6])
     cutting = Cutting(*(np.array(c) for c in ([0, 3], [3, 6], [0, 0])))
-    found = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
-    np.testing.assert_array_equal(found.symbols, [0, 0])
-    np.testing.assert_array_equal(found.scores[:, 0], found.scores[:, 1])
+    actual = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
+    np.testing.assert_array_equal(actual.symbols, [0, 0])
+    np.testing.assert_array_equal(actual.scores[:, 0], actual.scores[:, 1])
 
 
 def pool_of(n_rows: list[int], odd: int = 0) -> FeaturePool:
@@ -105,26 +105,26 @@ def test_frames_of_the_table_are_frames_of_the_motion() -> None:
     )
     pool = pool_of([4, 5], odd=1)
     cutting = Cutting(*(np.array(c) for c in ([0, 4, 6], [4, 6, 9], [0, 0, 0])))
-    found = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
-    np.testing.assert_array_equal(found.capture_ids, [7, 8, 8])
-    np.testing.assert_array_equal(found.starts, [0, 0, 4])
-    np.testing.assert_array_equal(found.ends, [7, 4, 9])
+    actual = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
+    np.testing.assert_array_equal(actual.capture_ids, [7, 8, 8])
+    np.testing.assert_array_equal(actual.starts, [0, 0, 4])
+    np.testing.assert_array_equal(actual.ends, [7, 4, 9])
 
 
 def test_background_by_hand() -> None:
     """-(x^2 + y^2) / 2 - ln 2 pi, a frame's mean: x = 0, 2 and y = 0, 1 make -1.25 - ln 2 pi."""
     frames = np.array([[0.0, 0.0], [2.0, 1.0], [3.0, 0.0]], dtype=np.float32)
-    found = symbol_fitting.background(frames, np.array([0, 2]), np.array([2, 3]))
-    np.testing.assert_allclose(found, np.array([-1.25, -4.5]) - 1.8378770664)
+    actual = symbol_fitting.background(frames, np.array([0, 2]), np.array([2, 3]))
+    np.testing.assert_allclose(actual, np.array([-1.25, -4.5]) - 1.8378770664)
 
 
 @pytest.mark.parametrize("n_symbols", [1, 3])
 def test_as_many_symbols_as_asked_for(tmp_path: Path, some: Path, n_symbols: int) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        found = db.learn(LearnSettings(n_symbols=n_symbols))
-        assert found.symbols.n_symbols == n_symbols
-        assert found.segments.scores.shape[1] == n_symbols
+        learned = db.learn(LearnSettings(n_symbols=n_symbols))
+        assert learned.symbols.n_symbols == n_symbols
+        assert learned.segments.scores.shape[1] == n_symbols
         assert db.learned.symbols.n_symbols == n_symbols
 
 
@@ -133,18 +133,18 @@ def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, som
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
         db.set_words("ana/bow_1", "bow")
-        found = db.learn(chosen)
+        learned = db.learn(chosen)
         stored = store.load_segments(db.store)
         for part in fields(SegmentTable):
             np.testing.assert_array_equal(
-                getattr(stored, part.name), getattr(found.segments, part.name)
+                getattr(stored, part.name), getattr(learned.segments, part.name)
             )
         runs = {run.run_id: run for run in store.load_runs(db.store)}
-        run = runs[found.run_id]
+        run = runs[learned.run_id]
         assert (run.kind, run.seed) == ("learn", 4)
         assert run.finished is not None
-        assert run.parameters["acquisition"]["n_states"] == 3  # type: ignore[index]
-        assert set(found.symbols.n_states.tolist()) == {3}
+        assert run.parameters["acquisition"]["n_states"] == 3
+        assert set(learned.symbols.n_states.tolist()) == {3}
 
 
 def test_a_failed_learning_leaves_the_last_one(tmp_path: Path, some: Path) -> None:
@@ -177,9 +177,9 @@ def test_processes_and_thread_counts_learn_the_same(
     path = tmp_path / "m.duckdb"
     with motiondb.open(path) as db:
         db.add(some)
-        found = db.learn(LearnSettings(seed=5))
+        learned = db.learn(LearnSettings(seed=5))
     digest = hashlib.sha256()
-    table, symbols = found.segments, found.symbols
+    table, symbols = learned.segments, learned.symbols
     for part in (table.starts, table.symbols, table.scores,
                  symbols.means, symbols.covars, symbols.self_loops):  # fmt: skip
         digest.update(part.tobytes())

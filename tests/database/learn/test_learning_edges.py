@@ -119,12 +119,12 @@ def test_what_is_added_after_learning_is_found_or_named(tmp_path: Path, some: Pa
         assert db.unlearned() == []
         db.add(some / "boris")
         left_out = set(db.unlearned())
-        found = {m.capture for m in db.search("bow").matches}
+        actual = {m.capture for m in db.search("bow").matches}
         assert db.search("bow").matches[0].capture == "bow_1"
-        assert not found & left_out
-        assert found | left_out == {"bow_1", "jump_1", "kick_1", "punch_1"}
+        assert not actual & left_out
+        assert actual | left_out == {"bow_1", "jump_1", "kick_1", "punch_1"}
         db.remove(["jump_1"])
-        assert {m.capture for m in db.search("bow").matches} == found - {"jump_1"}
+        assert {m.capture for m in db.search("bow").matches} == actual - {"jump_1"}
         db.learn()
         assert {m.capture for m in db.search("bow").matches} == {"bow_1", "kick_1", "punch_1"}
         assert db.unlearned() == []

@@ -54,9 +54,9 @@ def test_what_is_added_has_as_many_columns_and_leaves_no_trace(older: Path, tmp_
         before = store.load_learning(db.store)
         report = db.add(again, tmp_path / "words.tsv", AddSettings(jobs=1))
         assert (report.added, report.counted) == (("again",), 1)
-        found = store.load_learning(db.store)
-        assert found.segments.movement.shape[1] == before.segments.movement.shape[1] == 540
-        assert np.any(found.parameters["moment_gram"] != before.parameters["moment_gram"])
+        learning = store.load_learning(db.store)
+        assert learning.segments.movement.shape[1] == before.segments.movement.shape[1] == 540
+        assert np.any(learning.parameters["moment_gram"] != before.parameters["moment_gram"])
         db.remove(["again"])
         after = store.load_learning(db.store)
     for name in ("vectors", "words", "gram", "cross"):

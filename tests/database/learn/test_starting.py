@@ -110,14 +110,14 @@ def test_what_was_learned_with_a_start_comes_back_from_the_store(
     model = bare.learn(start=handed_on)
     for other in (from_stored(to_stored(model)), bare.learned):
         assert other.started is not None
-        assert other.started.names == model.started.names  # type: ignore[union-attr]
-        assert other.started.knowledge.origin == model.started.knowledge.origin  # type: ignore[union-attr]
+        assert other.started.names == model.started.names
+        assert other.started.knowledge.origin == model.started.knowledge.origin
         np.testing.assert_array_equal(other.transition_counts, model.transition_counts)
         np.testing.assert_array_equal(
-            other.counted.counts.transitions,  # type: ignore[union-attr]
-            model.counted.counts.transitions,  # type: ignore[union-attr]
+            other.counted.counts.transitions,
+            model.counted.counts.transitions,
         )
-        assert other.counted.counts.said.sum() == 0  # type: ignore[union-attr]
+        assert other.counted.counts.said.sum() == 0
 
 
 def test_captions_that_come_later_count_at_once_and_leave_no_trace(
@@ -158,7 +158,7 @@ def test_learning_again_keeps_the_start_and_none_drops_it(started: MotionDB) -> 
     handed = started.start_facts()
     started.learn()
     assert started.start_facts() == handed
-    assert started.runs()[-1]["parameters"]["start"]["sha256"] == handed["sha256"]  # type: ignore[index]
+    assert started.runs()[-1]["parameters"]["start"]["sha256"] == handed["sha256"]
     started.learn(motiondb.LearnSettings(n_symbols=3), start="none")
     assert started.start_facts() is None
     with pytest.raises(NotLearnedError, match="captures with words"):
@@ -208,7 +208,7 @@ def test_commands_offer_start_and_say_what_comes_from_it(
 ) -> None:
     db, captures = tmp_path / "own.duckdb", bare_file.parent / "captures"
     added = command("add", captures, "--db", db)
-    assert "no words came with them: motiondb learn --start cmu takes over" in added.out
+    assert "no captions were added: motiondb learn --start cmu provides" in added.out
     written = command("knowledge", "export", "k.knowledge", "--db", learned_file)
     assert "Start from it: motiondb learn --start k.knowledge" in written.out
     shown = command("knowledge", "show", "k.knowledge")
@@ -218,8 +218,8 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     assert learned.code == 0
     assert "Started from k: " in learned.out
     assert "No own captions: all words and probabilities are those of the start." in learned.out
-    found = command("search", "walk", "--db", db)
-    assert "known from the start k alone (captions there): walk (" in found.err
+    ended = command("search", "walk", "--db", db)
+    assert "known from the start k alone (captions there): walk (" in ended.err
     why = command("search", "walk", "--explain", "--db", db)
     assert "walk: known from the start k alone (" in why.out
     facts = json.loads(command("search", "walk", "--json", "--db", db).out)
@@ -229,7 +229,7 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     assert command("knowledge", "show", "--db", db).out == shown.out
     none = command("knowledge", "show", "--db", learned_file)
     assert none.code == 2
-    assert "learned from its own captures alone" in none.err
+    assert "learned from its own captures only" in none.err
     again = command("add", captures, "--db", db)
     assert "learn --start" not in again.out
     wrong = command("learn", "--start", "nothing", "--db", db)
@@ -245,12 +245,12 @@ def test_a_start_that_does_not_fit_is_told_and_set_aside(
     path = str(bare.store.path)
     bare.close()
     told = command("learn", "--start", handed_on, "--db", path)
-    assert "% of the motion is unlike all that the symbols of the start model" in told.out
+    assert "% of the motion is unlike anything that the symbols of the start model" in told.out
     for name in NAMES[:2]:
         command("words", "set", name, "zigzag", "--db", path)
     aside = command("learn", "--start", handed_on, "--db", path)
     assert aside.code == 0
-    assert "was set aside: its symbols do not fit these captures" in aside.out
+    assert "is not used: its symbols do not fit these captures" in aside.out
     with motiondb.open(path, read_only=True) as db:
         assert db.start_facts() is None
         assert db.vocabulary() == ("zigzag",)

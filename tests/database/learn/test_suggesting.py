@@ -42,18 +42,18 @@ def test_choices_are_the_greedy_ones(seed: int, n: int, m: int, limit: int) -> N
     """Every candidate tried anew at every step gives the same choices and gains."""
     vectors, described = vectors_of(seed, n), vectors_of(seed + 1, m)
     weights = np.random.default_rng(seed).uniform(0.5, 2.0, n)
-    found = suggest(vectors, described, limit, weights)
-    assert len(found) == min(limit, n)
+    suggestions = suggest(vectors, described, limit, weights)
+    assert len(suggestions) == min(limit, n)
     first = now = uncertainty(vectors, described, weights)
     known = described
-    for one in found:
+    for one in suggestions:
         left = [uncertainty(vectors, np.vstack([known, v]), weights) for v in vectors]
-        chosen = {s.index for s in found[: found.index(one)]}
+        chosen = {s.index for s in suggestions[: suggestions.index(one)]}
         best = min(value for i, value in enumerate(left) if i not in chosen)
         assert left[one.index] == pytest.approx(best, abs=1e-9)
         assert one.gain == pytest.approx((now - best) / first, abs=1e-9)
         known, now = np.vstack([known, vectors[one.index]]), best
-    assert 0 < sum(s.gain for s in found) <= 1
+    assert 0 < sum(s.gain for s in suggestions) <= 1
 
 
 def test_gains_by_hand() -> None:
@@ -75,8 +75,8 @@ def test_the_one_that_stands_for_many_comes_first_then_another_kind() -> None:
 
 def test_what_is_like_something_described_is_asked_for_last() -> None:
     vectors = vectors_of(4, 6, 12)
-    found = suggest(vectors, vectors[1:], 6)
-    assert found[0].index == 0
+    suggestions = suggest(vectors, vectors[1:], 6)
+    assert suggestions[0].index == 0
     assert suggest(vectors[:0], vectors, 6) == []
 
 
@@ -93,14 +93,14 @@ def hidden(learned_copy: Path) -> Path:
 def test_captures_without_words_are_ranked(hidden: Path) -> None:
     with motiondb.open(hidden) as db:
         bare = {info.name for info in db.captures() if not db.captions(info.name)}
-        found = db.suggest_captions(limit=3)
-        assert [one.rank for one in found] == [1, 2, 3]
-        assert {one.capture for one in found} <= bare
-        assert "kick" in found[0].capture  # no kick has words any more; walks have
-        assert set(found[0].like) <= bare
-        for one in found:
-            assert (f"would tell of {len(one.like)} more" in one.reason) == bool(one.like)
-        assert 0 < found[2].gain < found[0].gain < 1
+        suggestions = db.suggest_captions(limit=3)
+        assert [one.rank for one in suggestions] == [1, 2, 3]
+        assert {one.capture for one in suggestions} <= bare
+        assert "kick" in suggestions[0].capture  # no kick has words any more; walks have
+        assert set(suggestions[0].like) <= bare
+        for one in suggestions:
+            assert (f"similar to {len(one.like)} more" in one.reason) == bool(one.like)
+        assert 0 < suggestions[2].gain < suggestions[0].gain < 1
         everything = db.suggest_captions(limit=1000)
         assert {one.capture for one in everything} == bare
 
@@ -133,4 +133,4 @@ def test_symbols_that_never_stood_beside_words_are_named(learned_copy: Path) -> 
         db.learn()
         first = db.suggest_captions(limit=1)[0]
         assert first.symbols
-        assert first.reason.endswith(" never stood beside words")
+        assert first.reason.endswith(" never occurred with words")

@@ -53,8 +53,8 @@ def test_every_rule_tells_the_frames_that_it_looked_at() -> None:
 
 def test_sampling_that_time_ended_is_told() -> None:
     said = (
-        "sampling was cut short by --minutes 0.5: the seed alone does not fix this scene, and with"
-        " more minutes it may be better"
+        "sampling was cut short by --minutes 0.5: the seed alone does not determine this scene, "
+        "and more minutes may improve it"
     )
     assert said not in report_text(SCENE)
     short = replace(SCENE, report={**SCENE.report, "cut_short": True})
@@ -95,7 +95,7 @@ def test_impossible_motion_is_told_with_its_frames() -> None:
     assert lines[at + 1 : at + 3] == [
         "  A1 walk, frames 20 to 31, most at 26: both feet in the air for 12 frames, at most 3 are"
         " possible",
-        "  A1 and D1, frame 7: limbs pass through one another",
+        "  A1 and D1, frame 7: limbs pass through each other",
     ]
     facts: Any = report_facts(scene)
     assert [motion["frame"] for motion in facts["impossible"]] == [26, 7]
@@ -116,8 +116,8 @@ def test_guards_feet_and_limbs_are_told_beside_the_rules() -> None:
     }  # fmt: skip
     text = report_text(replace(SCENE, report=report))
     assert (
-        "  D1 from A1: outside 0.5 to 2 m in 47 % of 328 frames (rules look at 87),"
-        " farthest 5.8 m at frame 300\n"
+        "  D1 from A1: outside 0.5 to 2 m in 47 % of 328 frames (rules use 87), farthest 5.8 m at "
+        "frame 300\n"
     ) in text
     assert "  D1     0.031 (0.086), left foot, frames 177 to 186\n" in text
     assert "  A1 and D1, 4 frames, nearest 0.03 m at frame 60\n" in text

@@ -84,11 +84,11 @@ def test_the_folder_is_complete(made: Made) -> None:
 def test_the_files_together_are_the_scene(made: Made) -> None:
     for placed in made.scene.made.polished.players:
         clip = capture.read_capture(made.folder / f"{placed.player}.bvh")
-        found, _ = kinematics.clip_positions(clip)
+        actual, _ = kinematics.clip_positions(clip)
         wanted, _ = retarget.motion_positions(placed.motion)
-        np.testing.assert_allclose(found, wanted, atol=2e-4)
+        np.testing.assert_allclose(actual, wanted, atol=2e-4)
         at = made.scene.made.text.diagram.player[placed.player].at
-        assert np.hypot(found[0, 0, 0] - at.x, found[0, 0, 2] - at.z) < 2.0
+        assert np.hypot(actual[0, 0, 0] - at.x, actual[0, 0, 2] - at.z) < 2.0
 
 
 def test_every_frame_has_a_source_and_a_licence(made: Made) -> None:
@@ -219,9 +219,9 @@ def test_time_that_ends_any_try_counts(
     monkeypatch.setattr(scene_making, "time", clock)
     monkeypatch.setattr(scene_making, "_attempt", attempt)
     settings = SceneSettings(minutes=1.0, tries=len(tries))
-    found = scene_making.make(scene.text, scene.clips, settings, lambda *_: None)
-    assert found.cut_short == cut_short
-    assert len(found.report.rules) == min(done)
+    actual = scene_making.make(scene.text, scene.clips, settings, lambda *_: None)
+    assert actual.cut_short == cut_short
+    assert len(actual.report.rules) == min(done)
 
 
 def test_a_scene_is_kept_replaced_and_removed(made: Made, writable: motiondb.MotionDB) -> None:
@@ -296,12 +296,12 @@ def test_an_action_without_clips_is_named(made: Made, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "found"),
+    ("text", "error"),
     [("", "ValueError|JSONDecodeError"), ("{}", "KeyError"), ('{"format": "other"}', "KeyError")],
 )
-def test_other_files_are_no_scenes(tmp_path: Path, text: str, found: str) -> None:
+def test_other_files_are_no_scenes(tmp_path: Path, text: str, error: str) -> None:
     (tmp_path / "scene.json").write_text(text)
-    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*({found})"):
+    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*({error})"):
         scene_folder.read_scene_folder(tmp_path)
 
 

@@ -51,10 +51,10 @@ rules = st.builds(
 
 @given(st.lists(rules, min_size=2, max_size=6))
 @settings(max_examples=100, deadline=None)
-def test_a_finite_language_is_all_that_is_accepted(found: list[Rule]) -> None:
+def test_a_finite_language_is_all_that_is_accepted(actual: list[Rule]) -> None:
     ending = [Rule("S", ("a",)), Rule("A", ()), Rule("B", ("b",))]
-    grammar = Grammar("S", (*found, *ending), ("a", "b")).with_probabilities(
-        [1.0] * (len(found) + 3)
+    grammar = Grammar("S", (*actual, *ending), ("a", "b")).with_probabilities(
+        [1.0] * (len(actual) + 3)
     )
     short = {s for n in range(7) for s in product("ab", repeat=n) if accepts(grammar, s)}
     whole = finite_language(grammar)
@@ -76,20 +76,20 @@ def test_growing_and_merely_cyclic() -> None:
 
 def test_precision_and_recall_exact() -> None:
     rng = np.random.default_rng(0)
-    found = match_languages(flat_grammar(SIX), TOY, rng)
-    assert (found.precision, found.recall) == (1.0, pytest.approx(6 / 14))
-    assert (found.n_learned, found.n_true) == (6, 14)
-    assert found.precision_is_exact
-    assert found.recall_is_exact
+    matches = match_languages(flat_grammar(SIX), TOY, rng)
+    assert (matches.precision, matches.recall) == (1.0, pytest.approx(6 / 14))
+    assert (matches.n_learned, matches.n_true) == (6, 14)
+    assert matches.precision_is_exact
+    assert matches.recall_is_exact
 
 
 def test_precision_sampled_and_recall_exact() -> None:
     loose = read_grammar("S -> r A m\nA -> T [0.8] | T A [0.2]\nT -> f | d | p | s")
-    found = match_languages(loose, TOY, np.random.default_rng(0), n=4000)
-    assert (found.precision_is_exact, found.recall_is_exact) == (False, True)
-    assert found.recall == 1.0
+    matches = match_languages(loose, TOY, np.random.default_rng(0), n=4000)
+    assert (matches.precision_is_exact, matches.recall_is_exact) == (False, True)
+    assert matches.recall == 1.0
     chance = sum(exp(log_probability(loose, s)) for s in finite_language(TOY))
-    assert found.precision == pytest.approx(chance, abs=0.03)  # 4 standard deviations
+    assert matches.precision == pytest.approx(chance, abs=0.03)  # 4 standard deviations
 
 
 def test_coverage() -> None:

@@ -60,8 +60,8 @@ def test_best_is_the_best_of_all_paths(matrix: np.ndarray) -> None:
     best = np.maximum(np.eye(len(matrix)), matrix)
     for _ in matrix:
         best = np.maximum(best, (best[:, :, None] * best[None, :, :]).max(axis=1))
-    found = dense(len(matrix), *close_graph(BEST, graph_of(matrix)))
-    assert found == pytest.approx(best, rel=1e-12)
+    actual = dense(len(matrix), *close_graph(BEST, graph_of(matrix)))
+    assert actual == pytest.approx(best, rel=1e-12)
 
 
 @given(matrices())
@@ -72,8 +72,8 @@ def test_numbers_of_paths(matrix: np.ndarray) -> None:
     endless = sum(powers[n:]) > 0  # a path of n steps or more passes a node twice
     expected = np.where(endless, inf, sum(powers[:n]))
     starts, columns, _ = graph_of(matrix)
-    found = dense(n, *close_graph(COUNT, Sparse(starts, columns, np.ones(len(columns)))))
-    assert (found == expected).all()
+    actual = dense(n, *close_graph(COUNT, Sparse(starts, columns, np.ones(len(columns)))))
+    assert (actual == expected).all()
 
 
 @given(matrices())

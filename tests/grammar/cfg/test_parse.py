@@ -222,19 +222,19 @@ def test_failure_names_the_first_bad_symbol_and_all_that_could_stand_there(
     seen = {s[len(before)] for s in language if s[: len(before)] == before and s != before}
     assert seen <= set(fault.expected)
     assert fault.may_end == (before in language)
-    assert fault.found == (sentence[len(before)] if len(before) < len(sentence) else None)
-    assert fault.found not in fault.expected
+    assert fault.symbol == (sentence[len(before)] if len(before) < len(sentence) else None)
+    assert fault.symbol not in fault.expected
 
 
 def test_expected_set_is_exact_where_the_language_is_finite() -> None:
     with pytest.raises(ParseError) as caught:
         parse(TOY, tuple("rfdfdm"))
-    assert (caught.value.position, caught.value.found) == (4, "d")
+    assert (caught.value.position, caught.value.symbol) == (4, "d")
     assert caught.value.expected == ("p", "s")
     with pytest.raises(ParseError) as caught:
         parse(TOY, tuple("r"))
     assert caught.value.expected == ("d", "f", "p", "s")
-    assert caught.value.found is None
+    assert caught.value.symbol is None
 
 
 BALL = read_grammar("S -> hold A\nA -> dribble B\nB -> shoot | pass | empty")

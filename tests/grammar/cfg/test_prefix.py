@@ -19,8 +19,8 @@ LEFT = read_grammar("S -> S a [0.5] | S b [0.2] | c [0.3]")
 def test_left_recursion_by_hand() -> None:
     # c is certain; then a string goes on with 0.7, with a in 5 of 7 cases
     assert suggest(LEFT, []) == (("c", 1.0),)
-    found = dict(suggest(LEFT, ["c"]))
-    assert found == pytest.approx({"a": 0.5, "b": 0.2, None: 0.3})
+    actual = dict(suggest(LEFT, ["c"]))
+    assert actual == pytest.approx({"a": 0.5, "b": 0.2, None: 0.3})
     assert exp(prefix_log_probability(LEFT, ["c", "a", "b"])) == pytest.approx(0.5 * 0.2)
     # the string itself ends there
     assert exp(log_probability(LEFT, ["c", "a", "b"])) == pytest.approx(0.5 * 0.2 * 0.3)
@@ -43,8 +43,8 @@ def test_only_derivations_that_end_count() -> None:
 def test_empty_rules_and_unit_cycles() -> None:
     grammar = read_grammar("S -> A B c\nA -> a [0.5] | empty [0.5]\nB -> B [0.5] | b [0.25] | A")
     # B is b with 1/2, a with 1/4, empty with 1/4
-    found = dict(suggest(grammar, []))
-    assert found == pytest.approx({"a": 0.5 + 0.5 / 4, "b": 0.25, "c": 0.125})
+    actual = dict(suggest(grammar, []))
+    assert actual == pytest.approx({"a": 0.5 + 0.5 / 4, "b": 0.25, "c": 0.125})
     # after a: from A (0.5), or from B after an empty A (0.125)
     assert dict(suggest(grammar, ["a"])) == pytest.approx(
         {"b": 0.25 / 0.625, "a": 0.125 / 0.625, "c": (0.125 + 0.125) / 0.625}
@@ -62,12 +62,12 @@ rules = st.builds(
 @st.composite
 def dying_grammars(draw: st.DrawFn) -> Grammar:
     """Grammars whose strings are short nearly always: every nonterminal ends with 8 of 10."""
-    found, ending = draw(st.lists(rules, min_size=1, max_size=5)), []
+    actual, ending = draw(st.lists(rules, min_size=1, max_size=5)), []
     for left in ("S", "A"):
         ending.append(Rule(left, tuple(draw(st.lists(st.sampled_from(["a", "b"]), max_size=2)))))
-    grown = {left: sum(r.probability for r in found if r.left == left) or 1.0 for left in "SA"}
-    weights = [0.2 * r.probability / grown[r.left] for r in found] + [0.8, 0.8]
-    return Grammar("S", (*found, *ending), ("a", "b")).with_probabilities(weights)
+    grown = {left: sum(r.probability for r in actual if r.left == left) or 1.0 for left in "SA"}
+    weights = [0.2 * r.probability / grown[r.left] for r in actual] + [0.8, 0.8]
+    return Grammar("S", (*actual, *ending), ("a", "b")).with_probabilities(weights)
 
 
 @given(dying_grammars(), st.lists(st.sampled_from(["a", "b"]), max_size=3).map(tuple))
@@ -81,12 +81,12 @@ def test_probabilities_are_those_of_the_enumerated_language(
     begun = exp(prefix_log_probability(grammar, prefix))
     unseen = begun - sum(chance.values())  # of the longer strings
     assert unseen > -1e-12
-    found = dict(suggest(grammar, prefix))
-    assert sum(found.values()) == pytest.approx(1)
-    assert found.get(None, 0.0) * begun == pytest.approx(chance[()])
+    actual = dict(suggest(grammar, prefix))
+    assert sum(actual.values()) == pytest.approx(1)
+    assert actual.get(None, 0.0) * begun == pytest.approx(chance[()])
     for symbol in ("a", "b"):
         seen = sum(p for tail, p in chance.items() if tail[:1] == (symbol,))
-        assert seen - 1e-12 <= found.get(symbol, 0.0) * begun <= seen + unseen + 1e-12
+        assert seen - 1e-12 <= actual.get(symbol, 0.0) * begun <= seen + unseen + 1e-12
 
 
 @given(dying_grammars(), st.lists(st.sampled_from(["a", "b"]), max_size=4).map(tuple))

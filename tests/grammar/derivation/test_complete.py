@@ -57,12 +57,16 @@ def test_completions_of_a_finite_language_are_its_best_matching_strings(tokens, 
         with pytest.raises(GrammarError, match="pattern: expected"):
             complete(FINITE, asked, n)
         return
-    found = complete(FINITE, asked, n)
+    completions = complete(FINITE, asked, n)
     total = sum(matching.values())
-    assert found.probability == pytest.approx(total)
+    assert completions.probability == pytest.approx(total)
     best = sorted(matching.values(), reverse=True)[:n]
-    assert [c.probability for c in found.found] == pytest.approx([p / total for p in best])
-    assert all(c.probability == pytest.approx(matching[c.string] / total) for c in found.found)
+    assert [c.probability for c in completions.sentences] == pytest.approx(
+        [p / total for p in best]
+    )
+    assert all(
+        c.probability == pytest.approx(matching[c.string] / total) for c in completions.sentences
+    )
 
 
 @pytest.mark.parametrize("grammar", [NESTED, AMBIGUOUS])
@@ -76,17 +80,17 @@ def test_completions_of_endless_languages_are_the_best_of_all_short_strings(gram
         with pytest.raises(GrammarError, match="pattern"):
             complete(grammar, pattern(text))
         return
-    found = complete(grammar, pattern(text), 3)
-    ours = [c.probability * found.probability for c in found.found]
+    completions = complete(grammar, pattern(text), 3)
+    ours = [c.probability * completions.probability for c in completions.sentences]
     assert ours == pytest.approx(matching[:3], rel=1e-6)
 
 
 def test_an_ambiguous_string_counts_with_all_its_trees():
     # x p x p x has two trees of .3^2 .4^3
-    found = complete(AMBIGUOUS, pattern("x p x p x"), 1)
-    assert found.probability == pytest.approx(2 * 0.3**2 * 0.4**3)
-    assert found.found[0].probability == pytest.approx(1.0)
-    assert found.proven
+    completions = complete(AMBIGUOUS, pattern("x p x p x"), 1)
+    assert completions.probability == pytest.approx(2 * 0.3**2 * 0.4**3)
+    assert completions.sentences[0].probability == pytest.approx(1.0)
+    assert completions.proven
 
 
 def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
@@ -105,10 +109,10 @@ def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
 
 def test_a_place_takes_any_of_its_terminals_and_only_what_is_allowed():
     asked = read_pattern([Place("letter", frozenset("xy"))])
-    assert [c.string for c in complete(NESTED, asked).found] == [("x",), ("y",)]
-    found = complete(NESTED, asked, allowed=frozenset("aby"))
-    assert [c.string for c in found.found] == [("y",)]
-    assert found.probability == pytest.approx(0.1)
+    assert [c.string for c in complete(NESTED, asked).sentences] == [("x",), ("y",)]
+    completions = complete(NESTED, asked, allowed=frozenset("aby"))
+    assert [c.string for c in completions.sentences] == [("y",)]
+    assert completions.probability == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

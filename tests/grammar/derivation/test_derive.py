@@ -48,13 +48,13 @@ def test_never_leaves_the_language(grammar: Grammar, seed: int, length: int | No
 @settings(max_examples=40, deadline=None)
 def test_nearest_length_is_the_nearest(grammar: Grammar, length: int) -> None:
     possible = [n for n in range(9) if any(accepts(grammar, s) for s in product("ab", repeat=n))]
-    found = nearest_length(grammar, length)
+    actual = nearest_length(grammar, length)
     if possible:
         best = min(possible, key=lambda n: (abs(n - length), n))
-        assert found == best or (abs(best - length) > 8 - length and found > 8)
+        assert actual == best or (abs(best - length) > 8 - length and actual > 8)
         assert shortest_length(compile_grammar(grammar)) == possible[0]
     else:
-        assert found > 8
+        assert actual > 8
 
 
 @given(grammars())
@@ -70,11 +70,11 @@ def test_weights_of_lengths_are_sums_over_strings(grammar: Grammar) -> None:
 @given(grammar=grammars())
 def test_the_longest_string_is_that_of_the_language(grammar: Grammar) -> None:
     language = finite_language(grammar, 1000)
-    found = longest_length(compile_grammar(grammar))
+    actual = longest_length(compile_grammar(grammar))
     if language is None:
-        assert found >= 9  # more than 1,000 strings of two letters
+        assert actual >= 9  # more than 1,000 strings of two letters
     else:
-        assert found == max(map(len, language))
+        assert actual == max(map(len, language))
 
 
 @pytest.mark.parametrize(

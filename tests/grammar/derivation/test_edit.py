@@ -42,14 +42,14 @@ def test_the_generating_nonterminal_and_its_ancestors() -> None:
 def test_all_other_strings_of_a_small_region_are_offered() -> None:
     tree = parse(TOY, tuple("rfdsm"))
     region = wider(tree, region_at(tree, 2))
-    found = alternatives(TOY, tree, region, 20, np.random.default_rng(0))
+    alternatives_offered = alternatives(TOY, tree, region, 20, np.random.default_rng(0))
     # X1 derives empty, f, d, fd, df, ff, fdf: all but fd, which is there already
-    assert {"".join(a.string) for a in found} == {"", "f", "d", "df", "ff", "fdf"}
-    assert found[0].string == ("f",)  # the only one of two trees
-    assert [a.log_probability for a in found] == sorted(
-        (a.log_probability for a in found), reverse=True
+    assert {"".join(a.string) for a in alternatives_offered} == {"", "f", "d", "df", "ff", "fdf"}
+    assert alternatives_offered[0].string == ("f",)  # the only one of two trees
+    assert [a.log_probability for a in alternatives_offered] == sorted(
+        (a.log_probability for a in alternatives_offered), reverse=True
     )
-    new = replace_region(tree, region, found[0].tree)
+    new = replace_region(tree, region, alternatives_offered[0].tree)
     assert new.leaves() == tuple("rfsm")
     assert new == parse(TOY, tuple("rfsm")) or accepts(TOY, new.leaves())
 
@@ -91,9 +91,11 @@ def test_outside_stays_and_the_language_is_kept(
 def test_alternatives_of_a_wished_length() -> None:
     grammar = read_grammar("S -> a S [0.5] | b S [0.3] | c [0.2]")
     tree = parse(grammar, tuple("abac"))
-    found = alternatives(grammar, tree, region_at(tree, 0), 6, np.random.default_rng(3), length=4)
-    assert {len(a.string) for a in found} == {4}
-    assert len(found) == 6
+    alternatives_offered = alternatives(
+        grammar, tree, region_at(tree, 0), 6, np.random.default_rng(3), length=4
+    )
+    assert {len(a.string) for a in alternatives_offered} == {4}
+    assert len(alternatives_offered) == 6
 
 
 def test_a_region_with_one_string_has_no_alternatives() -> None:
@@ -103,9 +105,9 @@ def test_a_region_with_one_string_has_no_alternatives() -> None:
 
 
 def test_best_strings_of_the_toy_language_come_whole_and_in_order() -> None:
-    found = [*best_strings(TOY, 100)]
-    assert len(found) == 14
-    chances = [p for _, p in found]
+    actual = [*best_strings(TOY, 100)]
+    assert len(actual) == 14
+    chances = [p for _, p in actual]
     assert chances == sorted(chances, reverse=True)
     assert sum(np.exp(chances)) == pytest.approx(1)
 

@@ -20,10 +20,10 @@ A -> dribble A [0.7] | pass S [0.1] | shoot [0.2]
 
 
 def test_by_hand() -> None:
-    found = plan(BALL, ["hold", "dribble"], "pass")
-    assert (found.to_goal, found.then) == (("pass",), ("hold", "shoot"))
-    assert found.tree == parse(BALL, ["hold", "dribble", "pass", "hold", "shoot"])
-    assert found.log_probability == pytest.approx(tree_log_probability(BALL, found.tree))
+    planned = plan(BALL, ["hold", "dribble"], "pass")
+    assert (planned.to_goal, planned.then) == (("pass",), ("hold", "shoot"))
+    assert planned.tree == parse(BALL, ["hold", "dribble", "pass", "hold", "shoot"])
+    assert planned.log_probability == pytest.approx(tree_log_probability(BALL, planned.tree))
     assert plan(BALL, ["hold"]).then == ("shoot",)
     assert plan(BALL, []).then == ("hold", "shoot")
     # the goal is to be reached once more
@@ -61,19 +61,19 @@ def test_no_completion_is_better(grammar: object, data: st.DataObject) -> None:
             chance = -tree_log_probability(grammar, tree)
             costs.append((len(tail), chance) if shortest else (chance, len(tail)))
     try:
-        found = plan(grammar, prefix, goal, shortest=shortest)
+        planned = plan(grammar, prefix, goal, shortest=shortest)
     except GrammarError:
         assert not costs
         return
-    rest = found.to_goal + found.then
-    assert found.tree.leaves() == prefix + rest
-    assert found.log_probability == pytest.approx(tree_log_probability(grammar, found.tree))
+    rest = planned.to_goal + planned.then
+    assert planned.tree.leaves() == prefix + rest
+    assert planned.log_probability == pytest.approx(tree_log_probability(grammar, planned.tree))
     if goal is not None:
-        assert found.to_goal[-1] == goal
-        assert goal not in found.to_goal[:-1]
+        assert planned.to_goal[-1] == goal
+        assert goal not in planned.to_goal[:-1]
     else:
-        assert found.to_goal == ()
-    cost = (len(rest), -found.log_probability)
+        assert planned.to_goal == ()
+    cost = (len(rest), -planned.log_probability)
     if costs:
         best = min(costs)
         assert (cost if shortest else cost[::-1]) <= (best[0] + 1e-6, best[1] + 1e-6)

@@ -80,8 +80,8 @@ def test_a_bias_links_what_stands_at_the_same_place():
 
 
 def test_suffix_structures_give_what_common_ends_leave():
-    found = align_all([(0, 1, 2, 5), (0, 3, 5), (4, 4)])
-    assert found == {(0, 1): (((0, 3), (0, 2)), ((1, 3), (1, 2)), ((1, 4), (1, 3)))}
+    actual = align_all([(0, 1, 2, 5), (0, 3, 5), (4, 4)])
+    assert actual == {(0, 1): (((0, 3), (0, 2)), ((1, 3), (1, 2)), ((1, 4), (1, 3)))}
 
 
 def test_spans_proposed_twice_are_of_one_type():
@@ -129,14 +129,14 @@ def test_alignment_alone_covers_its_examples_in_any_family_and_selection(family,
 
 
 def test_the_toy_language_is_learned_within_the_papers_size():
-    found = induce_with_bits(TOY)
-    assert len(found.grammar.nonterminals) <= 5
-    assert len(found.grammar.rules) <= 11
-    strings = language(found.grammar)
+    induced = induce_with_bits(TOY)
+    assert len(induced.grammar.nonterminals) <= 5
+    assert len(induced.grammar.rules) <= 11
+    strings = language(induced.grammar)
     assert set(TOY) <= strings <= TOY_LANGUAGE
     assert len(strings) > len(TOY)
     flat = flat_rules({tuple("dfmprs".index(s) for s in word): 1 for word in TOY}, 6)
-    assert found.bits.total < flat.bits()
+    assert induced.bits.total < flat.bits()
 
 
 def test_edit_alignment_finds_nonterminals_in_the_toy_language_by_itself():
@@ -157,11 +157,11 @@ def test_the_order_of_sentences_changes_nothing():
 @settings(max_examples=25, deadline=None)
 @given(SENTENCES)
 def test_the_grammar_derives_every_sentence_at_the_bits_that_are_told(sentences):
-    found = induce_with_bits(sentences, effort=LITTLE)
-    trees = [most_economical_tree(found.grammar, sentence) for sentence in sentences]
+    induced = induce_with_bits(sentences, effort=LITTLE)
+    trees = [most_economical_tree(induced.grammar, sentence) for sentence in sentences]
     assert [tree.leaves() for tree in trees] == sentences
-    assert found.bits == description_length(found.grammar, sentences)
-    check_grammar(found.grammar)
+    assert induced.bits == description_length(induced.grammar, sentences)
+    check_grammar(induced.grammar)
 
 
 @settings(max_examples=25, deadline=None)
@@ -172,12 +172,12 @@ def test_nodes_of_a_compacted_rule_set_agree_with_its_references(sentences):
         right = tuple("abcd".index(name) for name in sentence)
         counted[right] = counted.get(right, 0) + 1
     flat = flat_rules(counted, 4)
-    found = compact(flat, effort=LITTLE)
-    assert found.bits() <= flat.bits()
-    for left, rights in found.rules.items():
+    compacted = compact(flat, effort=LITTLE)
+    assert compacted.bits() <= flat.bits()
+    for left, rights in compacted.rules.items():
         used = sum(
             count * right.count(left)
-            for others in found.rules.values()
+            for others in compacted.rules.values()
             for right, count in others.items()
         )
         assert sum(rights.values()) == (used or len(sentences))

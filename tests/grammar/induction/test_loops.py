@@ -56,11 +56,11 @@ def strings_of(rules, symbol, longest):
     known = {left: set() for left in rules}
 
     def of(right):
-        found = {()}
+        actual = {()}
         for part in right:
             ends = {(part,)} if part < T else known[part]
-            found = {a + b for a in found for b in ends if len(a + b) <= longest}
-        return found
+            actual = {a + b for a in actual for b in ends if len(a + b) <= longest}
+        return actual
 
     while True:
         size = sum(map(len, known.values()))
@@ -191,29 +191,29 @@ def test_sentences_refitted_by_loops_are_all_derived(donor, sentences):
     if rule_laws.derives_itself_alone(donor.rules):
         return
     flat = RuleSet(T, {S: sentences}, loops=True)
-    for found in (refit(donor, flat), plant(flat, donor, np.random.default_rng(0))):
-        if found is None:
+    for actual in (refit(donor, flat), plant(flat, donor, np.random.default_rng(0))):
+        if actual is None:
             continue
-        assert found.lawful()
-        assert set(sentences) <= strings_of(found.rules, S, 5)
-        for left, rights in found.rules.items():
+        assert actual.lawful()
+        assert set(sentences) <= strings_of(actual.rules, S, 5)
+        for left, rights in actual.rules.items():
             used = sum(
                 count * right.count(left)
-                for others in found.rules.values()
+                for others in actual.rules.values()
                 for right, count in others.items()
             )
             assert sum(rights.values()) == used + (sum(sentences.values()) if left == S else 0)
-        assert refit_fully(found, flat).bits() <= found.bits()
+        assert refit_fully(actual, flat).bits() <= actual.bits()
 
 
 def test_a_symbol_of_a_loop_is_annealed_within_the_law():
     strings = {(0,) * k + (1,): 1 for k in range(1, 9)}
     flat = flat_rules(strings, 2)
     looping = RuleSet(2, flat.rules, flat.constants, singles=flat.singles, loops=True)
-    found = anneal(looping, np.random.default_rng(1), tries=5000)
-    assert found.lawful()
-    assert rule_laws.recursive_lefts(found.rules)
-    assert found.bits() < anneal(flat, np.random.default_rng(1), tries=5000).bits()
+    annealed = anneal(looping, np.random.default_rng(1), tries=5000)
+    assert annealed.lawful()
+    assert rule_laws.recursive_lefts(annealed.rules)
+    assert annealed.bits() < anneal(flat, np.random.default_rng(1), tries=5000).bits()
     bound = anneal(looping, np.random.default_rng(1), tries=5000, new_loops=False)
     assert not rule_laws.recursive_lefts(bound.rules)
 
@@ -275,10 +275,10 @@ def test_what_is_rare_in_a_loop_needs_only_stand_within_it():
 
 
 def test_a_loop_written_out_derives_the_bounded_strings():
-    found = write_out(RuleSet(T, {S: {(A, 2): 1}, A: {(0, A, 1): 1, (): 1}}), A, (0, A, 1), 2)
+    actual = write_out(RuleSet(T, {S: {(A, 2): 1}, A: {(0, A, 1): 1, (): 1}}), A, (0, A, 1), 2)
     expected = {(2,), (0, 1, 2), (0, 0, 1, 1, 2), (0, 0, 0, 1, 1, 1, 2)}
-    assert strings_of(found.rules, S, 12) == expected
-    assert not rule_laws.recursive_lefts(found.rules)
+    assert strings_of(actual.rules, S, 12) == expected
+    assert not rule_laws.recursive_lefts(actual.rules)
 
 
 def test_unsupported_loops_are_written_out_and_supported_ones_kept():
@@ -309,12 +309,12 @@ def drawn(text, n, seed):
 @pytest.mark.parametrize("name", LANGUAGES)
 def test_recursive_languages_are_learned_from_twenty_sentences(name):
     truth, sentences = read_grammar(LANGUAGES[name]), list(drawn(LANGUAGES[name], 20, 5))
-    found = induce_with_bits(sentences, effort=LITTLE)
+    induced = induce_with_bits(sentences, effort=LITTLE)
     rng = np.random.default_rng(0)
-    assert all(accepts(truth, string) for string in derived_strings(found.grammar, rng, 100))
-    assert all(accepts(found.grammar, string) for string in derived_strings(truth, rng, 100))
+    assert all(accepts(truth, string) for string in derived_strings(induced.grammar, rng, 100))
+    assert all(accepts(induced.grammar, string) for string in derived_strings(truth, rng, 100))
     bounded = induce_with_bits(sentences, effort=without_loops(sentences, LITTLE))
-    assert found.bits.total < bounded.bits.total
+    assert induced.bits.total < bounded.bits.total
 
 
 def test_one_to_three_times_stays_bounded_with_fifty_sentences():

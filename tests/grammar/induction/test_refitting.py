@@ -65,15 +65,15 @@ def naive_bits(rules):
 
 def strings_of(rules, symbols):
     """All strings of symbols of acyclic rules."""
-    found = {()}
+    actual = {()}
     for symbol in symbols:
         ends = (
             {(symbol,)}
             if symbol < T
             else set().union(*(strings_of(rules, right) for right in rules[symbol]))
         )
-        found = {a + b for a in found for b in ends}
-    return found
+        actual = {a + b for a in actual for b in ends}
+    return actual
 
 
 def check_nodes(rules, total):
@@ -90,8 +90,8 @@ def check_nodes(rules, total):
 @settings(max_examples=60, deadline=None)
 @given(donors(), STRING, st.integers(1, 3))
 def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
-    found = refit(donor, flat_rules({sentence: count}, T))
-    if found is None:
+    refitted = refit(donor, flat_rules({sentence: count}, T))
+    if refitted is None:
         assert not donor.lawful()
         return
     bits = naive_bits(donor.rules)
@@ -99,13 +99,13 @@ def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
     if cheapest < math.inf:
         used = sum(
             number * math.log2(len(donor.rules[left]))
-            for left, rights in found.rules.items()
+            for left, rights in refitted.rules.items()
             for number in rights.values()
         )
         assert used == pytest.approx(count * cheapest)
-        assert all(right in donor.rules[left] for left, right in found.uses())
+        assert all(right in donor.rules[left] for left, right in refitted.uses())
     else:  # a new rule: as cheap as any row of terminals and nonterminals that derives it
-        (right,) = found.rules[S]
+        (right,) = refitted.rules[S]
         symbol = math.log2(len(donor.rules) + T + 1)
         least = [0.0] + [math.inf] * len(sentence)
         for j in range(1, len(sentence) + 1):
@@ -113,7 +113,7 @@ def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
                 span = sentence[i:j]
                 one = min([bits((A,), span), bits((B,), span), 0.0 if i == j - 1 else math.inf])
                 least[j] = min(least[j], least[i] + symbol + one)
-        if found.lawful() and any(s >= T for s in right):
+        if refitted.lawful() and any(s >= T for s in right):
             assert len(right) * symbol + bits(right, sentence) == pytest.approx(least[-1])
         assert bits(right, sentence) < math.inf
 
@@ -122,13 +122,13 @@ def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
 @given(donors(), STRINGS)
 def test_all_sentences_are_derived_and_every_node_counted(donor, sentences):
     flat = flat_rules(sentences, T)
-    found = refit(donor, flat)
-    if found is None:  # the donor itself was unlawful, in rules that all sentences need
+    refitted = refit(donor, flat)
+    if refitted is None:  # the donor itself was unlawful, in rules that all sentences need
         assert not flat.with_rules(donor.rules).lawful()
         return
-    assert found.lawful()
-    assert set(sentences) <= strings_of(found.rules, (S,))
-    check_nodes(found.rules, sum(sentences.values()))
+    assert refitted.lawful()
+    assert set(sentences) <= strings_of(refitted.rules, (S,))
+    check_nodes(refitted.rules, sum(sentences.values()))
 
 
 def test_what_a_new_rule_may_not_hold_is_told_plainly():
@@ -179,22 +179,22 @@ def test_a_sample_keeps_the_laws_of_all():
 def test_rules_taken_apart_derive_all_sentences(sentences, seed):
     flat = flat_rules(sentences, T)
     rules = compact(flat, effort=Effort(begun=3, repeated=2, tries=500))
-    found = perturb(rules, flat, 300, generator(seed))
-    if found is not None:
-        assert found.lawful()
-        assert set(sentences) <= strings_of(found.rules, (S,))
-        check_nodes(found.rules, sum(sentences.values()))
+    perturbed = perturb(rules, flat, 300, generator(seed))
+    if perturbed is not None:
+        assert perturbed.lawful()
+        assert set(sentences) <= strings_of(perturbed.rules, (S,))
+        check_nodes(perturbed.rules, sum(sentences.values()))
 
 
 @settings(max_examples=10, deadline=None)
 @given(st.dictionaries(STRING, st.integers(1, 3), min_size=4, max_size=9))
 def test_rules_of_samples_become_rules_of_all_sentences(sentences):
     flat = flat_rules(sentences, T)
-    found = compact(flat, effort=Effort(2, 4, 500, samples=2, sampled=3))
-    assert found.bits() <= flat.bits()
-    assert found.lawful()
-    assert set(sentences) <= strings_of(found.rules, (S,))
-    check_nodes(found.rules, sum(sentences.values()))
+    compacted = compact(flat, effort=Effort(2, 4, 500, samples=2, sampled=3))
+    assert compacted.bits() <= flat.bits()
+    assert compacted.lawful()
+    assert set(sentences) <= strings_of(compacted.rules, (S,))
+    check_nodes(compacted.rules, sum(sentences.values()))
 
 
 def test_many_sentences_are_searched_by_samples():
@@ -224,7 +224,7 @@ def test_more_sentences_do_not_make_worse_rules(n):
     truth = read_grammar(BOUTS)
     rng = np.random.default_rng(3)
     sentences = [derive(truth, rng).leaves() for _ in range(n)]
-    found = induce_with_bits(sentences)
-    match = match_languages(found.grammar, truth, np.random.default_rng(0))
-    assert found.bits.total <= description_length(truth, sentences).total + 1e-6
+    induced = induce_with_bits(sentences)
+    match = match_languages(induced.grammar, truth, np.random.default_rng(0))
+    assert induced.bits.total <= description_length(truth, sentences).total + 1e-6
     assert match.precision == match.recall == 1.0

@@ -63,8 +63,8 @@ class Arrays:
     def after(self, change, *arguments):
         assert change(self.table, self.goal, *arguments)
         assert self.goal.used[ROWS] > 0
-        found = rules_of(self.goal, self.like).rules
-        return {left: rights for left, rights in found.items() if rights}
+        actual = rules_of(self.goal, self.like).rules
+        return {left: rights for left, rights in actual.items() if rights}
 
     def row(self, left, right):
         for r in range(self.table.used[ROWS]):
@@ -90,16 +90,16 @@ def uses_of(rule_set):
 
 def replaced(right, part, symbol):
     """The right side with the symbol for a part, from the left, and how often."""
-    found, i, number = [], 0, 0
+    actual, i, number = [], 0, 0
     while i < len(right):
         if right[i : i + len(part)] == part:
-            found.append(symbol)
+            actual.append(symbol)
             i += len(part)
             number += 1
         else:
-            found.append(right[i])
+            actual.append(right[i])
             i += 1
-    return tuple(found), number
+    return tuple(actual), number
 
 
 @settings(max_examples=40, deadline=None)
@@ -117,8 +117,8 @@ def test_a_part_is_replaced_wherever_it_stands(rule_set, part):
     if nodes:
         expected.append((B, part, nodes))
     spared = np.array([False, False, True])
-    found = arrays.after(replace, place, B, spared, -1)
-    assert found == collected(expected)
+    actual = arrays.after(replace, place, B, spared, -1)
+    assert actual == collected(expected)
 
 
 @settings(max_examples=40, deadline=None)
@@ -167,11 +167,11 @@ def test_parts_at_two_places_become_alternatives(one_row):
     arrays = Arrays(rule_set)
     a, b = arrays.row(S, first), arrays.row(S, second)
     if one_row:
-        found = arrays.after(edit_places, Place(a, 0, 1), Place(a, 2, 2), A)
-        assert found == {S: {(A, 1, A): 2, second: 3}, A: {(0,): 2, (2, 0): 2}}
+        actual = arrays.after(edit_places, Place(a, 0, 1), Place(a, 2, 2), A)
+        assert actual == {S: {(A, 1, A): 2, second: 3}, A: {(0,): 2, (2, 0): 2}}
     else:
-        found = arrays.after(edit_places, Place(a, 1, 2), Place(b, 1, 0), A)
-        assert found == {S: {(0, A, 0): 2, (2, A, 1, 1): 3}, A: {(1, 2): 2, (): 3}}
+        actual = arrays.after(edit_places, Place(a, 1, 2), Place(b, 1, 0), A)
+        assert actual == {S: {(0, A, 0): 2, (2, A, 1, 1): 3}, A: {(1, 2): 2, (): 3}}
 
 
 @settings(max_examples=80, deadline=None)

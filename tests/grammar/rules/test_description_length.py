@@ -25,8 +25,8 @@ WORKED = [
 @pytest.mark.parametrize(("text", "sentences", "bits"), WORKED)
 def test_the_worked_example_of_the_paper(text, sentences, bits):
     grammar = read_grammar(text)
-    found = description_length(grammar, [tuple(sentence) for sentence in sentences])
-    assert round(found.total, 4) == bits
+    actual = description_length(grammar, [tuple(sentence) for sentence in sentences])
+    assert round(actual.total, 4) == bits
 
 
 def test_the_rules_are_one_sequence_with_separators():

@@ -32,7 +32,7 @@ def common(one, other):
 
 
 def naive_repeats(text, shortest):
-    found = set()
+    actual = set()
     n = len(text)
     for length in range(shortest, n):
         places = {}
@@ -44,8 +44,8 @@ def naive_repeats(text, shortest):
             alone = len(starts) == 1
             wide = len(before) > 1 or None in before
             if not alone and wide and (len(after) > 1 or None in after):
-                found.add((word, len(starts)))
-    return found
+                actual.add((word, len(starts)))
+    return actual
 
 
 @settings(max_examples=200, deadline=None)
@@ -61,13 +61,13 @@ def test_suffixes_and_common_prefixes_are_those_of_sorting(text):
 @settings(max_examples=200, deadline=None)
 @given(TEXTS)
 def test_maximal_repeats_are_those_that_counting_finds(text):
-    found = maximal_repeats(text)
+    repeats = maximal_repeats(text)
     listed = {
         (tuple(text[start : start + length]), int(count))
-        for start, length, count in zip(found.starts, found.lengths, found.counts)
+        for start, length, count in zip(repeats.starts, repeats.lengths, repeats.counts)
     }
     assert listed == naive_repeats(text, 2)
-    assert len(found.starts) == len(listed)
+    assert len(repeats.starts) == len(listed)
 
 
 @settings(max_examples=200, deadline=None)

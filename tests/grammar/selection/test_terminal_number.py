@@ -94,9 +94,9 @@ def try_numbers(monkeypatch: pytest.MonkeyPatch) -> Try:
         monkeypatch.setattr(terminal_number, "performance_noise", lambda values, bounds: 0.5)
         monkeypatch.setattr(terminal_number, "find_terminals", find)
         monkeypatch.setattr(terminal_number, "ledger_of", count)
-        found = choose_terminals([], np.random.default_rng(0), learn=lambda k, rng: -k, **how)
-        run.asked = asked  # type: ignore[attr-defined]
-        return found
+        choice = choose_terminals([], np.random.default_rng(0), learn=lambda k, rng: -k, **how)
+        run.asked = asked
+        return choice
 
     return run
 
@@ -105,14 +105,14 @@ def test_the_best_and_the_next_smaller_are_tried_again_and_the_better_try_counts
     try_numbers: Try,
 ) -> None:
     sums = {k: [curve(k)] for k in NUMBERS} | {8: [685.0, 680.0], 6: [691.0, 700.0]}
-    found = try_numbers(sums, candidates=NUMBERS)
-    assert try_numbers.asked == [*NUMBERS, 6, 8]  # type: ignore[attr-defined]
-    bits = {k: trial.ledger.total for k, trial in found.trials.items()}
+    choice = try_numbers(sums, candidates=NUMBERS)
+    assert try_numbers.asked == [*NUMBERS, 6, 8]
+    bits = {k: trial.ledger.total for k, trial in choice.trials.items()}
     assert (bits[6], bits[8]) == (691.0, 680.0)
-    assert found.noise == pytest.approx(search_noise(bits))
-    assert found.number == 8
-    assert (found.terminals, found.sentences) == (8, -8)
-    assert list(found.ledgers) == sorted(NUMBERS)
+    assert choice.noise == pytest.approx(search_noise(bits))
+    assert choice.number == 8
+    assert (choice.terminals, choice.sentences) == (8, -8)
+    assert list(choice.ledgers) == sorted(NUMBERS)
 
 
 def test_a_lucky_try_does_not_ask_for_more_terminals(try_numbers: Try) -> None:
@@ -125,11 +125,11 @@ def test_a_lucky_try_does_not_ask_for_more_terminals(try_numbers: Try) -> None:
 
 
 def test_few_numbers_are_tried_once_and_the_fewest_bits_win(try_numbers: Try) -> None:
-    found = try_numbers({4: [60.0], 5: [50.0]})  # the takes are too short for more
-    asked = try_numbers.asked  # type: ignore[attr-defined]
+    choice = try_numbers({4: [60.0], 5: [50.0]})  # the takes are too short for more
+    asked = try_numbers.asked
     assert asked[:5] == [6, 12, 24, 52, 5]
     assert len(asked) == len(set(asked))
-    assert (found.number, found.noise) == (5, 0.0)
+    assert (choice.number, choice.noise) == (5, 0.0)
 
 
 def test_no_number_to_choose_from_is_told(try_numbers: Try) -> None:

@@ -23,16 +23,16 @@ PAPER = tuple("abxcdabycdabxcd")
 def markov_string(n, k, seed):
     rng = np.random.default_rng(seed)
     chances = rng.dirichlet(np.full(k, 0.15), k)
-    found = [0]
-    while len(found) < n:
-        found.append(int(rng.choice(k, p=chances[found[-1]])))
-    return tuple(f"t{symbol}" for symbol in found)
+    actual = [0]
+    while len(actual) < n:
+        actual.append(int(rng.choice(k, p=chances[actual[-1]])))
+    return tuple(f"t{symbol}" for symbol in actual)
 
 
 def test_the_papers_string_is_cut_as_the_paper_cuts_it():
-    found = find_sentences([PAPER], np.random.default_rng(0), evaluations=200)
-    assert found.cuts == ((5, 10),)
-    assert round(found.bits.total, 4) == 41.0391
+    partition = find_sentences([PAPER], np.random.default_rng(0), evaluations=200)
+    assert partition.cuts == ((5, 10),)
+    assert round(partition.bits.total, 4) == 41.0391
 
 
 @pytest.mark.parametrize(("cuts", "bits"), [((5, 10), 41.0391), ((), 47.5489)])
@@ -84,14 +84,14 @@ def context_rules(covered, starts, ends):
 def language(rules, symbol):
     if symbol not in rules.rules:
         return {(symbol,)}
-    found = set()
+    actual = set()
     for right in rules.rules[symbol]:
         strings = {()}
         for part in right:
             ends = language(rules, part)
             strings = {a + b for a in strings for b in ends}
-        found |= strings
-    return found
+        actual |= strings
+    return actual
 
 
 def test_no_cut_divides_a_chosen_repeat_or_makes_too_short_a_sentence():
@@ -129,10 +129,10 @@ def test_recuts_are_the_cheapest_of_all(free, pinned, data):
     fixed = np.isin(places, [0, 30, *pinned])
     cost = st.floats(-5, 5).map(lambda x: round(x, 2))
     costs = np.array(data.draw(st.lists(cost, min_size=len(places), max_size=len(places))))
-    found = cheapest_cuts(places, fixed, costs, 3, 12)
-    assert set(np.flatnonzero(fixed)) <= set(found.tolist())
+    cuts = cheapest_cuts(places, fixed, costs, 3, 12)
+    assert set(np.flatnonzero(fixed)) <= set(cuts.tolist())
     best = min(path_cost(places, fixed, costs, path) for path in paths(fixed))
-    assert path_cost(places, fixed, costs, found.tolist()) == pytest.approx(best)
+    assert path_cost(places, fixed, costs, cuts.tolist()) == pytest.approx(best)
 
 
 def paths(fixed):
@@ -158,12 +158,12 @@ def path_cost(places, fixed, costs, path):
 def test_shared_symbols_are_those_before_and_after(symbols, data):
     n = len(symbols)
     cuts = data.draw(st.sets(st.integers(1, n - 1), max_size=3))
-    found = shared_symbols(np.array(symbols), np.arange(n + 1), np.array(sorted(cuts), dtype=int))
+    actual = shared_symbols(np.array(symbols), np.arange(n + 1), np.array(sorted(cuts), dtype=int))
     for place in range(n + 1):
         others = [cut for cut in cuts if cut != place]
         after = [common(symbols[place:], symbols[cut:]) for cut in others]
         before = [common(symbols[:place][::-1], symbols[:cut][::-1]) for cut in others]
-        assert found[place] == max(after, default=0) + max(before, default=0)
+        assert actual[place] == max(after, default=0) + max(before, default=0)
 
 
 def common(one, other):
@@ -198,8 +198,8 @@ def test_a_border_that_always_recurs_may_be_cut_although_it_repeats():
     # every sentence ends in z and begins with a: "za" repeats, and the cover forbids each border
     string = tuple("abczadczabbzadbzabcz")
     assert ((4, 8, 12, 16),) in recurring_splits([string], 3, 6)
-    found = find_sentences([string], np.random.default_rng(0), shortest=3, longest=6)
-    assert found.cuts == ((4, 8, 12, 16),)
+    partition = find_sentences([string], np.random.default_rng(0), shortest=3, longest=6)
+    assert partition.cuts == ((4, 8, 12, 16),)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -209,15 +209,15 @@ def test_no_sentence_is_longer_than_was_wished(seed):
         map(str, rng.integers(4, size=11))
     )  # recurs, and is longer than a sentence may be
     strings = [(*map(str, rng.integers(4, size=9)), *motif, *motif) for _ in range(2)]
-    found = find_sentences(strings, rng, shortest=3, longest=8)
-    assert {3 <= len(sentence) <= 8 for sentence in found.sentences} == {True}
-    assert sum(map(len, found.sentences)) == sum(map(len, strings))
+    partition = find_sentences(strings, rng, shortest=3, longest=8)
+    assert {3 <= len(sentence) <= 8 for sentence in partition.sentences} == {True}
+    assert sum(map(len, partition.sentences)) == sum(map(len, strings))
 
 
 def test_sentences_may_be_given():
-    found = sentences_between([tuple("abxcd"), tuple("abycdabxcd")], [(), (5,)])
-    assert round(found.bits.total, 4) == 41.0391
-    assert len(found.sentences) == 3
+    partition = sentences_between([tuple("abxcd"), tuple("abycdabxcd")], [(), (5,)])
+    assert round(partition.bits.total, 4) == 41.0391
+    assert len(partition.sentences) == 3
 
 
 @pytest.mark.parametrize(

@@ -146,8 +146,8 @@ def test_sentences_are_too_long_only_where_shorter_ones_are_possible(n, shortest
         for k in range(n)
         for chosen in combinations(range(1, n), k)
     )
-    found = too_long(["x" * n], (cuts,), (shortest, longest))
-    assert found == (allowed and max(lengths) > longest)
+    actual = too_long(["x" * n], (cuts,), (shortest, longest))
+    assert actual == (allowed and max(lengths) > longest)
 
 
 def test_a_string_that_must_stay_whole_does_not_hold_the_others():
@@ -174,5 +174,5 @@ def test_the_true_sentences_of_a_grammar_are_found_in_long_strings():
     rng = np.random.default_rng(6)
     sentences = [derive(truth, rng).leaves() for _ in range(10)]
     strings = [sum(sentences[:5], ()), sum(sentences[5:], ())]
-    found = find_sentences(strings, np.random.default_rng(0), evaluations=400)
-    assert found.sentences == tuple(sentences)
+    partition = find_sentences(strings, np.random.default_rng(0), evaluations=400)
+    assert partition.sentences == tuple(sentences)

@@ -33,7 +33,7 @@ def best_cost(reader: labelling.Reader, values: FloatArray) -> float:
     def cost(start: int) -> float:
         if start == len(values):
             return 0.0
-        found = [
+        actual = [
             length * distance(values[start : start + length], medoid)
             + reader.price
             + cost(start + length)
@@ -41,7 +41,7 @@ def best_cost(reader: labelling.Reader, values: FloatArray) -> float:
             for length in range(reader.shortest[k], reader.longest[k] + 1)
             if start + length <= len(values)
         ]
-        return min(found, default=np.inf)
+        return min(actual, default=np.inf)
 
     return cost(0)
 
@@ -78,11 +78,11 @@ def test_the_take_that_was_learned_from_reads_as_it_was(
 ) -> None:
     motion, reader = dance
     _, truth = true_terminals("ana/long_dance_2")
-    found = labelling.read_string(reader, motion)
-    assert len(found.starts) == len(truth.starts)
-    own = labels_per_frame(reader.names, found.starts, found.ends, found.labels)
+    reading = labelling.read_string(reader, motion)
+    assert len(reading.starts) == len(truth.starts)
+    labels = labels_per_frame(reader.names, reading.starts, reading.ends, reading.labels)
     true = labels_per_frame(truth.names, truth.starts, truth.ends, truth.labels)
-    assert np.mean([a == b for a, b in zip(own, true)]) > 0.95
+    assert np.mean([a == b for a, b in zip(labels, true)]) > 0.95
 
 
 def test_another_performers_dance_reads_as_its_truth(
@@ -90,13 +90,13 @@ def test_another_performers_dance_reads_as_its_truth(
 ) -> None:
     _, reader = dance
     motion, truth = true_terminals("dora/long_dance_1")
-    found = labelling.read_string(reader, motion)
-    own = labels_per_frame(reader.names, found.starts, found.ends, found.labels)
+    reading = labelling.read_string(reader, motion)
+    labels = labels_per_frame(reader.names, reading.starts, reading.ends, reading.labels)
     true = labels_per_frame(truth.names, truth.starts, truth.ends, truth.labels)
-    known = [(a, b) for a, b in zip(own, true) if b in reader.names]
+    known = [(a, b) for a, b in zip(labels, true) if b in reader.names]
     assert np.mean([a == b for a, b in known]) > 0.85
-    assert found.ends[-1] == motion.n_frames
-    assert (found.distances > 0).all()
+    assert reading.ends[-1] == motion.n_frames
+    assert (reading.distances > 0).all()
 
 
 def test_terminals_without_their_medoid_are_read_by_another_segment() -> None:
@@ -155,7 +155,7 @@ def test_the_reach_is_the_lesser_of_two_bounds() -> None:
 def test_members_are_as_far_as_segments_at_a_uniform_pace() -> None:
     motion, terminals = true_terminals("ana/long_dance_2")
     values = pose_vectors(motion)
-    found = []
+    actual = []
     for i, (a, b, k) in enumerate(zip(terminals.starts, terminals.ends, terminals.labels)):
         m = terminals.medoids[k]
         if i != m:
@@ -163,16 +163,16 @@ def test_members_are_as_far_as_segments_at_a_uniform_pace() -> None:
             if len(long) < len(short):
                 long, short = short, long
             matched = short[np.arange(len(long)) * len(short) // len(long)]
-            found.append(np.linalg.norm(long - matched, axis=1).mean())
+            actual.append(np.linalg.norm(long - matched, axis=1).mean())
     reader = labelling.make_reader(terminals, {0: motion})
-    assert reader.reach == pytest.approx(labelling.find_reach(np.array(found)))
+    assert reader.reach == pytest.approx(labelling.find_reach(np.array(actual)))
 
 
 def test_another_action_is_beyond_reach(dance: tuple[Motion, labelling.Reader]) -> None:
     motion, reader = dance
-    own = labelling.read_string(reader, motion)
-    assert own.reach == reader.reach
-    assert np.mean(own.distances <= own.reach) > 0.8
+    read = labelling.read_string(reader, motion)
+    assert read.reach == reader.reach
+    assert np.mean(read.distances <= read.reach) > 0.8
     fight, _ = true_terminals("boris/long_fight_1")
     strange = labelling.read_string(reader, fight)
     known = (strange.ends - strange.starts)[strange.distances <= strange.reach]

@@ -37,9 +37,9 @@ def test_the_shorter_segment_is_stretched_evenly() -> None:
 @given(st.integers(1, 12), st.integers(1, 12), st.integers(0, 10_000))
 def test_it_is_the_printed_formula_symmetric_and_zero_for_itself(n: int, m: int, seed: int) -> None:
     values = np.random.default_rng(seed).normal(size=(n + m, 3)).astype(np.float32)
-    found = segment_distance(values, 0, n, n, n + m)
-    assert found == pytest.approx(naive.segment_distance(values, 0, n, n, n + m), rel=1e-5)
-    assert found == segment_distance(values, n, n + m, 0, n)
+    actual = segment_distance(values, 0, n, n, n + m)
+    assert actual == pytest.approx(naive.segment_distance(values, 0, n, n, n + m), rel=1e-5)
+    assert actual == segment_distance(values, n, n + m, 0, n)
     assert segment_distance(values, 0, n, 0, n) == 0.0
 
 
@@ -111,5 +111,5 @@ def test_takes_that_cannot_be_used_are_named() -> None:
         pose_distance.make_poses([])
     with pytest.raises(GrammarError, match=r"take 2: expected frames, found none\. Leave it out"):
         pose_distance.make_poses([good, empty])
-    with pytest.raises(GrammarError, match=r"take 2: expected numbers, found values that are none"):
+    with pytest.raises(GrammarError, match=r"take 2: expected numbers, found NaN or infinity"):
         pose_distance.make_poses([good, broken])

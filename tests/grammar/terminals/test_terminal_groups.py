@@ -32,13 +32,13 @@ def test_no_single_swap_lowers_the_sum(n: int, data: st.DataObject, seed: int) -
     rng = np.random.default_rng(seed)
     distances, weights, prices = points(n, seed), rng.uniform(1, 3, n), rng.uniform(0, 0.5, n)
     medoids, labels = group_by_medoids(distances, k, weights=weights, prices=prices)
-    found = energy(distances, medoids, weights, prices)
-    assert found >= naive.best_medoids(distances, k, weights, prices) - 1e-9
+    actual = energy(distances, medoids, weights, prices)
+    assert actual >= naive.best_medoids(distances, k, weights, prices) - 1e-9
     for position in range(k):
         for other in set(range(n)) - set(medoids.tolist()):
             swapped = medoids.copy()
             swapped[position] = other
-            assert energy(distances, swapped, weights, prices) >= found - 1e-9
+            assert energy(distances, swapped, weights, prices) >= actual - 1e-9
     assert (labels[medoids] == np.arange(k)).all()
 
 
@@ -79,11 +79,11 @@ def test_r_and_e_are_shares_and_r_is_1_exactly_where_every_segment_is_a_medoid(
     medoids, labels = group_by_medoids(distances, k)
     gaps = distances[np.arange(n), medoids[labels]]
     largest = max(float(distances.max()), 1e-9)
-    found = score(lengths, medoids, gaps, largest, 0.5)
-    assert 0.0 < found.repetition <= 1.0
-    assert 0.0 <= found.error <= 1.0
-    assert (found.repetition == 1.0) == (n == k)
-    assert found.objective == pytest.approx(2.0 / (found.repetition + found.error))
+    actual = score(lengths, medoids, gaps, largest, 0.5)
+    assert 0.0 < actual.repetition <= 1.0
+    assert 0.0 <= actual.error <= 1.0
+    assert (actual.repetition == 1.0) == (n == k)
+    assert actual.objective == pytest.approx(2.0 / (actual.repetition + actual.error))
 
 
 def test_the_objective_of_nothing_is_infinite() -> None:
@@ -138,10 +138,10 @@ def test_the_cheapest_path_is_the_cheapest_of_all() -> None:
     cells = candidates.make_cells(cuts, cuts, np.array([0, 9, 20]), 4, 11)
     rng = np.random.default_rng(3)
     costs, at_cuts = rng.uniform(0, 1, len(cells.firsts)), rng.uniform(0, 0.2, len(cuts))
-    found, path = candidates.cheapest_path(cells, costs, at_cuts)
+    actual, path = candidates.cheapest_path(cells, costs, at_cuts)
     prices = [sum(costs[c] + at_cuts[cells.lasts[c]] for c in p) for p in all_paths(cells, 6)]
-    assert found == pytest.approx(min(prices))
-    assert found == pytest.approx(sum(costs[path] + at_cuts[cells.lasts[path]]))
+    assert actual == pytest.approx(min(prices))
+    assert actual == pytest.approx(sum(costs[path] + at_cuts[cells.lasts[path]]))
 
 
 def test_a_bounded_path_has_as_many_cells_as_asked() -> None:

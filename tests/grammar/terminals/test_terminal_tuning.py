@@ -31,9 +31,9 @@ def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning_steps.Co
 def best_medoid(grouping: tuning.Grouping, costs: tuning_steps.Costs, k: int) -> float:
     """The least that a group can cost with its members, from nothing."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
-    own = np.flatnonzero(grouping.labels == k)
-    gaps = segment_distances(costs.values, starts[own], ends[own])
-    lengths = (ends - starts)[own]
+    members = np.flatnonzero(grouping.labels == k)
+    gaps = segment_distances(costs.values, starts[members], ends[members])
+    lengths = (ends - starts)[members]
     return float((costs.weight * lengths @ gaps + costs.price * lengths).min())
 
 
@@ -44,11 +44,11 @@ def test_the_incremental_cost_is_the_cost_from_nothing(seed: int, temperature: f
     settings = tuning.TuningSettings(temperature=temperature, most_steps=1500)
     state, total = tuning._begin(grouping, costs), tuning.total_cost(grouping, costs)
     draws = np.random.default_rng(seed).random((1500, 4))
-    found = tuning_steps.Best(*(part.copy() for part in state[:3]))
+    actual = tuning_steps.Best(*(part.copy() for part in state[:3]))
     chance = settings.temperature * total / len(grouping.labels)
     pace = tuning_steps.Pace(4, chance, total, total)
-    total, best_total = tuning_steps.take_steps(state, costs, draws, pace, found)
-    best = tuning.Grouping(*found)
+    total, best_total = tuning_steps.take_steps(state, costs, draws, pace, actual)
+    best = tuning.Grouping(*actual)
     now = tuning.Grouping(*state[:3])
     assert total == pytest.approx(tuning.total_cost(now, costs), rel=1e-6)
     assert best_total == pytest.approx(tuning.total_cost(best, costs), rel=1e-6)

@@ -31,7 +31,7 @@ def takes() -> list[Motion]:
 
 
 @pytest.fixture(scope="module")
-def found(takes: list[Motion]) -> Terminals:
+def learned(takes: list[Motion]) -> Terminals:
     return find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK)
 
 
@@ -46,53 +46,53 @@ def test_the_actions_of_a_fight_are_found(samples_folder: Path) -> None:
     """Sample data with known truth: two cuts in three or more are right within five frames."""
     name = "boris/long_fight_1.bvh"
     motion = to_motion(read_capture(samples_folder / name))
-    found = find_terminals([motion], 6, np.random.default_rng(0))
+    terminals = find_terminals([motion], 6, np.random.default_rng(0))
     with (samples_folder.parent / "segments.tsv").open(encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file, delimiter="\t") if row["file"] == name]
     true = np.array([int(row["start_frame"]) for row in rows[1:]])
-    near = np.abs(true[:, None] - found.starts[1:]) <= 5
+    near = np.abs(true[:, None] - terminals.starts[1:]) <= 5
     assert near.any(axis=1).mean() > 2 / 3
     assert near.any(axis=0).mean() > 2 / 3
     names: dict[str, set[str]] = {row["label"]: set() for row in rows}
     for row in rows:
         middle = (int(row["start_frame"]) + int(row["end_frame"])) // 2
-        at = int(np.searchsorted(found.ends, middle, side="right"))
-        names[row["label"]].add(found.names[found.labels[at]])
+        at = int(np.searchsorted(terminals.ends, middle, side="right"))
+        names[row["label"]].add(terminals.names[terminals.labels[at]])
     assert not names["kick"] & names["punch"]
 
 
 def test_segments_tile_their_takes_and_every_terminal_is_used(
-    found: Terminals, takes: list[Motion]
+    learned: Terminals, takes: list[Motion]
 ) -> None:
     for take, motion in enumerate(takes):
-        own = found.takes == take
-        assert found.starts[own][0] == 0
-        assert found.ends[own][-1] == motion.n_frames
-        assert (found.ends[own][:-1] == found.starts[own][1:]).all()
-    assert (found.labels[found.medoids] == np.arange(4)).all()
-    assert (found.ends - found.starts).min() >= QUICK.shortest
-    assert found.names == ("a", "b", "c", "d")
-    assert found.labels[0] == 0
+        of_take = learned.takes == take
+        assert learned.starts[of_take][0] == 0
+        assert learned.ends[of_take][-1] == motion.n_frames
+        assert (learned.ends[of_take][:-1] == learned.starts[of_take][1:]).all()
+    assert (learned.labels[learned.medoids] == np.arange(4)).all()
+    assert (learned.ends - learned.starts).min() >= QUICK.shortest
+    assert learned.names == ("a", "b", "c", "d")
+    assert learned.labels[0] == 0
 
 
 def test_the_same_seed_gives_the_same_terminals(
-    found: Terminals, takes: list[Motion], monkeypatch: pytest.MonkeyPatch
+    learned: Terminals, takes: list[Motion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert same(found, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
+    assert same(learned, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
     from motiondb.grammar.terminals import exchange, segment_distance
 
     pool = exchange.ThreadPoolExecutor
     for one in (exchange, segment_distance, module):
         monkeypatch.setattr(one, "ThreadPoolExecutor", lambda _n: pool(1))
-    assert same(found, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
+    assert same(learned, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
 
 
-def test_the_genetic_search_can_be_asked_for(takes: list[Motion], found: Terminals) -> None:
+def test_the_genetic_search_can_be_asked_for(takes: list[Motion], learned: Terminals) -> None:
     small = module.genetic.GeneticSettings(population=20, generations=30)
     settings = replace(QUICK, method="genetic", genetic=small)
     other = find_terminals(takes, 4, np.random.default_rng(0), settings=settings)
     assert len(np.unique(other.labels)) == 4
-    assert other.objective > 0.5 * found.objective
+    assert other.objective > 0.5 * learned.objective
 
 
 def test_the_number_of_segments_can_be_limited(takes: list[Motion]) -> None:
@@ -113,9 +113,9 @@ def test_one_terminal_and_as_many_as_fit(takes: list[Motion]) -> None:
 
 def test_a_take_shorter_than_a_segment_is_one_segment() -> None:
     short = [naive.swinging_motion(5), naive.swinging_motion(90, 1)]
-    found = find_terminals(short, 2, np.random.default_rng(0), settings=QUICK)
-    assert (found.starts[0], found.ends[0], found.takes[0]) == (0, 5, 0)
-    assert found.takes[1] == 1
+    terminals = find_terminals(short, 2, np.random.default_rng(0), settings=QUICK)
+    assert (terminals.starts[0], terminals.ends[0], terminals.takes[0]) == (0, 5, 0)
+    assert terminals.takes[1] == 1
 
 
 def test_a_body_that_stands_still_has_terminals_too() -> None:
@@ -123,8 +123,8 @@ def test_a_body_that_stands_still_has_terminals_too() -> None:
         np.tile(np.array([1, 0, 0, 0], np.float32), (60, 21, 1)),
         np.tile(np.array([0, 0.93, 0], np.float32), (60, 1)),
     )
-    found = find_terminals([still], 2, np.random.default_rng(0), settings=QUICK)
-    assert sorted(np.unique(found.labels)) == [0, 1]
+    terminals = find_terminals([still], 2, np.random.default_rng(0), settings=QUICK)
+    assert sorted(np.unique(terminals.labels)) == [0, 1]
 
 
 def test_progress_is_told(takes: list[Motion]) -> None:
@@ -177,12 +177,12 @@ def test_a_databases_symbols_become_terminals(takes: list[Motion]) -> None:
     n_frames = [take.n_frames for take in takes]
     rows = [(7, 0, 40, 5), (7, 40, n_frames[0], 2), (8, 0, 9, 1), (9, 0, 30, 5), (9, 30, 61, 8)]
     rows.append((9, 61, n_frames[1], 5))
-    found = terminals_from_symbols(takes, [7, 9], table(rows))
-    assert found.names == ("s2", "s5", "s8")
-    assert strings_of(found) == (("s5", "s2"), ("s5", "s8", "s5"))
-    assert found.takes.tolist() == [0, 0, 1, 1, 1]
-    assert found.medoids[0] == 1
-    assert found.labels[found.medoids].tolist() == [0, 1, 2]
-    assert found.objective > 0.0
+    actual = terminals_from_symbols(takes, [7, 9], table(rows))
+    assert actual.names == ("s2", "s5", "s8")
+    assert strings_of(actual) == (("s5", "s2"), ("s5", "s8", "s5"))
+    assert actual.takes.tolist() == [0, 0, 1, 1, 1]
+    assert actual.medoids[0] == 1
+    assert actual.labels[actual.medoids].tolist() == [0, 1, 2]
+    assert actual.objective > 0.0
     with pytest.raises(GrammarError, match="take 1: expected segments that tile its"):
         terminals_from_symbols(takes, [8, 9], table(rows))

@@ -122,21 +122,24 @@ def test_a_word_of_the_start_counts_at_least_once_however_small_its_weight() -> 
 
 
 def test_standardisations_meet_half_way_at_as_many_segments_as_the_start_is_trusted() -> None:
-    own = ScoreSpace(np.full(N_COLUMNS, 2.0), np.full(N_COLUMNS, 3.0))
-    half = joining.adapt_score_space(started(), own, int(joining.TRUSTED_SEGMENTS))
+    own_space = ScoreSpace(np.full(N_COLUMNS, 2.0), np.full(N_COLUMNS, 3.0))
+    half = joining.adapt_score_space(started(), own_space, int(joining.TRUSTED_SEGMENTS))
     np.testing.assert_allclose(half.mean, 1.0)
     np.testing.assert_allclose(half.spread, np.sqrt((1.0 + 9.0) / 2.0))
-    none = joining.adapt_score_space(started(), own, 0)
+    none = joining.adapt_score_space(started(), own_space, 0)
     np.testing.assert_array_equal(none.mean, 0.0)
 
 
 def test_certainties_are_joined_by_the_weight_and_one_alone_stands() -> None:
-    first, own = Certainty(np.array([1.0]), -1.0, 4.0), Certainty(np.array([2.0]), 0.0, 2.0)
-    joint = joining.join_certainty(own, first, joining.TRUST)
+    first, own_certainty = (
+        Certainty(np.array([1.0]), -1.0, 4.0),
+        Certainty(np.array([2.0]), 0.0, 2.0),
+    )
+    joint = joining.join_certainty(own_certainty, first, joining.TRUST)
     assert joint is not None
     assert (joint.weights[0], joint.constant, joint.threshold) == (1.5, -0.5, 3.0)
     assert joining.join_certainty(None, first, 50.0) is first
-    assert joining.join_certainty(own, None, 50.0) is own
+    assert joining.join_certainty(own_certainty, None, 50.0) is own_certainty
     unknown = Certainty(np.array([2.0]), 0.0, np.nan)
     kept = joining.join_certainty(unknown, first, 10.0)
     assert kept is not None
@@ -174,8 +177,8 @@ def test_published_counts_are_own_ones_and_the_weighted_ones_of_the_start() -> N
 
 def test_few_own_captions_leave_ridge_and_calibration_to_the_start() -> None:
     vectors, presence = own_rows(6)
-    own = OwnRows(vectors, presence, np.arange(6), JOINT, started())
-    ridge, calibration = choose_ridge_and_calibration(own)
+    rows = OwnRows(vectors, presence, np.arange(6), JOINT, started())
+    ridge, calibration = choose_ridge_and_calibration(rows)
     assert ridge == 0.3
     np.testing.assert_array_equal(calibration, CALIBRATION)
 
@@ -186,12 +189,12 @@ def test_many_own_captions_move_the_calibration() -> None:
     vectors = rng.normal(size=(60, N_COLUMNS)) * 0.3
     vectors[:, 0] += np.where(presence[:, 0], 2.0, -2.0)
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
-    own = OwnRows(vectors, presence, np.arange(60) % 4, JOINT, started())
-    ridge, calibration = choose_ridge_and_calibration(own)
+    rows = OwnRows(vectors, presence, np.arange(60) % 4, JOINT, started())
+    ridge, calibration = choose_ridge_and_calibration(rows)
     assert ridge in (0.1, 0.3, 1.0)
     assert calibration[0] > 4.0  # own words are told apart better than the start's were
-    whole = own.without(np.zeros(60, dtype=bool), ridge, calibration)
-    held = own.without(np.arange(60) % 4 == 0, ridge, calibration)
+    whole = rows.without(np.zeros(60, dtype=bool), ridge, calibration)
+    held = rows.without(np.arange(60) % 4 == 0, ridge, calibration)
     assert np.abs(whole.weights - held.weights).max() > 0.0
 
 

@@ -33,8 +33,8 @@ def test_bending_and_stretching_are_step_by_step(
     n: int, bend: float, stretch: float, seed: int
 ) -> None:
     path = np.vstack([np.zeros(3), np.random.default_rng(seed).normal(size=(n, 3))])
-    (found,) = edited_paths(path, np.array([[bend, stretch]]))
-    np.testing.assert_allclose(found, slow(path, bend, stretch), atol=1e-9)
+    (actual,) = edited_paths(path, np.array([[bend, stretch]]))
+    np.testing.assert_allclose(actual, slow(path, bend, stretch), atol=1e-9)
 
 
 def test_a_straight_way_becomes_an_arc_of_the_same_length() -> None:
@@ -50,9 +50,9 @@ def test_a_mirrored_way_is_edited_to_the_mirror_image(
 ) -> None:
     path = np.vstack([np.zeros(3), np.random.default_rng(seed).normal(size=(9, 3))])
     flip = np.array([-1.0, 1.0, -1.0])
-    (found,) = edited_paths(path * flip, np.array([[-bend, stretch]]))
+    (actual,) = edited_paths(path * flip, np.array([[-bend, stretch]]))
     (twin,) = edited_paths(path, np.array([[bend, stretch]]))
-    np.testing.assert_allclose(found, twin * flip, atol=1e-9)
+    np.testing.assert_allclose(actual, twin * flip, atol=1e-9)
 
 
 def test_frames_around_a_clip_bend_no_further() -> None:

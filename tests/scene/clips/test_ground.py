@@ -25,10 +25,10 @@ def test_a_step_ahead_goes_where_one_looks() -> None:
 def test_it_is_a_turn_about_the_vertical_and_a_shift(first: np.ndarray, second: np.ndarray) -> None:
     point = np.array([second[0], 0.0, second[1]])
     turned = rotation.rotate(yaw(first[2]), point)
-    found = compose(first, second)
-    np.testing.assert_allclose(found[:2], first[:2] + turned[[0, 2]], atol=1e-9)
-    ahead = rotation.rotate(yaw(found[2]), np.array([0.0, 0.0, 1.0]))
-    np.testing.assert_allclose(ahead[[0, 2]], [np.sin(found[2]), np.cos(found[2])], atol=1e-9)
+    actual = compose(first, second)
+    np.testing.assert_allclose(actual[:2], first[:2] + turned[[0, 2]], atol=1e-9)
+    ahead = rotation.rotate(yaw(actual[2]), np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(ahead[[0, 2]], [np.sin(actual[2]), np.cos(actual[2])], atol=1e-9)
 
 
 @given(places, places, places)
@@ -43,6 +43,6 @@ def test_order_of_brackets_does_not_matter_and_inverses_undo(
 def test_leading_axes_broadcast() -> None:
     many = np.random.default_rng(0).normal(size=(4, 5, 3))
     one = np.array([1.0, -2.0, 0.3])
-    found = compose(one, many)
-    assert found.shape == (4, 5, 3)
-    np.testing.assert_allclose(found[2, 3], compose(one, many[2, 3]))
+    actual = compose(one, many)
+    assert actual.shape == (4, 5, 3)
+    np.testing.assert_allclose(actual[2, 3], compose(one, many[2, 3]))

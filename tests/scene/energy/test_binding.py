@@ -49,8 +49,8 @@ def rows(table, player: str, kind: int) -> list[dict]:
     """A player's rows of a kind."""
     number = table.players.index(player)
     names = table.rows.dtype.names
-    found = table.rows[(table.rows["player"] == number) & (table.rows["kind"] == kind)]
-    return [dict(zip(names, row.tolist(), strict=True)) for row in found]
+    actual = table.rows[(table.rows["player"] == number) & (table.rows["kind"] == kind)]
+    return [dict(zip(names, row.tolist(), strict=True)) for row in actual]
 
 
 def test_a_pass_and_its_catch() -> None:

@@ -63,9 +63,9 @@ def cast(name: str):
     trees = casting.cast(diagram, grammar)
     for player, string in LONG.get(name, {}).items():
         start = grammar.start_of(diagram.player[player].team)
-        found = services.validate(grammar, string.split(), start)
-        assert found.allowed, found.message
-        trees[player] = found.tree
+        validation = services.validate(grammar, string.split(), start)
+        assert validation.allowed, validation.message
+        trees[player] = validation.tree
     table = bind(diagram, grammar, trees)
     return diagram, grammar, table, [trees[name] for name in table.players]
 
@@ -150,37 +150,37 @@ class Twin:
             return 1.0
         if row["kind"] == SYNCHRONISATION:
             return self.synchronisation(row)
-        found = []
+        actual = []
         for frame in self.moments(row):
             x, z, theta = self.at(row["player"], frame)
-            own = np.array([x, z])
+            place = np.array([x, z])
             target = self.spot(row["target"], row["x"], row["z"], frame)
             if row["kind"] == POSITION:
-                found.append(semantic_rules.position_error(own, target))
+                actual.append(semantic_rules.position_error(place, target))
             elif row["kind"] == DIRECTION:
                 wanted = (
-                    row["x"] if row["target"] == HEADING else semantic_rules.bearing(own, target)
+                    row["x"] if row["target"] == HEADING else semantic_rules.bearing(place, target)
                 )
-                found.append(semantic_rules.direction_error(theta, wanted))
+                actual.append(semantic_rules.direction_error(theta, wanted))
             elif row["kind"] == DISTANCE:
-                found.append(semantic_rules.distance_error(own, target, row["near"], row["far"]))
+                actual.append(semantic_rules.distance_error(place, target, row["near"], row["far"]))
             else:
                 assert row["kind"] == LINE
                 other = self.spot(row["other"], row["other_x"], row["other_z"], frame)
-                found.append(semantic_rules.line_error(own, target, other))
-        return float(np.mean(found))
+                actual.append(semantic_rules.line_error(place, target, other))
+        return float(np.mean(actual))
 
     def synchronisation(self, row) -> float:
         (frame,) = self.moments(row)
-        found = []
+        actual = []
         for k in self.table.partners[row["partner_first"] : row["partner_last"]]:
             theirs = self.instant(row["partner"], k)
             lag = row["lag"]
             if math.isnan(lag):
                 thrown, caught = self.at(row["player"], frame), self.at(row["partner"], theirs)
                 lag = semantic_rules.flight_time(thrown[:2], caught[:2])
-            found.append(float(semantic_rules.synchronisation_error(frame / 30, theirs / 30, lag)))
-        return min(found)
+            actual.append(float(semantic_rules.synchronisation_error(frame / 30, theirs / 30, lag)))
+        return min(actual)
 
     def touching(self) -> bool:
         last = max(begin[-1] for begin in self.begins) + self.every
@@ -206,16 +206,16 @@ def test_energies_are_those_of_the_slow_twin(wandering, name: str, every: int) -
     rng = np.random.default_rng(3)
     for spread in (1.0, 1.0, 0.2):
         state, library, table = random_scene(wandering, name, rng, spread)
-        found = energy(state, clip_arrays(library), table, WEIGHTS, every)
+        actual = energy(state, clip_arrays(library), table, WEIGHTS, every)
         twin = Twin(state, library, table, WEIGHTS, every)
-        np.testing.assert_allclose(found.rules, twin.rules, rtol=0, atol=1e-9)
-        assert found.smooth == pytest.approx(twin.smooth, abs=1e-6)
-        assert found.collision == twin.collision
-        assert found.effort == pytest.approx(twin.effort, abs=1e-9)
-        assert found.total == pytest.approx(twin.total, abs=1e-6)
-        errors = np.concatenate(found.by_token)
+        np.testing.assert_allclose(actual.rules, twin.rules, rtol=0, atol=1e-9)
+        assert actual.smooth == pytest.approx(twin.smooth, abs=1e-6)
+        assert actual.collision == twin.collision
+        assert actual.effort == pytest.approx(twin.effort, abs=1e-9)
+        assert actual.total == pytest.approx(twin.total, abs=1e-6)
+        errors = np.concatenate(actual.by_token)
         assert errors.min() >= 1.0
-        assert errors.sum() == pytest.approx(len(errors) + found.total)
+        assert errors.sum() == pytest.approx(len(errors) + actual.total)
 
 
 def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
@@ -260,12 +260,12 @@ def test_incremental_energies_are_those_from_nothing(wandering, seed, name, ever
     scene = energies.scene_arrays(state, arrays, table, WEIGHTS, every)
     for step in range(400):
         before = scene.total.copy()
-        found, back = changed(scene, arrays, rng)
-        if math.isinf(found) or rng.random() < 0.5:
+        actual, back = changed(scene, arrays, rng)
+        if math.isinf(actual) or rng.random() < 0.5:
             back()
             np.testing.assert_array_equal(scene.total, before)
         else:
-            assert found == scene.total[0]
+            assert actual == scene.total[0]
         if step % 20 == 19:
             state = scene_state(scene, state.trees)
             fresh = energy(state, arrays, table, WEIGHTS, every)
@@ -359,8 +359,8 @@ def test_rules_by_hand(wandering, columns, value) -> None:
     """Equations (1), (2), (4), (5) for somebody at (1, 2) who faces +z."""
     state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
     player = replace(state.players[0], origin=(1.0, 2.0, 0.0))
-    found = energy(SceneState((player,)), clip_arrays(library), row(table, **columns), WEIGHTS)
-    assert found.rules.tolist() == pytest.approx([value])
+    actual = energy(SceneState((player,)), clip_arrays(library), row(table, **columns), WEIGHTS)
+    assert actual.rules.tolist() == pytest.approx([value])
 
 
 def test_a_pass_by_hand(wandering) -> None:
@@ -375,9 +375,9 @@ def test_a_pass_by_hand(wandering) -> None:
     plain = replace(
         plain, partners=np.array([0]), players=("A1", "A2"), contacts=table.contacts[:0]
     )
-    found = energy(SceneState((one, other)), clip_arrays(library), plain, Weights())
-    assert found.rules.tolist() == pytest.approx([0.1 / 0.1])
-    assert [errors.tolist() for errors in found.by_token] == [[1.5], [1.5]]
+    actual = energy(SceneState((one, other)), clip_arrays(library), plain, Weights())
+    assert actual.rules.tolist() == pytest.approx([0.1 / 0.1])
+    assert [errors.tolist() for errors in actual.by_token] == [[1.5], [1.5]]
 
 
 def test_terms_by_hand(wandering) -> None:
@@ -392,8 +392,8 @@ def test_terms_by_hand(wandering) -> None:
     )
     weights = Weights(smooth=1.0, collision=0.1, effort=3.0)
     scene = SceneState((one, other))
-    found = energy(scene, clip_arrays(library), nothing, weights)
-    assert (found.smooth, found.collision, found.effort) == (0.5, 10.0, 2.0)
-    assert found.total == 12.5
+    actual = energy(scene, clip_arrays(library), nothing, weights)
+    assert (actual.smooth, actual.collision, actual.effort) == (0.5, 10.0, 2.0)
+    assert actual.total == 12.5
     free = SceneState((one, replace(other, origin=(0.5, 2.0, 0.0))))
     assert energy(free, clip_arrays(library), nothing, weights).total == 2.5

@@ -55,8 +55,8 @@ def test_products_are_compositions_and_a_swap_moves_the_tail_as_one(wandering, s
         np.testing.assert_allclose(placed[k, :3], place, atol=1e-12)
         frame = int(rng.integers(library.n_frames[entry]))
         row = int(library.path_start[entry]) + frame
-        own = place_in_clip(placed, arrays.path, row, k)
-        np.testing.assert_allclose(own, ground.compose(place, library.path[row]), atol=1e-12)
+        actual = place_in_clip(placed, arrays.path, row, k)
+        np.testing.assert_allclose(actual, ground.compose(place, library.path[row]), atol=1e-12)
         assert clip_at(begin, n, int(begin[k]) + frame) == k
         place = ground.compose(place, library.step[entry])
     np.testing.assert_allclose(placed[:, 3], np.cos(placed[:, 2]), atol=1e-12)

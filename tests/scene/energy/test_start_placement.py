@@ -74,11 +74,11 @@ def test_no_place_nearby_is_better(wandering) -> None:
         table = replace(table, rows=rows)
         scene = scene_arrays(state, arrays, table, Weights())
         place_start(scene, arrays)
-        best, found = squares(scene), scene_state(scene, state.trees)
+        best, actual = squares(scene), scene_state(scene, state.trees)
         rng = np.random.default_rng(seed)
         for _ in range(50):
-            moved = ground.compose(rng.normal(0.0, 0.02, 3), np.array(found.players[0].origin))
-            player = replace(found.players[0], origin=tuple(moved.tolist()))
+            moved = ground.compose(rng.normal(0.0, 0.02, 3), np.array(actual.players[0].origin))
+            player = replace(actual.players[0], origin=tuple(moved.tolist()))
             other = scene_arrays(SceneState((player,)), arrays, table, Weights())
             assert squares(other) >= best - 1e-9
 

@@ -44,7 +44,7 @@ def test_the_diagram_with_real_captures_is_one() -> None:
 
 def test_the_weights_of_the_page_are_the_defaults() -> None:
     assert "| 0.3 m | 20 deg | 0.1 s | 0.1 | 0.3 m | 0.1 | 1 | 0.1 | off |" in TEXT
-    found = [
+    actual = [
         semantic_rules.PositionRule.weight,
         round(math.degrees(semantic_rules.DirectionRule.weight), 9),
         semantic_rules.SynchronisationRule.weight,
@@ -55,7 +55,7 @@ def test_the_weights_of_the_page_are_the_defaults() -> None:
         semantic_rules.Weights.collision,
         semantic_rules.Weights.effort,
     ]
-    assert found == [0.3, 20.0, 0.1, 0.1, 0.3, 0.1, 1.0, 0.1, math.inf]
+    assert actual == [0.3, 20.0, 0.1, 0.1, 0.3, 0.1, 1.0, 0.1, math.inf]
     assert semantic_rules.PASS_SPEED == 8.0
 
 

@@ -71,10 +71,10 @@ def test_no_longer_subsequence_is_common(string: list[str], expression: list[set
 @given(actions, classes)
 def test_spans_are_disjoint_and_match(string: list[str], expression: list[set[str]]) -> None:
     items = [Item(tuple(sorted(c)), repeated=i % 2 == 0) for i, c in enumerate(expression)]
-    found = spans(string, items)
-    assert (found is None) == (g_user(string, expression) > 0)
+    actual = spans(string, items)
+    assert (actual is None) == (g_user(string, expression) > 0)
     ends = 0
-    for item, (first, end) in zip(items, found or ()):
+    for item, (first, end) in zip(items, actual or ()):
         assert ends <= first < end
         assert item.repeated or end == first + 1
         assert set(string[first:end]) <= set(item.actions)
@@ -104,12 +104,12 @@ def test_a_move_is_what_its_player_can_do() -> None:
 
 
 def test_both_ends_of_a_link_know_one_another() -> None:
-    found = expressions(read_scene_text("give-and-go").diagram)
-    passed, caught = found["A1"][1], found["A2"][0]
+    items_of = expressions(read_scene_text("give-and-go").diagram)
+    passed, caught = items_of["A1"][1], items_of["A2"][0]
     assert (passed.actions, passed.other, passed.other_item) == (("pass",), "A2", 0)
     assert (caught.actions, caught.other, caught.other_item) == (("catch",), "A1", 1)
-    back = found["A2"][1]
-    assert (back.other, found["A1"][back.other_item].actions) == ("A1", ("catch",))
+    back = items_of["A2"][1]
+    assert (back.other, items_of["A1"][back.other_item].actions) == ("A1", ("catch",))
     screen = expressions(read_scene_text("figure-3").diagram)
     assert screen["A3"][1].other_item == 1
     assert screen["D2"][1].other == "A3"
@@ -157,16 +157,16 @@ def test_what_the_grammar_says_already_is_said_once() -> None:
 
 
 def test_a_move_may_be_against_somebody_else() -> None:
-    found = expressions(read_scene_text("double-team").diagram)
+    items_of = expressions(read_scene_text("double-team").diagram)
     assert read_scene_text("double-team").diagram.opponent_of("D2") == "A2"
-    assert [str(item) for item in found["D2"]] == ["(run)*", "(guard)*"]
-    assert [item.other for item in found["D2"]] == ["A1", "A1"]
-    assert [item.other_item for item in found["D2"]] == [-1, -1]
+    assert [str(item) for item in items_of["D2"]] == ["(run)*", "(guard)*"]
+    assert [item.other for item in items_of["D2"]] == ["A1", "A1"]
+    assert [item.other_item for item in items_of["D2"]] == [-1, -1]
 
 
 def every_assignment(string: list[str], items: list[Item]) -> set:
     """All assignments by trying all intervals: the slow twin."""
-    found = set()
+    actual = set()
     n = len(string)
     intervals = [(a, b) for a in range(n) for b in range(a + 1, n + 1)]
     for choice in product(intervals, repeat=len(items)):
@@ -180,8 +180,8 @@ def every_assignment(string: list[str], items: list[Item]) -> set:
             if not fits or left_over or (b - a > 1 and not item.repeated):
                 break
         else:
-            found.add(choice)
-    return found
+            actual.add(choice)
+    return actual
 
 
 WALKS = [Item(("walk",), True), Item(("walk",), True)]
@@ -189,9 +189,9 @@ WALKS = [Item(("walk",), True), Item(("walk",), True)]
 
 def test_two_walks_with_a_bow_between_can_be_assigned_in_three_ways() -> None:
     string = ["walk", "bow", "walk", "walk", "walk"]
-    found = assignments(string, WALKS)
-    assert found[0] == spans(string, WALKS) == ((0, 1), (2, 5))
-    assert set(found) == {((0, 1), (2, 5)), ((2, 3), (3, 5)), ((2, 4), (4, 5))}
+    assigned = assignments(string, WALKS)
+    assert assigned[0] == spans(string, WALKS) == ((0, 1), (2, 5))
+    assert set(assigned) == {((0, 1), (2, 5)), ((2, 3), (3, 5)), ((2, 4), (4, 5))}
 
 
 def test_strings_that_miss_an_item_cannot_be_assigned() -> None:
@@ -211,22 +211,22 @@ def test_strings_that_miss_an_item_cannot_be_assigned() -> None:
 )
 def test_assignments_beside_a_slow_twin(string: list[str], kinds: list) -> None:
     items = [Item(actions, repeated) for actions, repeated in kinds]
-    found = assignments(string, items)
+    assigned = assignments(string, items)
     first = spans(string, items)
     if first is None:
-        assert found == ()
+        assert assigned == ()
         return
-    assert found[0] == first
-    assert len(set(found)) == len(found)
-    assert set(found) | {first} == every_assignment(string, items) | {first}
+    assert assigned[0] == first
+    assert len(set(assigned)) == len(assigned)
+    assert set(assigned) | {first} == every_assignment(string, items) | {first}
 
 
 def test_many_assignments_are_thinned_out() -> None:
     string = ["walk"] * 12
-    found = assignments(string, WALKS * 2)
-    assert len(found) == MOST_ASSIGNMENTS
-    assert found[0] == spans(string, WALKS * 2)
-    assert set(found) <= {
+    assigned = assignments(string, WALKS * 2)
+    assert len(assigned) == MOST_ASSIGNMENTS
+    assert assigned[0] == spans(string, WALKS * 2)
+    assert set(assigned) <= {
         ((0, a), (a, b), (b, c), (c, 12))
         for a in range(1, 10)
         for b in range(a + 1, 11)

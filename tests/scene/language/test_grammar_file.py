@@ -48,46 +48,46 @@ def test_the_shipped_grammars() -> None:
 def test_all_semantic_rules_of_the_appendix() -> None:
     grammar = read_grammar("basketball")
     attack, defence = ("S_A",), ("S_D", "Defense")
-    found = rules(grammar, "pass", *attack)
-    assert found[DirectionRule].target == "receiver"
-    synchronisation = found[SynchronisationRule]
+    actual = rules(grammar, "pass", *attack)
+    assert actual[DirectionRule].target == "receiver"
+    synchronisation = actual[SynchronisationRule]
     assert (synchronisation.partner, synchronisation.actions) == ("receiver", ("catch",))
     assert synchronisation.lag is None
     assert synchronisation.moment.name == "release"
-    found = rules(grammar, "layup", *attack)
-    assert found[DirectionRule].target == "rim"
-    assert (found[DistanceRule].near, found[DistanceRule].far) == (0.0, 2.5)
-    found = rules(grammar, "shoot", *attack)
-    assert found[DirectionRule].target == "rim"
-    assert (found[DistanceRule].near, found[DistanceRule].far) == (1.5, math.inf)
+    actual = rules(grammar, "layup", *attack)
+    assert actual[DirectionRule].target == "rim"
+    assert (actual[DistanceRule].near, actual[DistanceRule].far) == (0.0, 2.5)
+    actual = rules(grammar, "shoot", *attack)
+    assert actual[DirectionRule].target == "rim"
+    assert (actual[DistanceRule].near, actual[DistanceRule].far) == (1.5, math.inf)
     for action in ("feint", "fake_shot"):
         (rule,) = grammar.rules_of(action, attack)
         assert (rule.target, rule.near, rule.far) == ("opponent", 0.0, 1.0)
-    found = rules(grammar, "screen", *attack)
-    assert found[DirectionRule].target == "receiver"
-    assert found[SynchronisationRule].partner == "opponent"
-    assert found[SynchronisationRule].actions == ("push",)
-    assert found[SynchronisationRule].lag == 0.0
+    actual = rules(grammar, "screen", *attack)
+    assert actual[DirectionRule].target == "receiver"
+    assert actual[SynchronisationRule].partner == "opponent"
+    assert actual[SynchronisationRule].actions == ("push",)
+    assert actual[SynchronisationRule].lag == 0.0
     for action in ("run", "walk"):
         assert grammar.rules_of(action, attack) == ()
-        found = rules(grammar, action, *defence)
-        assert found[DirectionRule].target == "opponent"
-        assert (found[LineRule].first, found[LineRule].second) == ("opponent", "rim")
+        actual = rules(grammar, action, *defence)
+        assert actual[DirectionRule].target == "opponent"
+        assert (actual[LineRule].first, actual[LineRule].second) == ("opponent", "rim")
     (rule,) = grammar.rules_of("guard", defence)
     assert (rule.target, rule.near, rule.far) == ("opponent", 0.5, 2.0)
-    found = rules(grammar, "block", *defence)
-    assert found[DirectionRule].target == "opponent"
-    assert (found[LineRule].first, found[LineRule].second) == ("opponent", "rim")
-    assert found[SynchronisationRule].actions == ("shoot", "fake_shot")
-    assert found[SynchronisationRule].lag == 0.0
+    actual = rules(grammar, "block", *defence)
+    assert actual[DirectionRule].target == "opponent"
+    assert (actual[LineRule].first, actual[LineRule].second) == ("opponent", "rim")
+    assert actual[SynchronisationRule].actions == ("shoot", "fake_shot")
+    assert actual[SynchronisationRule].lag == 0.0
     assert len(grammar.annotations) == 18
 
 
 def test_carrying_asks_to_face_the_object_and_be_near() -> None:
     grammar = read_grammar("carrying")
-    found = rules(grammar, "pickup", "S", "P")
-    assert found[DirectionRule].target == "object"
-    assert found[DistanceRule].far == 0.5
+    actual = rules(grammar, "pickup", "S", "P")
+    assert actual[DirectionRule].target == "object"
+    assert actual[DistanceRule].far == 0.5
     first, last = grammar.rules_of("S", ())
     assert (first.target, first.moment.name) == ("origin", "start")
     assert (last.target, last.moment.name) == ("goal", "end")

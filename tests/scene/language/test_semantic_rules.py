@@ -24,8 +24,8 @@ def test_a_place_is_as_wrong_as_it_is_far() -> None:
     [(0, 90, 90), (10, 350, 20), (180, -180, 0), (270, 0, 90), (720, 181, 179)],
 )
 def test_directions_differ_by_the_smaller_turn(heading: float, wanted: float, error: float) -> None:
-    found = semantic_rules.direction_error(np.radians(heading), np.radians(wanted))
-    assert np.degrees(found) == pytest.approx(error, abs=1e-9)
+    errors = semantic_rules.direction_error(np.radians(heading), np.radians(wanted))
+    assert np.degrees(errors) == pytest.approx(error, abs=1e-9)
 
 
 @given(angles, angles)
@@ -37,9 +37,9 @@ def test_a_turn_is_what_the_arrows_enclose(one: float, other: float) -> None:
 
 def test_bearings_go_from_z_towards_x() -> None:
     targets = np.array([[0.0, 1.0], [1.0, 0.0], [0.0, -1.0], [-1.0, 0.0]])
-    found = np.degrees(semantic_rules.bearing(np.zeros(2), targets))
-    assert np.abs(found).tolist() == pytest.approx([0.0, 90.0, 180.0, 90.0])
-    assert found[3] == pytest.approx(-90.0)
+    actual = np.degrees(semantic_rules.bearing(np.zeros(2), targets))
+    assert np.abs(actual).tolist() == pytest.approx([0.0, 90.0, 180.0, 90.0])
+    assert actual[3] == pytest.approx(-90.0)
 
 
 def test_synchronisation_compares_the_gap_with_the_lag() -> None:
@@ -53,8 +53,8 @@ def test_synchronisation_compares_the_gap_with_the_lag() -> None:
 
 def test_distances_include_their_bounds() -> None:
     places = np.array([[0.0, 0.499], [0.0, 0.5], [0.0, 2.0], [0.0, 2.001]])
-    found = semantic_rules.distance_error(places, np.zeros(2), 0.5, 2.0)
-    assert found.tolist() == [1.0, 0.0, 0.0, 1.0]
+    errors = semantic_rules.distance_error(places, np.zeros(2), 0.5, 2.0)
+    assert errors.tolist() == [1.0, 0.0, 0.0, 1.0]
 
 
 def test_behind_the_ends_a_line_is_as_far_as_its_end() -> None:
@@ -70,6 +70,6 @@ def test_a_line_is_as_far_as_its_nearest_point(values: list[float]) -> None:
     place, first, second = np.array(values).reshape(3, 2)
     share = np.linspace(0.0, 1.0, 4001)[:, None]
     nearest = np.linalg.norm(first + share * (second - first) - place, axis=1).min()
-    found = float(semantic_rules.line_error(place, first, second))
-    assert found == pytest.approx(nearest, abs=0.01)
-    assert found <= nearest + 1e-9
+    actual = float(semantic_rules.line_error(place, first, second))
+    assert actual == pytest.approx(nearest, abs=0.01)
+    assert actual <= nearest + 1e-9

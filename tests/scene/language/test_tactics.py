@@ -111,14 +111,15 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
     [
         (
             "1 pass A1 to A2\n2 shoot A3",
-            "x.tactics:6: 'shoot A3': expected one ball holder at the beginning, found 2: A1"
-            " ('pass A1 to A2', line 5) and A3 ('shoot A3', line 6). Let the ball be passed to A3"
-            " before.",
+            "x.tactics:6: 'shoot A3': expected one player with the ball at the beginning, found "
+            "2: A1"
+            " ('pass A1 to A2', line 5) and A3 ('shoot A3', line 6). Add a pass to A3 before.",
         ),
         (
             "ball A2\n1 shoot A1",
-            "x.tactics:6: 'shoot A1': expected one ball holder at the beginning, found 2: A2"
-            " ('ball A2') and A1 ('shoot A1', line 6). Let the ball be passed to A1 before.",
+            "x.tactics:6: 'shoot A1': expected one player with the ball at the beginning, found "
+            "2: A2"
+            " ('ball A2') and A1 ('shoot A1', line 6). Add a pass to A1 before.",
         ),
         (
             "1 pass A1 to A2\n2 shoot A1",
@@ -132,7 +133,8 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ),
         (
             "1 pass A1 to A2 caught 4\n3 shoot A2",
-            "x.tactics:6: 'shoot A2': expected one ball holder at the beginning, found 2: A1 (",
+            "x.tactics:6: 'shoot A2': expected one player with the ball at the beginning, found "
+            "2: A1 (",
         ),
         (
             "1 pass A1 to A9",
@@ -185,14 +187,14 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("place q at 1 400", "x.tactics:5:12: expected a place within 100 metres, found '1'."),
         (
             "attack A4 at 4.3 5",
-            "x.tactics:5: 'A4': expected a place at least 0.5 m from A2 (line 2), found 0.3 m. Two",
+            "x.tactics:5: 'A4': expected a place at least 0.5 m from A2 (line 2), found 0.3 m.",
         ),
         (
             "attack rim at 3 3",
-            "x.tactics:5: 'rim': expected a player's name, found what rules",
+            "x.tactics:5: 'rim': expected a player's name, found the name",
         ),
         ("attack A4 at 3 3 guards A4", "x.tactics:5: 'A4 guards A4': expected an opponent of A4,"),
-        ("attack A4 at 3 3 guards A1", "found a team-mate. Name somebody of the other team."),
+        ("attack A4 at 3 3 guards A1", "found a team-mate. Name a player of the other team."),
         (f"attack A{60 * 'x'} at 3 3", "x.tactics:5:8: expected a name of at most 60 characters,"),
         ("1 shoot A1 A2", "x.tactics:5:12: expected the end of the line, found 'A2'."),
     ],

@@ -168,9 +168,9 @@ def test_turning_begins_shortly_before_it_is_asked_for() -> None:
 def test_who_faces_somebody_for_long_turns_one_way_round() -> None:
     around = np.linspace(math.pi - 0.3, math.pi + 0.3, 60)  # the opponent passes behind
     target = np.column_stack([np.sin(around), np.cos(around), np.zeros(60)])
-    own = np.zeros((60, 3))
+    path = np.zeros((60, 3))
     timeline = Timeline(
-        np.stack([own, 3.0 * target]), (np.array([0, 60]),) * 2, (np.array([30]),) * 2
+        np.stack([path, 3.0 * target]), (np.array([0, 60]),) * 2, (np.array([30]),) * 2
     )
     frames = np.arange(0, 60, 4)
     out = edited(a_table(), timeline, Facing(0, frames, 1, frames, math.radians(45.0)))

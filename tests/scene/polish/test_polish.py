@@ -208,9 +208,9 @@ def test_the_same_scene_polishes_to_the_same_bytes(library, made) -> None:
 def test_two_on_one_spot_are_pushed_apart_or_told(library) -> None:
     state, table = scene(library, origins=((0.2, 7.1, 2.6), (0.3, 7.0, 2.0)))
     out = polish(state, library, MOTIONS, table)
-    found = report_scene(state, library, MOTIONS, table, out)
-    assert found.collisions_before
-    assert found.collisions == ()
+    report = report_scene(state, library, MOTIONS, table, out)
+    assert report.collisions_before
+    assert report.collisions == ()
 
 
 def test_meetings_that_no_pace_allows_are_reported(library) -> None:
@@ -222,9 +222,9 @@ def test_meetings_that_no_pace_allows_are_reported(library) -> None:
     doubled = replace(table, rows=twice, rules=(*table.rules, table.rules[0]))
     doubled = replace(doubled, items=np.append(table.items, -1))
     out = polish(SceneState((state.players[0], hasty)), library, MOTIONS, doubled)
-    found = report_scene(state, library, MOTIONS, doubled, out)
-    assert any(rule.kind == "synchronisation" or rule.unit == "frames" for rule in found.broken)
-    assert not found.clean
+    report = report_scene(state, library, MOTIONS, doubled, out)
+    assert any(rule.kind == "synchronisation" or rule.unit == "frames" for rule in report.broken)
+    assert not report.clean
 
 
 def test_approximate_polishing_leaves_out_ways_and_takes_one_that_nearly_holds(
@@ -278,9 +278,9 @@ def test_alone_and_without_a_ball_poses_are_held_where_nobody_can_wait() -> None
     table = bind(diagram, grammar, [tree])
     out = polish(state, library, MOTIONS, table)
     assert out.ball is None
-    found = report_scene(state, library, MOTIONS, table, out)
-    assert found.clean
-    assert math.isnan(found.ball_gap)
+    report = report_scene(state, library, MOTIONS, table, out)
+    assert report.clean
+    assert math.isnan(report.ball_gap)
     assert out.players[0].motion.n_frames == out.timeline.begins[0][-1]
 
 
@@ -335,9 +335,9 @@ def test_heads_turn_to_the_ball_as_far_as_necks_do() -> None:
 def test_which_hand_dribbles() -> None:
     from motiondb.scene.ball.ball_acts import Bounce
 
-    own = Possession(0, 0, 40, 1, ((5, 30),), (Bounce(6, 14, 0), Bounce(18, 26, 1)))
-    assert own.hand_at(50)[[10, 14, 20, 45]].tolist() == [0, 0, 1, 1]
-    assert own.dribbled(50)[[4, 5, 29, 30]].tolist() == [0.0, 1.0, 1.0, 0.0]
+    possession = Possession(0, 0, 40, 1, ((5, 30),), (Bounce(6, 14, 0), Bounce(18, 26, 1)))
+    assert possession.hand_at(50)[[10, 14, 20, 45]].tolist() == [0, 0, 1, 1]
+    assert possession.dribbled(50)[[4, 5, 29, 30]].tolist() == [0.0, 1.0, 1.0, 0.0]
 
 
 def each_way_anew(state, library, table):
@@ -362,8 +362,8 @@ def test_what_ways_have_in_common_changes_nothing(library, monkeypatch, fastest)
     best = polishing._best(state, library, MOTIONS, table)
     assert best.fault == fault
     np.testing.assert_array_equal(best.edited.timeline.places, edited.timeline.places)
-    for own, other in zip(best.maps, maps, strict=True):
-        np.testing.assert_array_equal(own.shown, other.shown)
-    for own, other in zip(best.spliced, spliced, strict=True):
+    for mine, other in zip(best.maps, maps, strict=True):
+        np.testing.assert_array_equal(mine.shown, other.shown)
+    for mine, other in zip(best.spliced, spliced, strict=True):
         for name in ("places", "heights", "rotations", "part", "source_frames", "contacts"):
-            np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
+            np.testing.assert_array_equal(getattr(mine, name), getattr(other, name))

@@ -46,10 +46,10 @@ def rules():
     places[0, 127:180, 1] = 9.0  # behind the guard's own frames: no rule looks
     clips = [np.array([4, 40, 180, 328])], [np.array([20, 83, 200])], [np.array([40, 127, 328])]
     other = np.array([0, 328]), np.array([201]), np.array([328])
-    begins, instants, ends = ((*own, alone) for own, alone in zip(clips, other, strict=True))
+    begins, instants, ends = ((*clip, alone) for clip, alone in zip(clips, other, strict=True))
     timeline = Timeline(places, begins, instants, ends)
-    found = [_rule(table, number, timeline, timeline) for number in range(len(table.rows))]
-    return {(rule.action, rule.kind): rule for rule in found}
+    actual = [_rule(table, number, timeline, timeline) for number in range(len(table.rows))]
+    return {(rule.action, rule.kind): rule for rule in actual}
 
 
 def test_throughout_looks_at_its_actions_own_frames(rules) -> None:

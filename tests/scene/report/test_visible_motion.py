@@ -46,8 +46,8 @@ def standing(n_frames: int) -> np.ndarray:
 
 
 def kinds(joints: np.ndarray, labels: list[str]) -> list[tuple[str, int, int]]:
-    found = impossible_gait("A1", joints, labels, RANGES)
-    return [(motion.kind, motion.start, motion.end) for motion in found]
+    gaits = impossible_gait("A1", joints, labels, RANGES)
+    return [(motion.kind, motion.start, motion.end) for motion in gaits]
 
 
 def test_standing_is_possible() -> None:
@@ -70,9 +70,9 @@ def test_both_feet_in_the_air_are_no_walk(frames: int, seen: bool) -> None:
 def test_the_middle_of_a_flight_is_named_with_its_limit() -> None:
     joints = standing(60)
     joints[20:32, :, 1] += 0.1
-    (found,) = impossible_gait("A1", joints, ["walk"] * 60, RANGES)
-    assert (found.players, found.action, found.frame) == (("A1",), "walk", 26)
-    assert (found.value, found.limit, found.unit) == (12.0, 3.0, "frames")
+    (gaits,) = impossible_gait("A1", joints, ["walk"] * 60, RANGES)
+    assert (gaits.players, gaits.action, gaits.frame) == (("A1",), "walk", 26)
+    assert (gaits.value, gaits.limit, gaits.unit) == (12.0, 3.0, "frames")
 
 
 def test_a_run_may_fly_as_long_as_its_captures_and_a_walk_beside_it_too() -> None:
@@ -174,8 +174,8 @@ def test_jumps_are_impossible_beyond_the_limit_or_what_captures_show() -> None:
         (0.3, 0.18, True),
     ):
         jump = JumpReport("A1", "left", metres, 10, 14, source)
-        found = impossible_jump(jump, labels)
-        assert [(m.kind, m.start, m.end, m.frame) for m in found] == (
+        actual = impossible_jump(jump, labels)
+        assert [(m.kind, m.start, m.end, m.frame) for m in actual] == (
             [("foot jump", 10, 15, 14)] if seen else []
         )
 
@@ -224,6 +224,6 @@ def test_limbs_that_come_near_and_limbs_that_cross() -> None:
     other[5, :, 0] -= 0.3
     (pair,) = near_limbs(("A1", "D1"), [one, other])
     assert (pair.frame, pair.n_frames) == (5, 2)
-    (found,) = crossing_limbs([pair])
-    assert (found.kind, found.players, found.frame) == ("limbs", ("A1", "D1"), 5)
+    (actual,) = crossing_limbs([pair])
+    assert (actual.kind, actual.players, actual.frame) == ("limbs", ("A1", "D1"), 5)
     assert crossing_limbs([LimbReport(("A1", "D1"), 0.02, 3, 1)]) == []

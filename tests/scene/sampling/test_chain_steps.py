@@ -69,8 +69,8 @@ def test_a_clip_by_its_seams_has_the_ratio_of_its_seams(wandering) -> None:
     new, ratio = smooth_entry(groups, 3, before, after, 0.4)
 
     def cost(k: int) -> float:
-        own = library.seam_class[k]
-        return float(library.seam[before, own] + library.seam[own, after])
+        seam_class = library.seam_class[k]
+        return float(library.seam[before, seam_class] + library.seam[seam_class, after])
 
     assert ratio == pytest.approx((cost(new) - cost(3)) / (0.5 * 2.0), rel=1e-5)
     # every entry of the terminal in proportion to exp(-seams / (w T))
@@ -87,10 +87,10 @@ def test_worked_ratio_of_a_jump(wandering) -> None:
     chain = Chain(play, toy_state(play, (0, 1, 3), (0, 4)), np.random.default_rng(0))
     errors = np.zeros(chain.scene.entry.shape)
     token_errors(chain.scene, play.library, errors)
-    (found,) = chain._subtree_errors(chain.scene, chain.shapes)
+    (actual,) = chain._subtree_errors(chain.scene, chain.shapes)
     a, c = errors[0]
     wanted = [(math.sqrt(a) * math.sqrt(c)) ** (1 / 3), math.sqrt(a), math.sqrt(c)]
-    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+    np.testing.assert_allclose(actual, wanted, rtol=1e-12)
     derivations = play.derivations[0]
     old, new = derivations.log_probability([3]), derivations.log_probability([4, 2])
     assert old - new == pytest.approx(math.log(0.6 / (0.4 * 0.3)))

@@ -29,7 +29,7 @@ def all_derivations(grammar: Grammar, symbol: str) -> list[tuple[float, tuple[in
     """Probability, rules and string of every tree, one after the other: the slow twin."""
     if not grammar.is_nonterminal(symbol):
         return [(1.0, (), (symbol,))]
-    found = []
+    actual = []
     for number in grammar.rules_of[symbol]:
         partial = [(grammar.rules[number].probability, (number,), ())]
         for part in grammar.rules[number].right:
@@ -38,8 +38,8 @@ def all_derivations(grammar: Grammar, symbol: str) -> list[tuple[float, tuple[in
                 for p, rules, string in partial
                 for q, more, tail in all_derivations(grammar, part)
             ]
-        found += partial
-    return found
+        actual += partial
+    return actual
 
 
 ITEMS = [Item(("catch",)), Item(("shoot",))]
@@ -106,13 +106,13 @@ def test_every_draw_does_what_the_diagram_asks_and_nothing_with_strangers(name: 
         derivations = Derivations(start, items, ONLY_ASKED)
         asked = Counter(action for item in items for action in item.actions)
         for _ in range(10):
-            found = derivations.draw(start.start, 0, [len(items)], rng)
-            tree = derive_by(start, found.rules)
-            assert tree.leaves() == found.actions
-            assert choices_of(tree) == found.rules
-            assert spans(found.actions, items) is not None
-            assert derivations.fits(found.actions)
-            for action, times in Counter(found.actions).items():
+            derivation = derivations.draw(start.start, 0, [len(items)], rng)
+            tree = derive_by(start, derivation.rules)
+            assert tree.leaves() == derivation.actions
+            assert choices_of(tree) == derivation.rules
+            assert spans(derivation.actions, items) is not None
+            assert derivations.fits(derivation.actions)
+            for action, times in Counter(derivation.actions).items():
                 assert action not in ONLY_ASKED or times == asked[action] or action == "fake_shot"
 
 

@@ -82,16 +82,16 @@ def toy_state(play, rules: tuple[int, ...], entries) -> SceneState:
 
 def toy_states(library, play) -> dict[tuple, float]:
     """Every scene of the toy with its exact probability, clips relative to uniform draws."""
-    found = {}
+    actual = {}
     for rules in [(0, 1, 3), (0, 2, 3), *((0, x, 4, y) for x in (1, 2) for y in (1, 2))]:
         tree = derive_by(play.derivations[0].grammar, rules)
         table = bind(ALONE, TOY, [tree])
         for entries in product(*(library.of(action) for action in tree.leaves())):
             state = toy_state(play, rules, entries)
             error = energy(state, play.library, table, TOY.weights, play.every).total
-            found[rules, entries] = math.exp(-error) * 0.5 ** len(entries)
-    whole = sum(found.values())
-    return {key: value / whole for key, value in found.items()}
+            actual[rules, entries] = math.exp(-error) * 0.5 ** len(entries)
+    whole = sum(actual.values())
+    return {key: value / whole for key, value in actual.items()}
 
 
 def p_value(seen: Counter, exact: dict[tuple, float]) -> float:

@@ -95,14 +95,14 @@ def test_worked_exchange() -> None:
 def test_the_same_seed_gives_the_same_bytes_on_any_threads(wandering, name: str) -> None:
     diagram, grammar = read(name)
     library = library_for(grammar, wandering)
-    found = [
+    actual = [
         sampled(library, diagram, grammar, replace(SHORT, threads=n), np.random.default_rng(7))
         for n in (1, 2)
     ]
-    assert bytes_of(found[0][0]) == bytes_of(found[1][0])
-    np.testing.assert_array_equal(found[0][1].energies, found[1][1].energies)
+    assert bytes_of(actual[0][0]) == bytes_of(actual[1][0])
+    np.testing.assert_array_equal(actual[0][1].energies, actual[1][1].energies)
     other = sampled(library, diagram, grammar, SHORT, np.random.default_rng(8))
-    assert bytes_of(other[0]) != bytes_of(found[0][0])
+    assert bytes_of(other[0]) != bytes_of(actual[0][0])
 
 
 def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
@@ -114,7 +114,7 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
         told.append(done)
         return done == 3
 
-    found, trace = sampled(
+    actual, trace = sampled(
         library, diagram, grammar, SHORT, np.random.default_rng(1), progress=progress
     )
     assert told == [1, 2, 3]
@@ -123,8 +123,8 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
     assert (np.diff(trace.best) <= 0.0).all()
     assert trace.final <= trace.cooled <= trace.best[-1] < trace.best[0]
     play = make_play(diagram, grammar, library, prices=Prices(delay=SHORT.prices.delay))
-    assert Chain(play, found, np.random.default_rng(0)).energy == pytest.approx(trace.final)
-    for player, items in zip(found.players, play.binder.items, strict=True):
+    assert Chain(play, actual, np.random.default_rng(0)).energy == pytest.approx(trace.final)
+    for player, items in zip(actual.players, play.binder.items, strict=True):
         actions = player.tree.leaves()
         assert g_user(actions, [item.actions for item in items]) == 0
         for action, entry in zip(actions, player.entries, strict=True):
@@ -179,10 +179,10 @@ def wandering_bootstrap(
 
 
 def _free(free: Derivations, symbol: str, rng: np.random.Generator) -> Derivation:
-    found = free.draw(symbol, 0, [0], rng)
-    while found is None:
-        found = free.draw(symbol, 0, [0], rng)
-    return found
+    derivation = free.draw(symbol, 0, [0], rng)
+    while derivation is None:
+        derivation = free.draw(symbol, 0, [0], rng)
+    return derivation
 
 
 def test_the_papers_bootstrapping_gets_there_too_but_not_at_once() -> None:
@@ -197,10 +197,10 @@ def test_the_papers_bootstrapping_gets_there_too_but_not_at_once() -> None:
     )
     start = grammar.started("S_A")
     derivations = Derivations(start, play_items["A1"], ONLY_ASKED)
-    found, missing = wandering_bootstrap(derivations, np.random.default_rng(2), 20_000, 0.1)
+    actual, missing = wandering_bootstrap(derivations, np.random.default_rng(2), 20_000, 0.1)
     assert missing[-1] == 0
     assert len(missing) > 20
-    assert g_user(found.actions, [item.actions for item in play_items["A1"]]) == 0
+    assert g_user(actual.actions, [item.actions for item in play_items["A1"]]) == 0
     first = first_derivation(derivations, np.random.default_rng(2), 40)
     assert derivations.fits(first.actions)
 
@@ -208,8 +208,8 @@ def test_the_papers_bootstrapping_gets_there_too_but_not_at_once() -> None:
 def make_items(diagram):
     from motiondb.scene.language.expressions import expressions
 
-    found = expressions(diagram)
-    return [found[player.name] for player in diagram.players]
+    items_of = expressions(diagram)
+    return [items_of[player.name] for player in diagram.players]
 
 
 def test_a_warm_start_keeps_who_does_the_same_and_moves_whom_the_diagram_moves(wandering) -> None:

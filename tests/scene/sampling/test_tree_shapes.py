@@ -18,8 +18,8 @@ FREE = Derivations(GRAMMAR, [])
 
 
 def drawn(seed: int) -> tuple[int, ...]:
-    found = FREE.draw("S", 0, [0], np.random.default_rng(seed), 60)
-    return found.rules if found else (1, 3)
+    derivation = FREE.draw("S", 0, [0], np.random.default_rng(seed), 60)
+    return derivation.rules if derivation else (1, 3)
 
 
 def errors_of(tree: Tree, leaves: list[float]) -> list[float]:
@@ -28,15 +28,15 @@ def errors_of(tree: Tree, leaves: list[float]) -> list[float]:
     def error(node: Tree) -> float:
         if node.is_leaf:
             return left.pop(0)
-        place = len(found)
-        found.append(0.0)
+        place = len(actual)
+        actual.append(0.0)
         product = math.prod(error(child) for child in node.children)
-        found[place] = product ** (1.0 / (len(node.children) + 1))
-        return found[place]
+        actual[place] = product ** (1.0 / (len(node.children) + 1))
+        return actual[place]
 
-    left, found = list(leaves), []
+    left, actual = list(leaves), []
     error(tree)
-    return found
+    return actual
 
 
 @settings(max_examples=60, deadline=None)
@@ -44,17 +44,17 @@ def errors_of(tree: Tree, leaves: list[float]) -> list[float]:
 def test_errors_are_geometric_means(seed: int, other: int) -> None:
     shape = tree_shape(GRAMMAR, drawn(seed))
     leaves = np.random.default_rng(other).uniform(1.0, 30.0, len(shape.actions))
-    found = np.empty(len(shape.rules))
-    assert subtree_errors(shape.children, leaves, found) == len(shape.rules)
+    actual = np.empty(len(shape.rules))
+    assert subtree_errors(shape.children, leaves, actual) == len(shape.rules)
     wanted = errors_of(derive_by(GRAMMAR, shape.rules), leaves.tolist())
-    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+    np.testing.assert_allclose(actual, wanted, rtol=1e-12)
 
 
 def test_worked_errors() -> None:
     shape = tree_shape(GRAMMAR, [1, 4])  # S(A(b a))
-    found = np.empty(2)
-    subtree_errors(shape.children, np.array([2.0, 4.0]), found)
-    assert found == pytest.approx([math.sqrt(2.0), 2.0])  # A: 8^(1/3); S: 2^(1/2)
+    actual = np.empty(2)
+    subtree_errors(shape.children, np.array([2.0, 4.0]), actual)
+    assert actual == pytest.approx([math.sqrt(2.0), 2.0])  # A: 8^(1/3); S: 2^(1/2)
 
 
 @settings(max_examples=60, deadline=None)

@@ -52,29 +52,29 @@ def test_useless_symbols_and_conflicts_are_reported() -> None:
 
 
 def test_a_sentence_has_a_tree(basketball) -> None:
-    found = services.validate(basketball, ["hold", "dribble", "shoot"])
-    assert found.allowed
-    assert found.start == "S_A"
-    assert found.tree is not None
-    assert found.tree.leaves() == ("hold", "dribble", "shoot")
+    validation = services.validate(basketball, ["hold", "dribble", "shoot"])
+    assert validation.allowed
+    assert validation.start == "S_A"
+    assert validation.tree is not None
+    assert validation.tree.leaves() == ("hold", "dribble", "shoot")
     assert services.validate(basketball, ["guard", "run"]).start == "S_D"
 
 
 def test_no_dribble_after_a_pivot_that_ended_one(basketball) -> None:
-    found = services.validate(basketball, ["hold", "dribble", "pivot_left", "dribble"])
-    assert not found.allowed
-    assert found.position == 3
-    assert set(found.expected) == {"pivot_left", "pass", "shoot", "layup", "fake_shot"}
-    assert found.message == (
+    validation = services.validate(basketball, ["hold", "dribble", "pivot_left", "dribble"])
+    assert not validation.allowed
+    assert validation.position == 3
+    assert set(validation.expected) == {"pivot_left", "pass", "shoot", "layup", "fake_shot"}
+    assert validation.message == (
         "action 4 after 'hold dribble pivot_left', from S_A: expected one of pivot_left, pass,"
         " shoot, layup, fake_shot, found 'dribble'. Put one of them there, or add a rule for it."
     )
 
 
 def test_nobody_on_court_does_nothing(basketball) -> None:
-    found = services.validate(basketball, [], "S_A")
-    assert (found.allowed, found.position) == (False, 0)
-    assert found.message == (
+    validation = services.validate(basketball, [], "S_A")
+    assert (validation.allowed, validation.position) == (False, 0)
+    assert validation.message == (
         "action 1, from S_A: expected one of run, walk, idle, screen, hold, catch, feint, found"
         " the end. Every player on court needs at least one action."
     )
@@ -84,9 +84,9 @@ def test_nobody_on_court_does_nothing(basketball) -> None:
 
 
 def test_the_end_is_named_where_more_must_follow(basketball) -> None:
-    found = services.validate(basketball, ["hold"])
-    assert found.position == 1
-    assert "found the end. Go on with one of them." in found.message
+    validation = services.validate(basketball, ["hold"])
+    assert validation.position == 1
+    assert "found the end. Go on with one of them." in validation.message
     assert "Did you mean walk?" in services.validate(basketball, ["wlak"]).message
 
 
@@ -94,23 +94,23 @@ def test_suggestions_are_all_that_may_follow(basketball) -> None:
     """Beside brute force: an action may follow exactly where some string goes on with it."""
     names = [terminal.name for terminal in basketball.terminals]
     for prefix in (["hold", "dribble"], ["run"], ["hold", "pass", "run", "feint"], ["push"]):
-        found = services.suggest(basketball, prefix)
+        suggestions = services.suggest(basketball, prefix)
         may = set()
         for name in names:
             fault = services.validate(basketball, [*prefix, name])
             if fault.allowed or fault.position > len(prefix):
                 may.add(name)
-        assert {name for name, _ in found.actions} == may
-        assert (found.end > 0) == services.validate(basketball, prefix).allowed
-        assert sum(p for _, p in found.actions) + found.end == pytest.approx(1.0)
+        assert {name for name, _ in suggestions.actions} == may
+        assert (suggestions.end > 0) == services.validate(basketball, prefix).allowed
+        assert sum(p for _, p in suggestions.actions) + suggestions.end == pytest.approx(1.0)
 
 
 def test_start_symbols_count_by_how_probable_the_string_is() -> None:
     grammar = read_motion_grammar(SMALL, "x.grammar")
     # P(a ...) is 0.5 from S and from D; behind it, S goes on with a or b alike, D ends
-    found = services.suggest(grammar, ["a"])
-    assert dict(found.actions) == pytest.approx({"a": 0.25, "b": 0.25})
-    assert found.end == pytest.approx(0.5)
+    suggestions = services.suggest(grammar, ["a"])
+    assert dict(suggestions.actions) == pytest.approx({"a": 0.25, "b": 0.25})
+    assert suggestions.end == pytest.approx(0.5)
     # nobody begins by ending: from D only a can come, so a has 0.5 + 0.5 and b 0.5
     assert dict(services.suggest(grammar, []).actions) == pytest.approx({"a": 2 / 3, "b": 1 / 3})
     assert services.suggest(grammar, ["a"], "S").end == 0.0
@@ -127,9 +127,9 @@ def test_suggestions_for_what_cannot_begin(basketball) -> None:
 def test_improbable_strings_have_suggestions_too(basketball) -> None:
     """The probability of this string, below 1e-324, is no number of its own."""
     string = ["hold", *["dribble"] * 150, "pass", *["run"] * 240]
-    found = services.suggest(basketball, string)
-    assert "run" in dict(found.actions)
-    assert sum(chance for _, chance in found.actions) + found.end == pytest.approx(1.0)
+    suggestions = services.suggest(basketball, string)
+    assert "run" in dict(suggestions.actions)
+    assert sum(chance for _, chance in suggestions.actions) + suggestions.end == pytest.approx(1.0)
 
 
 def test_strings_that_would_take_minutes_are_refused(basketball) -> None:

@@ -148,17 +148,17 @@ def strings(*lengths: int, least: dict[int, int] | None = None, delay: int = 0) 
 def test_who_is_early_waits_between_clips_at_an_even_pace() -> None:
     one, other = strings(30, 30), strings(30, 90, 30)
     meetings = [Meeting(0, 10.0, 1, 10.0, 0.0), Meeting(0, 40.0, 1, 130.0, 0.0)]
-    found, there = schedule([one, other], meetings)
-    assert found.lengths == (30, 30)
-    assert found.pauses[0] == 90  # 130 - 40
+    scheduled, there = schedule([one, other], meetings)
+    assert scheduled.lengths == (30, 30)
+    assert scheduled.pauses[0] == 90  # 130 - 40
     assert there.pauses == (0, 0, 0)
 
 
 def test_pauses_are_long_enough_or_none() -> None:
     for gap in (3, 5, 8, 30):
         meetings = [Meeting(0, 10.0, 1, 10.0, 0.0), Meeting(0, 40.0, 1, 40.0 + gap, 0.0)]
-        found, _ = schedule([strings(30, 30), strings(30 + gap, 30)], meetings)
-        assert found.pauses[0] == 0 or found.pauses[0] >= SHORTEST_PAUSE
+        scheduled, _ = schedule([strings(30, 30), strings(30 + gap, 30)], meetings)
+        assert scheduled.pauses[0] == 0 or scheduled.pauses[0] >= SHORTEST_PAUSE
 
 
 def test_standing_is_cut_where_nobody_needs_it_and_kept_where_somebody_does() -> None:
@@ -166,9 +166,9 @@ def test_standing_is_cut_where_nobody_needs_it_and_kept_where_somebody_does() ->
     (alone,) = schedule([one], [])
     assert alone.lengths == (15, 30)
     other = strings(70, 30)
-    found, _ = schedule([one, other], [Meeting(0, 115.0, 1, 85.0, 0.0)])
-    assert 15 <= found.lengths[0] <= 70
-    assert found.delay + found.lengths[0] + 15 == pytest.approx(85.0, abs=1.0)
+    scheduled, _ = schedule([one, other], [Meeting(0, 115.0, 1, 85.0, 0.0)])
+    assert 15 <= scheduled.lengths[0] <= 70
+    assert scheduled.delay + scheduled.lengths[0] + 15 == pytest.approx(85.0, abs=1.0)
 
 
 def test_who_guards_stays_with_the_run_that_is_guarded() -> None:
@@ -183,22 +183,22 @@ def test_who_guards_stays_with_the_run_that_is_guarded() -> None:
 def test_a_ball_in_the_air_counts() -> None:
     shot = Strings(np.array([40]), np.array([40]), np.array([0]), 0, np.array([60]))
     late = strings(30, delay=70)
-    _, found = schedule([shot, late], [])
-    assert found.delay == pytest.approx(70.0)  # 100 frames last anyway
+    _, scheduled = schedule([shot, late], [])
+    assert scheduled.delay == pytest.approx(70.0)  # 100 frames last anyway
 
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 60), st.integers(0, 29), st.integers(0, 79), st.floats(-30, 30))
 def test_schedules_stay_within_their_bounds(delay: int, a: int, b: int, lag: float) -> None:
-    own = [strings(50, 30, least={0: 20}, delay=delay), strings(30, 50)]
-    for found, one in zip(
-        schedule(own, [Meeting(0, 50.0 + a, 1, float(b), lag)]), own, strict=True
+    players = [strings(50, 30, least={0: 20}, delay=delay), strings(30, 50)]
+    for actual, one in zip(
+        schedule(players, [Meeting(0, 50.0 + a, 1, float(b), lag)]), players, strict=True
     ):
-        assert (np.array(found.lengths) >= one.least).all()
-        assert (np.array(found.lengths) <= one.lengths).all()
-        assert found.delay >= 0.0
-        assert all(p == 0 or p >= SHORTEST_PAUSE for p in found.pauses)
-        assert found.pauses[-1] == 0
+        assert (np.array(actual.lengths) >= one.least).all()
+        assert (np.array(actual.lengths) <= one.lengths).all()
+        assert actual.delay >= 0.0
+        assert all(p == 0 or p >= SHORTEST_PAUSE for p in actual.pauses)
+        assert actual.pauses[-1] == 0
     assert SLOWEST > 1.0
 
 
@@ -206,7 +206,7 @@ def test_frames_lie_between_those_of_one_capture_never_of_two() -> None:
     none = np.zeros((6, 0))
     part = np.array([0, 0, 0, 1, 1, 1])
     frames = np.array([100, 101, 102, 7, 8, 7])  # the second is a wait, played forth and back
-    own = Spliced(0, none, np.zeros(6), none, (), part, frames, np.ones(6), none.astype(bool))
-    shown, rate = own.shown_frames(np.array([0.25, 1.5, 2.25, 2.75, 3.5, 4.25, 5.0]))
+    spliced = Spliced(0, none, np.zeros(6), none, (), part, frames, np.ones(6), none.astype(bool))
+    shown, rate = spliced.shown_frames(np.array([0.25, 1.5, 2.25, 2.75, 3.5, 4.25, 5.0]))
     assert shown.tolist() == [100.25, 101.5, 102.0, 7.0, 7.5, 7.75, 7.0]
     assert rate.tolist() == [1.0, 1.0, 1.0, 1.0, 1.0, -1.0, 1.0]

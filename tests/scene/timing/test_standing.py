@@ -73,9 +73,9 @@ def test_nothing_to_look_at_turns_nobody() -> None:
 def test_the_ball_is_with_its_holder_and_on_the_way_between() -> None:
     timeline = still((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), frames=90)
     acts = BallActs((Possession(0, 0, 10), Possession(1, 30, 40)), True, (1.0, 2.0))
-    found = ball_on_ground(acts, timeline.places)
-    assert found[[5, 20, 35]].tolist() == [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]]
-    assert found[-1].tolist() == [1.0, 2.0]
+    actual = ball_on_ground(acts, timeline.places)
+    assert actual[[5, 20, 35]].tolist() == [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0]]
+    assert actual[-1].tolist() == [1.0, 2.0]
 
 
 def test_guards_turn_between_opponent_and_ball_and_holders_do_not_turn() -> None:
@@ -107,13 +107,13 @@ def test_feet_stand_or_step_one_at_a_time(shift: float, turn: float, leading: bo
     wanted[:, :, 0] = shift * share[:, None] + side * np.cos(angle)[:, None]
     wanted[:, :, 2] = -side * np.sin(angle)[:, None]
     wanted[:, :, 3] = angle[:, None]
-    found = footing(wanted, leading)
-    speed = np.linalg.norm(np.diff(found[:, :, [0, 2]], axis=0), axis=2)
+    positions = footing(wanted, leading)
+    speed = np.linalg.norm(np.diff(positions[:, :, [0, 2]], axis=0), axis=2)
     assert ((speed > 1e-9).sum(axis=1) <= 1).all()  # the other foot is down
-    assert found[:, :, 1].max() <= LIFT + 1e-9
-    assert (found[1:, :, 1][speed < 1e-9] < LIFT * 0.6).all()
+    assert positions[:, :, 1].max() <= LIFT + 1e-9
+    assert (positions[1:, :, 1][speed < 1e-9] < LIFT * 0.6).all()
     if leading:
-        off = np.linalg.norm((found - wanted)[-1, :, [0, 2]], axis=0)
+        off = np.linalg.norm((positions - wanted)[-1, :, [0, 2]], axis=0)
         assert off.max() < 0.03
 
 
@@ -180,16 +180,16 @@ def test_a_ball_in_a_body_is_brought_out_level() -> None:
 def test_hands_go_out_with_the_ball() -> None:
     motion = posed(60)
     joints, world = retarget.motion_positions(motion)
-    own = Possession(0, 0, 59, 1, ((0, 60),), (Bounce(10, 22, 1),))
-    held = held_ball(own, joints, world)
+    possession = Possession(0, 0, 59, 1, ((0, 60),), (Bounce(10, 22, 1),))
+    held = held_ball(possession, joints, world)
     reach = np.linalg.norm(held.palms[:, 1] - held.ball, axis=1)
     assert reach[5:55] == pytest.approx(0.11, abs=0.02)
 
 
 def test_a_ball_changes_hands_only_while_it_bounces() -> None:
-    own = Possession(0, 0, 60, 1, ((0, 60),), (Bounce(5, 15, 0), Bounce(20, 30, 1)))
-    assert own.hand_at(60)[[0, 15, 20]].tolist() == [0, 0, 0]
-    assert own.hand_at(60)[[21, 30, 59]].tolist() == [1, 1, 1]
+    possession = Possession(0, 0, 60, 1, ((0, 60),), (Bounce(5, 15, 0), Bounce(20, 30, 1)))
+    assert possession.hand_at(60)[[0, 15, 20]].tolist() == [0, 0, 0]
+    assert possession.hand_at(60)[[21, 30, 59]].tolist() == [1, 1, 1]
 
 
 def test_who_passes_looks_at_the_receiver_before() -> None:

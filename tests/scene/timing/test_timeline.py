@@ -98,12 +98,12 @@ def test_compiled_rules_measure_the_same(name: str, wandering) -> None:
         players.append(PlayerState(tree, np.array(entries), origin, int(rng.integers(0, 50))))
     state = SceneState(tuple(players))
     timeline = sampled_timeline(state, library)
-    found = energy(state, clip_arrays(library), table, Weights())
+    actual = energy(state, clip_arrays(library), table, Weights())
     ours = [measure(table, n, timeline).value / row["weight"] for n, row in enumerate(table.rows)]
     on_the_way = table.rows["moment"] == 4  # their shares of a way differ by a frame
-    np.testing.assert_allclose(np.array(ours)[~on_the_way], found.rules[~on_the_way], atol=1e-9)
+    np.testing.assert_allclose(np.array(ours)[~on_the_way], actual.rules[~on_the_way], atol=1e-9)
     pairs = {(o.first, o.second) for o in overlaps(table, timeline)}
-    assert pairs == {(a, b) for a, b in zip(*np.nonzero(found.overlaps), strict=True) if a < b}
+    assert pairs == {(a, b) for a, b in zip(*np.nonzero(actual.overlaps), strict=True) if a < b}
 
 
 @settings(max_examples=20, deadline=None)
@@ -119,16 +119,16 @@ def test_own_places_follow_on(wandering, x: float, z: float, theta: float) -> No
 
 def test_who_stands_in_whom_is_told_with_depth() -> None:
     timeline = still((0.0, 0.0, 0.0), (0.3, 0.4, 0.0), (0.0, 0.45, 0.0))
-    found = overlaps(a_table(players=3), timeline)
-    assert [(o.first, o.second) for o in found] == [(0, 2), (1, 2)]
-    assert found[0].depth == pytest.approx(0.05)
-    assert (found[0].start, found[0].end) == (0, 4)
+    overlapping = overlaps(a_table(players=3), timeline)
+    assert [(o.first, o.second) for o in overlapping] == [(0, 2), (1, 2)]
+    assert overlapping[0].depth == pytest.approx(0.05)
+    assert (overlapping[0].start, overlapping[0].end) == (0, 4)
 
 
 def test_who_is_to_touch_may_come_nearer() -> None:
     timeline = still((0.0, 0.0, 0.0), (0.35, 0.0, 0.0), frames=60)
-    found = overlaps(a_table(contacts=((0, 0, 1, 0),)), timeline)
-    assert [(o.start, o.end) for o in found] == [(0, 15), (46, 60)]  # 30 -+ 15 left out
+    overlapping = overlaps(a_table(contacts=((0, 0, 1, 0),)), timeline)
+    assert [(o.start, o.end) for o in overlapping] == [(0, 15), (46, 60)]  # 30 -+ 15 left out
 
 
 def test_tolerances() -> None:

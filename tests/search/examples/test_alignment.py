@@ -61,8 +61,8 @@ def random_problem(seed: int) -> tuple[IntArray, FloatArray, IntArray, FloatArra
 
 def test_a_perfect_match_scores_one_where_it_stands() -> None:
     query, thirds = np.array([0, 1, 2]), np.full(3, 1 / 3)
-    found = alignment.align(query, thirds, np.array([3, 3, 0, 1, 2, 3]), APART, 2.0)
-    assert found == (pytest.approx(1.0), 2, 5)
+    actual = alignment.align(query, thirds, np.array([3, 3, 0, 1, 2, 3]), APART, 2.0)
+    assert actual == (pytest.approx(1.0), 2, 5)
 
 
 def test_a_gap_costs_half_its_share_by_hand() -> None:

@@ -98,15 +98,15 @@ def test_a_whole_capture_finds_itself_with_the_largest_score(world: World) -> No
 def test_scores_are_as_documented(world: World) -> None:
     query = world.query(world.features[4])
     for candidate in by_motion.find_candidates(query, world.takes, world.distances)[:10]:
-        found = by_motion.refine(query, [candidate], world.features)[0]
-        part = world.features[found.capture][found.start : found.end]
+        actual = by_motion.refine(query, [candidate], world.features)[0]
+        part = world.features[actual.capture][actual.start : actual.end]
         distance = warping.best_part(query.features, part)[0]
         if np.isfinite(distance):
             near = min(1.0, distance / by_motion.NEAR)
             rough = 1.0 - (1.0 - candidate.rough) * near
             expected = rough - by_motion.WARP_WEIGHT * distance
-            assert found.score == pytest.approx(expected, abs=1e-5)
-        assert found.score <= 1.0 + 1e-9
+            assert actual.score == pytest.approx(expected, abs=1e-5)
+        assert actual.score <= 1.0 + 1e-9
 
 
 def test_the_rough_score_of_a_window_by_hand() -> None:
@@ -115,9 +115,9 @@ def test_the_rough_score_of_a_window_by_hand() -> None:
     query = by_motion.Query(
         np.zeros((10, 3), np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0])
     )
-    found = by_motion.find_candidates(query, {7: take}, distances)
+    candidates = by_motion.find_candidates(query, {7: take}, distances)
     assert alignment.distance_scale(distances) == 2.0
-    assert [(c.capture, c.start, c.end, c.rough) for c in found] == [
+    assert [(c.capture, c.start, c.end, c.rough) for c in candidates] == [
         (7, 10, 20, 1.0),
         (7, 0, 10, 0.0),
     ]

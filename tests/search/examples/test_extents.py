@@ -68,11 +68,11 @@ def test_only_what_differs_frame_by_frame_gets_another_interval(
     warp: float, expected: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(extents, "extent", lambda _example, _take: (0.1, 0, 90))
-    found = [by_motion.Candidate(7, 20, 60, 0.8, 0.5, warp)]
-    placed = by_motion.to_activities(np.zeros((5, 2)), found, {7: np.zeros((100, 2))})
+    actual = [by_motion.Candidate(7, 20, 60, 0.8, 0.5, warp)]
+    placed = by_motion.to_activities(np.zeros((5, 2)), actual, {7: np.zeros((100, 2))})
     assert [(c.start, c.end) for c in placed] == [expected]
 
 
 def test_an_answer_beside_the_activity_stays_where_it_is() -> None:
-    found = [by_motion.Candidate(7, 20, 60, 0.8, 0.5, 0.9)]
-    assert by_motion.to_activities(np.zeros((5, 2)), found, {}) == found
+    actual = [by_motion.Candidate(7, 20, 60, 0.8, 0.5, 0.9)]
+    assert by_motion.to_activities(np.zeros((5, 2)), actual, {}) == actual

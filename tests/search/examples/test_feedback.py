@@ -47,8 +47,8 @@ def test_what_is_like_the_best_answers_comes_first() -> None:
     # the first two are alike; of the last two, equally like the example, one is like them
     rows = unit(np.array([[1.0, 1, 0], [1, 0.9, 0], [0, 1, 0], [0.0, 0, 1], *[[0, 0, -1]] * 6]))
     alike = np.array([0.9, 0.89, 0.3, 0.3, *[0.0] * 6])
-    found = with_feedback(alike, rows)
-    assert found[2] > found[3]
+    actual = with_feedback(alike, rows)
+    assert actual[2] > actual[3]
 
 
 def test_without_a_resemblance_nothing_changes() -> None:

@@ -56,8 +56,8 @@ def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
 @given(st.integers(0, 10**6), st.integers(0, 60), st.integers(5, 30))
 def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None:
     capture = random_walk(seed, 100).astype("f4")
-    found = warping.best_part(capture[start : start + length], capture)
-    assert found == (0.0, start, min(start + length, 100))
+    actual = warping.best_part(capture[start : start + length], capture)
+    assert actual == (0.0, start, min(start + length, 100))
 
 
 def test_a_part_at_double_speed_is_found() -> None:

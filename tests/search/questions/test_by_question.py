@@ -201,13 +201,13 @@ def every_run(
     n = values.shape[1]
     spans = []
     for k in range(len(values)):
-        own = []
+        runs_of_part = []
         for a, b in combinations(range(n + 1), 2):
             needed = seconds[k] * 30.0
             if (b == a + 1 or frames[a : b - 1].sum() < needed) and frames[a:b].sum() >= needed:
                 mean = float(np.average(values[k, a:b], weights=frames[a:b]))
-                own.append((a, b, mean))
-        spans.append(own)
+                runs_of_part.append((a, b, mean))
+        spans.append(runs_of_part)
     best = -math.inf
     for choice in product(*spans):
         ordered = all(one[1] <= other[0] for one, other in pairwise(choice))
@@ -230,15 +230,15 @@ def test_runs_are_the_best_of_all(seed: int) -> None:
     ends = np.cumsum(frames)
     seconds = rng.choice([0.0, 0.5, 1.5], n_parts)
     apart = [k > 0 and bool(rng.random() < 0.4) for k in range(n_parts)]
-    found = runs.ordered_runs(values, ends - frames, ends, seconds, apart)
+    actual = runs.ordered_runs(values, ends - frames, ends, seconds, apart)
     best = every_run(values, frames.astype(float), seconds, apart)
-    if found is None:
+    if actual is None:
         assert best == -math.inf
         return
     total = sum(float(np.average(values[k, a:b], weights=frames[a:b]))
-                for k, (a, b) in enumerate(found))  # fmt: skip
+                for k, (a, b) in enumerate(actual))  # fmt: skip
     assert total == pytest.approx(best)
-    assert all(one[1] <= other[0] for one, other in pairwise(found))
+    assert all(one[1] <= other[0] for one, other in pairwise(actual))
 
 
 def word_reason(word: int, action: int, parts: list[float], exclusion: int) -> reasons.WordReason:
@@ -270,7 +270,7 @@ def test_probability_of_an_answer_by_hand() -> None:
     shown = 1 / (1 + math.exp(-(2.0 * 0.5 - 1.0)))  # 1/2
     written = 1 / (1 + math.exp(-(2.0 * 1.0 - 1.0 + 1.0)))
     assert certainty.answer_probability(sure, [(0.5, 0.0)], []) == pytest.approx(shown)
-    found = certainty.answer_probability(sure, [(0.5, 0.0)], [[(2.0, 1.0)]])
-    assert found == pytest.approx(shown * (1 - written))
+    actual = certainty.answer_probability(sure, [(0.5, 0.0)], [[(2.0, 1.0)]])
+    assert actual == pytest.approx(shown * (1 - written))
     together = certainty.answer_probability(sure, [], [[(0.5, 0.0), (2.0, 1.0)]])
     assert together == pytest.approx(1 - shown * written)

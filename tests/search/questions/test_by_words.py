@@ -65,9 +65,9 @@ def test_actions_in_the_wrong_order_score_less() -> None:
 
 def test_words_of_one_action_hold_together() -> None:
     """A window that says both words is better than one that says only one of them loudly."""
-    found = by_question.search_order(take([[9.0, -9, 0], [3, 3, 0], [-9, 9, 0]]), [[WALK, TURN]])
-    assert found is not None
-    assert (found.start, found.end) == (10, 20)
+    actual = by_question.search_order(take([[9.0, -9, 0], [3, 3, 0], [-9, 9, 0]]), [[WALK, TURN]])
+    assert actual is not None
+    assert (actual.start, actual.end) == (10, 20)
 
 
 def test_more_actions_than_segments_share_a_segment() -> None:

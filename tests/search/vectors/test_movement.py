@@ -36,18 +36,18 @@ def slow_twin(frames: np.ndarray, start: int, end: int) -> list[float]:
 def test_columns_equal_a_loop_over_frames() -> None:
     frames = np.random.default_rng(0).normal(size=(23, 3)).astype(np.float32)
     starts, ends = np.array([0, 9]), np.array([9, 23])
-    found = movement.describe_movement(frames, starts, ends)
-    assert found.shape == (2, sum(movement.block_sizes(found.shape[1])))
-    for row, start, end in zip(found, starts, ends):
+    actual = movement.describe_movement(frames, starts, ends)
+    assert actual.shape == (2, sum(movement.block_sizes(actual.shape[1])))
+    for row, start, end in zip(actual, starts, ends):
         np.testing.assert_allclose(row, slow_twin(frames, start, end), atol=1e-5)
 
 
 def test_a_still_body_has_no_rhythm() -> None:
     frames = np.full((10, 2), 0.75, dtype=np.float32)
-    found = movement.describe_movement(frames, np.array([0]), np.array([10]))[0]
-    np.testing.assert_allclose(found[6:8], [0.5, 0.5])  # on the level 0.75
-    np.testing.assert_allclose(found[10:13], [0.5625] * 3)
-    np.testing.assert_allclose(found[13:], 0.0)
+    actual = movement.describe_movement(frames, np.array([0]), np.array([10]))[0]
+    np.testing.assert_allclose(actual[6:8], [0.5, 0.5])  # on the level 0.75
+    np.testing.assert_allclose(actual[10:13], [0.5625] * 3)
+    np.testing.assert_allclose(actual[13:], 0.0)
 
 
 @pytest.mark.parametrize("n_dims", [1, 2, 24])
@@ -78,9 +78,9 @@ def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
         by_motion.resemblance(vectors[0], vectors), [1.0, 0.5**0.5, 0.0], atol=1e-12
     )
     deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
-    found = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
-    np.testing.assert_allclose(found, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
+    actual = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
+    np.testing.assert_allclose(actual, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
     rows = resemblance.meaning_rows(deaf_to_second, vectors)
-    np.testing.assert_allclose(rows @ rows[0], found, atol=1e-12)
+    np.testing.assert_allclose(rows @ rows[0], actual, atol=1e-12)
     moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_posture_and_travel=1)
     np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x

@@ -33,18 +33,20 @@ def slow_twin(features: np.ndarray, start: int, end: int) -> list[float]:
 def test_columns_equal_a_loop_over_frames() -> None:
     features = np.random.default_rng(0).normal(size=(47, N_FEATURES)).astype(np.float32)
     starts, ends = np.array([0, 20]), np.array([20, 47])
-    found = posture_and_travel.describe_posture_and_travel(features, starts, ends)
-    assert found.shape == (2, posture_and_travel.N_POSTURE + posture_and_travel.N_TRAVEL) == (2, 87)
-    for row, start, end in zip(found, starts, ends):
+    actual = posture_and_travel.describe_posture_and_travel(features, starts, ends)
+    assert (
+        actual.shape == (2, posture_and_travel.N_POSTURE + posture_and_travel.N_TRAVEL) == (2, 87)
+    )
+    for row, start, end in zip(actual, starts, ends):
         np.testing.assert_allclose(row, slow_twin(features, start, end), atol=1e-5)
 
 
 def test_spreads_are_velocities() -> None:
     """0.3 m/s and 0.9 rad/s, as the features weigh them, are one spread."""
     root = 2.0 / 3.0 * np.array([[0.3, -0.3, 0.6, 0.9]])
-    found = posture_and_travel.travel(root.astype(np.float32))[0]
-    np.testing.assert_allclose(found[20:], 1.0, rtol=1e-6)
-    np.testing.assert_allclose(found[[12, 5, 14, 15]], 1 / (1 + np.exp([-1.0, 1.0, -1.0, -1.0])))
+    actual = posture_and_travel.travel(root.astype(np.float32))[0]
+    np.testing.assert_allclose(actual[20:], 1.0, rtol=1e-6)
+    np.testing.assert_allclose(actual[[12, 5, 14, 15]], 1 / (1 + np.exp([-1.0, 1.0, -1.0, -1.0])))
 
 
 def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:

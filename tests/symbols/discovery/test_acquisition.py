@@ -63,10 +63,10 @@ def test_planted_symbols_are_found_again(n_symbols: int, n_states: int) -> None:
         first = learn(planted, replace(chosen, recuts=0), seed)
         assert abs(first.symbols.n_symbols - n_symbols) <= 0.2 * n_symbols
         assert rand_index(planted.truth, first.cutting.winners) > 0.95
-        found = learn(planted, chosen, seed)
-        assert abs(found.symbols.n_symbols - n_symbols) <= 0.2 * n_symbols
-        assert rand_index(planted.labels, frame_labels(found)) > 0.95
-        check_sound(found, planted)
+        learned = learn(planted, chosen, seed)
+        assert abs(learned.symbols.n_symbols - n_symbols) <= 0.2 * n_symbols
+        assert rand_index(planted.labels, frame_labels(learned)) > 0.95
+        check_sound(learned, planted)
 
 
 def test_symbols_are_found_in_captures_cut_in_the_wrong_places() -> None:
@@ -86,19 +86,21 @@ def test_symbols_are_found_in_captures_cut_in_the_wrong_places() -> None:
 
 def test_description_lengths_strictly_fall_and_end_at_what_the_twin_counts() -> None:
     planted = plant(1, 5, variance=1.5)
-    found = learn(planted)
-    assert len(found.description_lengths) > 1
-    assert np.all(np.diff(found.description_lengths) < 0)
-    cutting = found.cutting
-    counted = naive.description_length(found.symbols, planted.frames, cutting.starts, cutting.ends)
-    assert found.description_lengths[-1] == pytest.approx(counted, rel=1e-6)
+    learned = learn(planted)
+    assert len(learned.description_lengths) > 1
+    assert np.all(np.diff(learned.description_lengths) < 0)
+    cutting = learned.cutting
+    counted = naive.description_length(
+        learned.symbols, planted.frames, cutting.starts, cutting.ends
+    )
+    assert learned.description_lengths[-1] == pytest.approx(counted, rel=1e-6)
 
 
 def test_description_length_by_hand() -> None:
     """2 symbols of 1 and 2 states in 2 dimensions, 50 frames: 5 + 4 ln 2 + 3 * 5 / 2 ln 50."""
     symbols = random_symbols(np.random.default_rng(0), [1, 2], 2)
-    found = description.description_length(-5.0, 4, symbols, 50)
-    assert found == pytest.approx(5 + 4 * 0.693147181 + 7.5 * 3.912023005)
+    bits = description.description_length(-5.0, 4, symbols, 50)
+    assert bits == pytest.approx(5 + 4 * 0.693147181 + 7.5 * 3.912023005)
 
 
 def test_the_same_seed_gives_the_same_symbols_and_another_seed_sound_ones() -> None:
@@ -115,10 +117,10 @@ def test_the_same_seed_gives_the_same_symbols_and_another_seed_sound_ones() -> N
 @pytest.mark.parametrize("n_symbols", [1, 2, 7, 30])
 def test_a_given_number_of_symbols_is_kept_exactly(n_symbols: int) -> None:
     planted = plant(4, 5)
-    found = learn(planted, replace(SMALL, n_symbols=n_symbols))
-    assert found.symbols.n_symbols == n_symbols
-    assert np.all(np.diff(found.description_lengths) < 0)
-    check_sound(found, planted)
+    learned = learn(planted, replace(SMALL, n_symbols=n_symbols))
+    assert learned.symbols.n_symbols == n_symbols
+    assert np.all(np.diff(learned.description_lengths) < 0)
+    check_sound(learned, planted)
 
 
 def test_as_many_symbols_as_segments() -> None:
@@ -133,9 +135,9 @@ def test_no_more_symbols_than_allowed() -> None:
 
 def test_one_capture() -> None:
     planted = plant(7, 3, n_captures=1)
-    found = learn(planted)
-    assert found.symbols.n_symbols == 3
-    check_sound(found, planted)
+    learned = learn(planted)
+    assert learned.symbols.n_symbols == 3
+    check_sound(learned, planted)
 
 
 @pytest.mark.parametrize("n_frames", [1, 2, 3, 7])
@@ -143,9 +145,9 @@ def test_a_capture_shorter_than_a_segment(n_frames: int) -> None:
     frames = np.random.default_rng(8).normal(0, 1, (n_frames, 4)).astype(np.float32)
     whole = np.array([0]), np.array([n_frames])
     alone = Planted(frames, np.array([0, n_frames]), *whole, np.array([0]))
-    found = learn(alone)
-    assert found.symbols.n_symbols == 1
-    check_sound(found, alone)
+    learned = learn(alone)
+    assert learned.symbols.n_symbols == 1
+    check_sound(learned, alone)
 
 
 def test_short_captures_among_others_and_captures_without_frames() -> None:
@@ -165,11 +167,11 @@ def test_short_captures_among_others_and_captures_without_frames() -> None:
 def test_all_frames_equal() -> None:
     planted = plant(10, 2, n_each=5)
     still = replace(planted, frames=np.ones_like(planted.frames))
-    found = learn(still)
-    assert found.symbols.n_symbols == 1
-    np.testing.assert_allclose(found.symbols.means, 1.0)
-    np.testing.assert_allclose(found.symbols.covars, SMALL.variance_floor)
-    check_sound(found, still)
+    learned = learn(still)
+    assert learned.symbols.n_symbols == 1
+    np.testing.assert_allclose(learned.symbols.means, 1.0)
+    np.testing.assert_allclose(learned.symbols.covars, SMALL.variance_floor)
+    check_sound(learned, still)
 
 
 def test_error_texts() -> None:
@@ -248,8 +250,8 @@ def test_seed_groups_are_numbered_without_gaps(seed: int, n: int, n_groups: int)
 
 def test_segments_are_described_by_their_thirds() -> None:
     frames = np.arange(12, dtype=np.float32)[:, None]
-    found = seeding.describe_segments(frames, np.array([0, 6, 11]), np.array([6, 11, 12]))
-    np.testing.assert_allclose(found, [[0.5, 2.5, 4.5], [6, 7.5, 9.5], [11, 11, 11]])
+    actual = seeding.describe_segments(frames, np.array([0, 6, 11]), np.array([6, 11, 12]))
+    np.testing.assert_allclose(actual, [[0.5, 2.5, 4.5], [6, 7.5, 9.5], [11, 11, 11]])
 
 
 def test_take_and_join_undo_each_other() -> None:
@@ -286,7 +288,7 @@ def test_any_captures_give_sound_symbols(seed: int, lengths: list[int]) -> None:
     ]
     starts, ends = np.array(cuts).T
     captures = Planted(frames, bounds, starts, ends, np.zeros(len(cuts), dtype=np.int64))
-    found = learn(captures, AcquisitionSettings())
-    check_sound(found, captures)
-    assert np.all(np.diff(found.description_lengths) < 0)
-    assert isinstance(found.symbols, MotionSymbols)
+    learned = learn(captures, AcquisitionSettings())
+    check_sound(learned, captures)
+    assert np.all(np.diff(learned.description_lengths) < 0)
+    assert isinstance(learned.symbols, MotionSymbols)

@@ -27,8 +27,8 @@ def length(scores: FloatArray, prices: FloatArray, alive: list[int]) -> float:
 
 def test_prices_by_hand() -> None:
     """1 and 3 states in 2 dimensions: 2 means, 2 variances and a self-loop a state."""
-    found = description.prices(symbols_of([1, 3], 2), 100)
-    np.testing.assert_allclose(found, [2.5 * 4.605170186, 7.5 * 4.605170186])
+    actual = description.prices(symbols_of([1, 3], 2), 100)
+    np.testing.assert_allclose(actual, [2.5 * 4.605170186, 7.5 * 4.605170186])
 
 
 def test_prices_do_not_vanish_for_a_single_frame() -> None:

@@ -25,11 +25,11 @@ CENTRES = np.array([[-6.0, 0.0], [0.0, 5.0], [4.0, -4.0], [9.0, 3.0]])
 @pytest.mark.parametrize("n_blobs", [1, 2, 4])
 def test_bic_finds_the_number(n_blobs: int) -> None:
     points = blobs(1, CENTRES[:n_blobs], 15)
-    found = find_clusters(points, np.random.default_rng(1))
-    np.testing.assert_array_equal(found.clusters, np.repeat(np.arange(n_blobs), 15))
-    np.testing.assert_allclose(found.means, CENTRES[:n_blobs], atol=0.4)
-    np.testing.assert_allclose(found.weights, 1 / n_blobs, atol=0.01)
-    assert found.covars.shape == (n_blobs, 2, 2)
+    actual = find_clusters(points, np.random.default_rng(1))
+    np.testing.assert_array_equal(actual.clusters, np.repeat(np.arange(n_blobs), 15))
+    np.testing.assert_allclose(actual.means, CENTRES[:n_blobs], atol=0.4)
+    np.testing.assert_allclose(actual.weights, 1 / n_blobs, atol=0.01)
+    assert actual.covars.shape == (n_blobs, 2, 2)
 
 
 SHAPES_TO_FIND = {
@@ -49,10 +49,10 @@ def test_bic_finds_the_shape_that_made_the_points(shape: str) -> None:
     with threadpool_limits(1):
         tried = [clusters._best_of_shape(points, range(1, 4), s, 0.01, 0) for s in clusters.SHAPES]
     assert clusters.SHAPES[int(np.argmin([bic for bic, _ in tried]))] == shape
-    found = find_clusters(points, np.random.default_rng(5))
-    np.testing.assert_array_equal(found.clusters, np.repeat([0, 1], 80))
+    actual = find_clusters(points, np.random.default_rng(5))
+    np.testing.assert_array_equal(actual.clusters, np.repeat([0, 1], 80))
     spread = 0.03 * np.var(points, axis=0).mean() * np.eye(2)  # the floor that BIC may not see
-    np.testing.assert_allclose(found.covars - spread, truth, atol=0.7)
+    np.testing.assert_allclose(actual.covars - spread, truth, atol=0.7)
 
 
 @pytest.mark.parametrize("shape", clusters.SHAPES)
@@ -80,8 +80,8 @@ def test_shapes_are_weighed_by_their_parameters() -> None:
 
 def test_a_given_number_overrides() -> None:
     points = blobs(2, CENTRES, 10)
-    found = find_clusters(points, np.random.default_rng(2), n_clusters=2)
-    assert len(found.weights) == 2
+    actual = find_clusters(points, np.random.default_rng(2), n_clusters=2)
+    assert len(actual.weights) == 2
 
 
 @settings(deadline=None, max_examples=20)
@@ -91,12 +91,12 @@ def test_every_point_belongs_to_one_cluster_and_no_cluster_is_empty(
 ) -> None:
     rng = np.random.default_rng(seed)
     points = rng.integers(-2, 3, (n_points, n_dims)).astype(float)  # with many that coincide
-    found = find_clusters(points, rng)
-    assert found.clusters.shape == (n_points,)
-    np.testing.assert_array_equal(np.unique(found.clusters), np.arange(len(found.weights)))
-    assert found.weights.sum() == pytest.approx(1.0)
-    assert np.all(np.diff(found.means[:, 0]) >= 0)
-    assert np.all(np.linalg.eigvalsh(found.covars) > 0)
+    actual = find_clusters(points, rng)
+    assert actual.clusters.shape == (n_points,)
+    np.testing.assert_array_equal(np.unique(actual.clusters), np.arange(len(actual.weights)))
+    assert actual.weights.sum() == pytest.approx(1.0)
+    assert np.all(np.diff(actual.means[:, 0]) >= 0)
+    assert np.all(np.linalg.eigvalsh(actual.covars) > 0)
 
 
 def test_the_same_seed_gives_the_same_clusters() -> None:

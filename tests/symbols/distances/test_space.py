@@ -62,8 +62,8 @@ def test_the_stress_curve_never_rises_and_is_the_stress(seed: int, n_points: int
 def test_no_small_step_lowers_the_stress() -> None:
     distances = uneven(1, 9)
     points, _ = scale(distances, n_dimensions=2)
-    found, reached = smacof(distances, points, n_iterations=5000, tolerance=1e-12)
-    better = minimize(lambda x: stress_of(x.reshape(9, 2), distances), found.ravel())
+    actual, reached = smacof(distances, points, n_iterations=5000, tolerance=1e-12)
+    better = minimize(lambda x: stress_of(x.reshape(9, 2), distances), actual.ravel())
     assert better.fun == pytest.approx(reached, abs=1e-5)
 
 

@@ -40,16 +40,16 @@ def best_runs_slowly(costs: np.ndarray, switch: float, shortest: int) -> float:
 
 def test_a_repeated_activity_keeps_its_number() -> None:
     features = take_of_three(np.random.default_rng(1))
-    found = activities.find_activities(features, np.random.default_rng(0), 3)
-    assert [activity for _, _, activity in found] == [0, 1, 0, 2]
-    assert np.allclose([start for start, _, _ in found], [0, 75, 150, 225], atol=8)
+    actual = activities.find_activities(features, np.random.default_rng(0), 3)
+    assert [activity for _, _, activity in actual] == [0, 1, 0, 2]
+    assert np.allclose([start for start, _, _ in actual], [0, 75, 150, 225], atol=8)
 
 
 def test_without_a_number_the_take_tells_its_activities_apart() -> None:
     features = take_of_three(np.random.default_rng(1))
-    found = activities.find_activities(features, np.random.default_rng(0))
+    actual = activities.find_activities(features, np.random.default_rng(0))
     wave, stand, again, high = (
-        next(k for start, end, k in found if start <= t < end) for t in (37, 112, 187, 262)
+        next(k for start, end, k in actual if start <= t < end) for t in (37, 112, 187, 262)
     )
     assert wave == again
     assert len({wave, stand, high}) == 3
@@ -63,8 +63,8 @@ def test_the_same_seed_gives_the_same_activities() -> None:
 
 @pytest.mark.parametrize("n_frames", [0, 1, 29, 59])
 def test_a_short_capture_is_one_activity(n_frames: int) -> None:
-    found = activities.find_activities(np.ones((n_frames, 4)), np.random.default_rng(0), 5)
-    assert found == ([(0, n_frames, 0)] if n_frames else [])
+    actual = activities.find_activities(np.ones((n_frames, 4)), np.random.default_rng(0), 5)
+    assert actual == ([(0, n_frames, 0)] if n_frames else [])
 
 
 def test_a_capture_that_stands_still_is_one_activity() -> None:
@@ -106,7 +106,7 @@ def test_the_best_runs_are_those_of_a_search_over_all(
 @given(st.integers(0, 2**31), st.integers(60, 200))
 def test_activities_tile_the_capture(seed: int, n_frames: int) -> None:
     features = np.cumsum(np.random.default_rng(seed).normal(size=(n_frames, 3)), axis=0)
-    found = activities.find_activities(features, np.random.default_rng(seed))
-    assert found[0][0] == 0
-    assert found[-1][1] == n_frames
-    assert all(a[1] == b[0] and a[2] != b[2] for a, b in pairwise(found))
+    actual = activities.find_activities(features, np.random.default_rng(seed))
+    assert actual[0][0] == 0
+    assert actual[-1][1] == n_frames
+    assert all(a[1] == b[0] and a[2] != b[2] for a, b in pairwise(actual))

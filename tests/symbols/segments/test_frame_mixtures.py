@@ -11,27 +11,27 @@ def surprise_slowly(
     values: np.ndarray, inside: np.ndarray, centres: np.ndarray, floor: float
 ) -> np.ndarray:
     """The same in plain NumPy, from given starts."""
-    own = values[inside]
+    members = values[inside]
     centres = centres.copy()
-    nearest = np.argmin(((own[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
+    nearest = np.argmin(((members[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
     for _ in range(frame_mixtures.ROUNDS):
         for part in np.unique(nearest):
-            centres[part] = own[nearest == part].mean(axis=0)
-        nearest = np.argmin(((own[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
+            centres[part] = members[nearest == part].mean(axis=0)
+        nearest = np.argmin(((members[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
     density = np.zeros(len(values))
     for part in np.unique(nearest):
-        some = own[nearest == part]
+        some = members[nearest == part]
         variance = some.var(axis=0) + floor * values.var(axis=0) + 1e-9
         squares = ((values - some.mean(axis=0)) ** 2 / variance).sum(axis=1)
-        density += len(some) / len(own) * np.exp(-0.5 * squares) / np.sqrt(variance.prod())
+        density += len(some) / len(members) * np.exp(-0.5 * squares) / np.sqrt(variance.prod())
     return -np.log(density)
 
 
 def test_one_part_by_hand() -> None:
     values = np.array([[0.0], [2.0], [1.0]])
     inside = np.array([True, True, False])
-    found = frame_mixtures.surprise(values, inside, np.random.default_rng(0), 1, 0.0)
-    assert np.allclose(found, [0.5, 0.5, 0.0], atol=1e-6)  # mean 1, variance 1
+    actual = frame_mixtures.surprise(values, inside, np.random.default_rng(0), 1, 0.0)
+    assert np.allclose(actual, [0.5, 0.5, 0.0], atol=1e-6)  # mean 1, variance 1
 
 
 @settings(max_examples=20, deadline=None)

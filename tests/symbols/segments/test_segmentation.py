@@ -64,16 +64,16 @@ def test_segments_tile_and_keep_their_bounds(
 ) -> None:
     walk = np.cumsum(np.random.default_rng(seed).normal(size=(n_frames, 3)), axis=0)
     chosen = SegmentationSettings(shortest=shortest, longest=2 * shortest - 1 + more)
-    found = segmentation.segment(walk, chosen)
-    assert found[0].start == 0
-    assert found[-1].end == n_frames
-    assert all(a.end == b.start for a, b in pairwise(found))
-    lengths = [s.end - s.start for s in found]
+    segments = segmentation.segment(walk, chosen)
+    assert segments[0].start == 0
+    assert segments[-1].end == n_frames
+    assert all(a.end == b.start for a, b in pairwise(segments))
+    lengths = [s.end - s.start for s in segments]
     if n_frames >= 2 * shortest:
         assert min(lengths) >= shortest
         assert max(lengths) <= chosen.longest
     else:
-        assert found == [Segment(0, n_frames)]
+        assert segments == [Segment(0, n_frames)]
 
 
 def test_a_change_is_cut_where_it_is_by_hand() -> None:
@@ -94,8 +94,8 @@ def test_activities_of_different_kind_are_told_apart() -> None:
     time = np.arange(45) / 15.0
     parts = [np.sin(2 * np.pi * 1.0 * time), 3 * np.sin(2 * np.pi * 2.5 * time), 0.0 * time + 2.0]
     values = np.repeat(np.concatenate(parts)[:, None], 3, axis=1)
-    found = segmentation.segment(values, SegmentationSettings(longest=60))
-    cuts = [s.start for s in found]
+    segments = segmentation.segment(values, SegmentationSettings(longest=60))
+    cuts = [s.start for s in segments]
     for truth in (45, 90):
         assert min(abs(c - truth) for c in cuts) <= 4
 
@@ -108,11 +108,11 @@ def test_nothing_and_little() -> None:
 
 def test_context_equals_a_loop() -> None:
     values = np.random.default_rng(0).normal(size=(20, 3))
-    found = segmentation.context(values, 5)
+    actual = segmentation.context(values, 5)
     for frame in range(20):
         window = values[max(0, frame - 2) : frame + 3]
         expected = np.concatenate([window.mean(axis=0), window.std(axis=0)]) / np.sqrt(3)
-        np.testing.assert_allclose(found[frame], expected, atol=1e-9)
+        np.testing.assert_allclose(actual[frame], expected, atol=1e-9)
 
 
 def test_pose_speed_by_hand() -> None:

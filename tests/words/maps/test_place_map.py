@@ -42,8 +42,8 @@ def test_places_of_listed_actions_are_found() -> None:
     assert (placed.shown.argmax(axis=1) == truth).mean() > 0.9
     unseen, answers = made_up(1, 30, 3)
     unseen_rows = unseen.owners >= 20
-    found = placed.fit.evidence(unseen.vectors[unseen_rows]).argmax(axis=1)
-    assert (found == answers[unseen_rows]).mean() > 0.9
+    actual = placed.fit.evidence(unseen.vectors[unseen_rows]).argmax(axis=1)
+    assert (actual == answers[unseen_rows]).mean() > 0.9
 
 
 def test_without_their_order_listed_actions_are_found_less_often() -> None:

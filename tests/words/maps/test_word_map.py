@@ -28,11 +28,11 @@ def described(seed: int, n: int = 600, n_symbols: int = 12, n_words: int = 6) ->
 def test_probabilities_are_calibrated_on_intervals_never_seen() -> None:
     vectors, presence, groups = described(0, 3000)
     fitted = word_map.fit_word_map(vectors[:1500], presence[:1500], groups[:1500])
-    found, truth = fitted.probabilities(vectors[1500:]).ravel(), presence[1500:].ravel()
+    actual, truth = fitted.probabilities(vectors[1500:]).ravel(), presence[1500:].ravel()
     for low in np.arange(0.0, 1.0, 0.2):
-        inside = (found >= low) & (found < low + 0.2)
+        inside = (actual >= low) & (actual < low + 0.2)
         assert inside.sum() > 100
-        assert found[inside].mean() == pytest.approx(truth[inside].mean(), abs=0.07)
+        assert actual[inside].mean() == pytest.approx(truth[inside].mean(), abs=0.07)
 
 
 def test_words_are_told_apart() -> None:
@@ -93,17 +93,17 @@ def test_calibration_finds_a_known_line() -> None:
     z, priors = rng.normal(size=(4000, 3)), np.array([0.1, 0.3, 0.6])
     logits = 1.7 * z + 0.8 * np.log(priors / (1 - priors)) - 0.3
     target = (rng.uniform(size=logits.shape) < 1 / (1 + np.exp(-logits))).astype(float)
-    found = word_map.calibrate(z, np.broadcast_to(word_map._logit(priors), z.shape), target)
-    np.testing.assert_allclose(found, [1.7, 0.8, -0.3], atol=0.12)
+    actual = word_map.calibrate(z, np.broadcast_to(word_map._logit(priors), z.shape), target)
+    np.testing.assert_allclose(actual, [1.7, 0.8, -0.3], atol=0.12)
 
 
 def test_words_without_any_motion_in_them_get_their_prior() -> None:
     rng = np.random.default_rng(5)
     vectors, groups = unit(rng.normal(size=(800, 6))), rng.integers(0, 5, 800)
     presence = rng.uniform(size=(800, 3)) < np.array([0.1, 0.3, 0.5])
-    found = word_map.fit_word_map(vectors, presence, groups).probabilities(vectors)
-    np.testing.assert_allclose(found.mean(axis=0), presence.mean(axis=0), atol=0.05)
-    assert found.std(axis=0).max() < 0.1
+    actual = word_map.fit_word_map(vectors, presence, groups).probabilities(vectors)
+    np.testing.assert_allclose(actual.mean(axis=0), presence.mean(axis=0), atol=0.05)
+    assert actual.std(axis=0).max() < 0.1
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
@@ -118,9 +118,9 @@ def test_a_few_described_intervals_are_enough(n: int) -> None:
 def test_words_that_are_always_or_never_said() -> None:
     vectors, presence, groups = described(6, 100, 4, 3)
     presence[:, 0], presence[:, 1] = True, False
-    found = word_map.fit_word_map(vectors, presence, groups).probabilities(vectors)
-    assert found[:, 0].min() > 0.9
-    assert found[:, 1].max() < 0.1
+    actual = word_map.fit_word_map(vectors, presence, groups).probabilities(vectors)
+    assert actual[:, 0].min() > 0.9
+    assert actual[:, 1].max() < 0.1
 
 
 def test_fitting_twice_gives_the_same() -> None:

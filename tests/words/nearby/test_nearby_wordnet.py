@@ -84,13 +84,13 @@ def test_the_head_of_a_gloss(definition: str, part: str, heads: list[str]) -> No
 
 
 def test_evidence_worked_by_hand(wordnet: WordNet) -> None:
-    found = evidence("saunter", make_lexicon(wordnet))
-    channel = dict(zip(CHANNELS, found["walk"]))
+    evidence_of = evidence("saunter", make_lexicon(wordnet))
+    channel = dict(zip(CHANNELS, evidence_of["walk"]))
     assert channel["above"] == pytest.approx(1.0)  # its only sense, and walk's
     assert channel["head"] > 0.0
-    stroll = dict(zip(CHANNELS, found["stroll"]))
+    stroll = dict(zip(CHANNELS, evidence_of["stroll"]))
     assert stroll["same"] == pytest.approx(np.sqrt(wordnet.senses["stroll"][0][1]))
-    assert "saunter" not in found
+    assert "saunter" not in evidence_of
 
 
 def test_antonyms_hold_both_ways_and_more_can_be_named(wordnet: WordNet) -> None:

@@ -204,4 +204,4 @@ def test_wildcards_alone_ask_for_nothing() -> None:
     assert parse("?, walk").tree == InOrder((Anything(), WALK))
     with pytest.raises(QueryError, match="expected words that describe a motion"):
         parse("?, ?")
-    assert isinstance(parse("? for 5 s, walk").tree.parts[0], Lasting)  # type: ignore[union-attr]
+    assert isinstance(parse("? for 5 s, walk").tree.parts[0], Lasting)

@@ -138,8 +138,8 @@ def test_a_reading_is_what_the_search_is_given() -> None:
     ],
 )
 def test_plain_actions(text: str, actions: str, left: list[str]) -> None:
-    found, not_used = plain_actions(parse(text).tree)
-    assert " | ".join(" ".join(action) for action in found) == actions
+    actual, not_used = plain_actions(parse(text).tree)
+    assert " | ".join(" ".join(action) for action in actual) == actions
     assert [each.text for each in not_used] == left
 
 
