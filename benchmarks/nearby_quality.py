@@ -32,7 +32,7 @@ from nearby_words.methods import (
 from nearby_words.opposites import vetoes
 from nearby_words.pairs import base, make_lexicon
 from nearby_words.retrieval import Hidden, hide_words, load_shown
-from nearby_words.wordnet import read_wordnet
+from nearby_words.wordnet import FLATTENING, read_wordnet
 
 PAGE = Path(__file__).parents[1] / "docs" / "nearby-words.md"
 LISTS = {
@@ -208,7 +208,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=PAGE)
     asked = parser.parse_args()
     data = OUTPUT.read_bytes()
-    table, wordnet = read_table(data), read_wordnet(asked.wordnet)
+    table, wordnet = read_table(data), read_wordnet(asked.wordnet, FLATTENING)
     lexicon, similarity = make_lexicon(wordnet), read_similarity(asked.vectors)
     key, tuning, every = read_key("key"), read_key("tuning"), read_vocabulary("both")
     methods: dict[str, Method] = {

@@ -35,7 +35,7 @@ from nearby_words.model import (
 )
 from nearby_words.opposites import vetoes
 from nearby_words.pairs import Lexicon, base, evidence, make_lexicon
-from nearby_words.wordnet import read_wordnet
+from nearby_words.wordnet import FLATTENING, read_wordnet
 
 OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
 N_TAKEN = 12
@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=OUTPUT)
     parser.add_argument("--check", action="store_true", help="Compare with the shipped table.")
     asked = parser.parse_args()
-    wordnet = read_wordnet(asked.wordnet)
+    wordnet = read_wordnet(asked.wordnet, FLATTENING)
     lexicon, similarity = make_lexicon(wordnet), read_similarity(asked.vectors)
     ordered = by_use(wordnet)
     features, right, _ = training_pairs(

@@ -17,7 +17,7 @@ import numpy as np
 from motiondb.records import FloatArray
 from nearby_words.choice import answers, by_use
 from nearby_words.key import read_key, read_vocabulary
-from nearby_words.wordnet import read_wordnet
+from nearby_words.wordnet import FLATTENING, read_wordnet
 
 SENTENCES = ("{}", "a person is doing: {}", "to {}")
 
@@ -51,7 +51,7 @@ def main() -> None:
     parser.add_argument("--wordnet", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
     asked = parser.parse_args()
-    ordered = by_use(read_wordnet(asked.wordnet))
+    ordered = by_use(read_wordnet(asked.wordnet, FLATTENING))
     words = sorted({*ordered, *answers(ordered), *read_vocabulary("both"), *read_key("tuning")})
     vectors = [embed([sentence.format(w) for w in words]) for sentence in SENTENCES]
     np.savez(asked.output, words=np.array(words), vectors=np.stack(vectors).astype(np.float16))

@@ -4,8 +4,8 @@ A *synset* is a set of words with one meaning; a word's *senses* are the synsets
 How likely a sense is meant is estimated by how often it was counted in texts (``cntlist.rev``),
 each count raised by a half that shrinks with the rank of the sense, and weighted by the field
 (``lexnames``) of the synset: in questions about motion, ``run`` is seldom to manage a company. The
-texts are not about motion, so that the estimate is raised to the power ``FLATTENING``, which makes
-rare senses likelier.
+texts are not about motion, so that the table is built with estimates raised to the power
+``FLATTENING``, which makes rare senses likelier.
 
 Files: wndb(5WN), lexnames(5WN). Source: Miller (1995), WordNet: a lexical database for English;
 WordNet 3.0, Princeton University.
@@ -79,8 +79,11 @@ class WordNet:
     names: frozenset[str] = frozenset()
 
 
-def read_wordnet(folder: Path) -> WordNet:
-    """Read data.*, index.* and cntlist.rev of a folder such as /usr/share/wordnet."""
+def read_wordnet(folder: Path, power: float = 1.0) -> WordNet:
+    """Read data.*, index.* and cntlist.rev of a folder such as /usr/share/wordnet.
+
+    The estimate of every sense is raised to ``power`` before those of a word are made to sum to 1.
+    """
     synsets: dict[str, Synset] = {}
     small: set[str] = set()
     for part in PARTS:
@@ -103,7 +106,7 @@ def read_wordnet(folder: Path) -> WordNet:
                 chance = (count + 0.5 * RANK_SHARE**rank) * FIELD_WEIGHTS.get(
                     synsets[key].field, 1.0
                 )
-                weights[word].append((key, chance**FLATTENING))
+                weights[word].append((key, chance**power))
                 counts[word] += count
     return WordNet(
         synsets, {w: _normalised(s) for w, s in weights.items()}, dict(counts),

@@ -17,9 +17,9 @@ from nearby_words.methods import by_table
 FOLDER = Path(motiondb.__file__).parent / "words" / "nearby"
 OPPOSITES = read_pairs("opposites")
 MEASURED = ("first is right", "right when taken", "not taken where nothing fits")
-LEAST = {"both": (0.75, 0.9, 0.8), "captions": (0.73, 0.88, 0.8)}
+LEAST = {"both": (0.75, 0.9, 0.8), "captions": (0.75, 0.88, 0.8)}
 """What was asked for, .75, .9 and .8, is reached among the words of captions and usual words; among
-the 200 words of the CMU captions alone it is missed by .01 to .02."""
+the 200 words of the CMU captions alone .9 is missed by .01."""
 
 
 @pytest.fixture(scope="module")
