@@ -3,9 +3,9 @@
 A terminal that no caption shows is asked for again. Words of its phrases that no caption holds are
 taken as known ones (:mod:`motiondb.words.nearby.taking`): as every known word whose probability is
 ``SURE`` or more. This is more than for questions, because an answer is shown with its probability
-and left to the user to judge, while a scene plays its clips. A word is not taken as one that a phrase of another terminal holds, since a
-grammar that has both tells them apart. Excluding phrases ("without") are left as they are: what no
-caption holds excludes nothing.
+and left to the user to judge, while a scene plays its clips. A word is not taken as one that a
+phrase of another terminal holds, since a grammar that has both tells them apart. Excluding phrases
+("without") are left as they are: what no caption holds excludes nothing.
 """
 
 from __future__ import annotations
