@@ -301,8 +301,8 @@ def _complete_labels(labelled: FloatArray, listed: Sequence[int]) -> None:
     beside[1:] |= shown[:-1]
     beside[:-1] |= shown[1:]
     labelled[beside & np.isnan(labelled)] = 0.0
-    inside = np.ix_(np.flatnonzero(shown.any(axis=1)), list(listed))
-    labelled[inside] = np.nan_to_num(labelled[inside])
+    rows, columns = shown.any(axis=1), np.isin(np.arange(shown.shape[1]), listed)
+    labelled[np.outer(rows, columns) & np.isnan(labelled)] = 0.0
 
 
 def label_intervals(
