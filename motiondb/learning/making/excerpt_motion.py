@@ -48,7 +48,7 @@ CUTS = (0, 5, 10, 15)
 SPEED_WEIGHT = 6.0
 """Cost of a factor e between the speed of an excerpt and the one asked for. Chosen by hand; not
 tuned."""
-USED_COST = 2.0
+USED_COST = 4.0
 """Cost of a capture for every earlier variant that used it for the same action. By hand."""
 SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
