@@ -1,11 +1,12 @@
-"""Where in their takes the actions of captions happen: found at ``learn``, kept for questions.
+"""The times of the actions of captions in their takes: found by ``learn``, stored for questions.
 
-Captions of whole takes are laid over the segments (:mod:`motiondb.words.maps.place_map`). Captions
-of intervals say the place: their words are shown at the segments that lie in the interval by half,
-and nowhere else in a take that no caption describes as a whole. Other words that captions of the
-take list are not shown there, and their words are not shown by the segments beside the interval.
+Captions of whole takes are aligned with the segments (:mod:`motiondb.words.maps.place_map`).
+Captions of intervals give the place: their words are shown at the segments of which at least half
+is in the interval, and nowhere else in a take without a caption for the whole. Other words that
+captions of the take list are not shown there, and their words are not shown by the segments beside
+the interval.
 
-What is kept is y, the probability that each listed word is shown at each segment of a take. The map
+The result is y, the probability that each listed word is shown at each segment of a take. The map
 follows from it by one ridge regression, and so does the evidence for every take without itself.
 """
 
@@ -65,7 +66,7 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """What people wrote, and the words that were learned.
+    """The captions, and the learned words.
 
     Attributes
     ----------
@@ -116,7 +117,7 @@ def is_interval(caption: Caption) -> bool:
 
 
 def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
-    """Find where the actions of captions happen; None where no caption holds a known word.
+    """Find where the actions of captions happen; None if no caption holds a known word.
 
     Parameters
     ----------
@@ -132,17 +133,17 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
         return None
     captures, takes = listed
     with one_blas_thread():  # many small systems
-        found = fit_place_map(takes)
+        fitted = fit_place_map(takes)
     words, shown = {}, {}
     for capture, inside, actions, further in zip(
         captures, takes.rows(), takes.actions, takes.further
     ):
-        own = {word for action in actions for word in action} | set(further)
+        known_words = {word for action in actions for word in action} | set(further)
         if takes.labelled is not None:
             said = ~np.isnan(takes.labelled[inside]).all(axis=0)
-            own |= set(np.flatnonzero(said).tolist())
-        words[capture] = tuple(sorted(own))
-        shown[capture] = found.shown[inside][:, list(words[capture])]
+            known_words |= set(np.flatnonzero(said).tolist())
+        words[capture] = tuple(sorted(known_words))
+        shown[capture] = fitted.shown[inside][:, list(words[capture])]
     return Places(words, shown)
 
 
@@ -194,13 +195,50 @@ def place_evidence(
     captures, takes, shown = placed_takes(places, table, standardised, n_words)
     with one_blas_thread():
         evidence = left_out_evidence(takes, shown)
-    found = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
-    others = [capture for capture in rows if capture not in found]
+    evidence_of = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+    others = [capture for capture in rows if capture not in evidence_of]
     if others:
         fit = map_places(takes.vectors, shown, take_weights(takes))
         for capture in others:
-            found[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
-    return found
+            evidence_of[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
+    return evidence_of
+
+
+def unplaced_evidence(
+    places: Places | None,
+    said: Mapping[int, tuple[frozenset[int], int]],
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+) -> dict[int, FloatArray]:
+    """Evidence for every word without its places, per capture: arrays (segments, words).
+
+    As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
+    each by 1 / sqrt(actions of the take). Only for takes that took part; each by all others.
+
+    Parameters
+    ----------
+    places : Places or None
+        Places; where no capture of the table has any, there is no evidence.
+    said : dict
+        Capture number -> numbers of its words, and of the actions that these name.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    """
+    if places is None or not places.only(capture_rows(table)).words:
+        return {}
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    even = np.zeros_like(shown)
+    for capture, inside in zip(captures, takes.rows()):
+        words, n_actions = said.get(capture, (frozenset[int](), 1))
+        even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, even)
+    return {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
 
 
 def evidence_by_others(
@@ -223,20 +261,20 @@ def evidence_by_others(
     n_words : int
         Size of the vocabulary.
     performers : dict
-        Capture number -> who performs.
+        Capture number -> performer.
     """
     rows = capture_rows(table)
     captures, takes, shown = placed_takes(places, table, standardised, n_words)
     owners = np.array([performers[c] for c in captures])[takes.owners]
-    found = {}
+    evidence_of = {}
     with one_blas_thread():  # many small systems
         fit = fit_places(takes, shown)
         for name in sorted({performers[c] for c in rows}):
             others = fit.without(np.flatnonzero(owners == name))
             for capture in (c for c in rows if performers[c] == name):
                 vectors = window_vectors(table, standardised, rows[capture])
-                found[capture] = others.evidence(vectors)
-    return found
+                evidence_of[capture] = others.evidence(vectors)
+    return evidence_of
 
 
 def placed_takes(
@@ -274,7 +312,7 @@ def _stacked(
 
 
 def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:
-    """What captions say of one capture; None where they say nothing known."""
+    """The captions of one capture; None if they have no known words."""
     wholes, parts = written.of_whole(capture), written.of_intervals(capture)
     if not wholes and not parts:
         return None
