@@ -15,6 +15,7 @@ from motiondb import pictures
 from motiondb.database import MotionDB
 from motiondb.database.generate import generated_files
 from motiondb.database.generate.generating import METHODS, Generated
+from motiondb.learning.making.shown_actions import JudgedAction
 from motiondb.learning.recognition import understand
 from motiondb.records import Match, Motion
 from real_tasks.measures import (
@@ -77,13 +78,15 @@ class ExampleResult:
 class MadeResult:
     """A generated motion.
 
-    methods : by every method, smoothness and how the decoded symbols are recognised again:
-        "exactly", "merged" (exactly once repeats are merged) or "otherwise".
+    methods : by every method, smoothness and how the symbols that it was made from are recognised
+        again: "exactly", "merged" (exactly once repeats are merged) or "otherwise".
+    shown : by every method, what the judge says of every action.
     """
 
     sentence: str
     made: Generated
     methods: dict[str, tuple[Smoothness, str]]
+    shown: dict[str, tuple[JudgedAction, ...]]
     described: tuple[str, ...]
     picture: str
 
@@ -229,7 +232,8 @@ def make_sentences(db: MotionDB, folder: Path) -> list[MadeResult]:
         pictures.draw_strip(best.motion, target, title=sentence, timelines=timelines)
         methods = {name: (smoothness(g.motion), _recognised(g)) for name, g in made.items()}
         words = tuple(f"{span[2]} {span[0]:.1f}–{span[1]:.1f} s" for span in spans)
-        results.append(MadeResult(sentence, best, methods, words, shrink(target).name))
+        shown = {name: g.shown for name, g in made.items()}
+        results.append(MadeResult(sentence, best, methods, shown, words, shrink(target).name))
     return results
 
 

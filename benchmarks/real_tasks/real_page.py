@@ -8,6 +8,7 @@ from pathlib import Path
 from measured_run import machine, versions
 
 from motiondb.database.generate.generating import METHODS
+from motiondb.learning.making.shown_actions import JudgedAction
 from motiondb.records import Match
 from real_tasks.answers import (
     FIRST,
@@ -38,8 +39,11 @@ all words of the question. An asterisk marks answers that a person judged by loo
 counts."""
 MEASURES = """Slip is the mean ground speed of feet in contact (0 if no foot is ever in contact).
 Jerk is the mean over joints and frames. Both are measured on the standard body at 30 frames per
-second. The last two columns count the sentences whose motion, when it is recognised again, gives
-exactly the decoded symbols: as they are, and after repeats of a symbol are merged."""
+second. *Shown* counts the actions that motiondb's judge says are shown (probability .6 or more);
+the judge is independent of the generation and does not use the source captures. The last two
+columns count the sentences whose motion, when it is recognised again, gives exactly the symbols
+from which it was made (those of the excerpts, or the decoded ones): as they are, and after repeats
+of a symbol are merged."""
 
 
 def write_report(findings: Findings, path: Path) -> Path:
@@ -168,11 +172,14 @@ def _cell(judged: Sequence[Judged], place: int) -> str:
         return ""
     j = judged[place]
     mark = "*" if j.looked else ""
-    return f"{j.match.capture} {_times(j.match)} ({j.match.score:.2f}) {j.right}{mark}"
+    sure = "?" if j.match.probability is None else f"{j.match.probability:.2f}"
+    return f"{j.match.capture} {_times(j.match)} ({sure}) {j.right}{mark}"
 
 
 def _times(match: Match) -> str:
-    return f"{match.start:.1f}–{match.end:.1f} s"
+    """The interval of an answer; that of the capture where the place is not known."""
+    where = "somewhere in " if match.place == "unknown" else ""
+    return f"{where}{match.start:.1f}–{match.end:.1f} s"
 
 
 def _answers(head: Sequence[str], columns: Sequence[Sequence[Judged]]) -> str:
@@ -263,19 +270,23 @@ def _example_section(result: ExampleResult, notes: dict[str, Notes]) -> str:
 
 def _made(findings: Findings) -> str:
     real = median_smoothness(findings.captured)
-    rows = [["real captures", f"{real.slip:.1f}", f"{real.jerk:.0f}", "", ""]]
+    rows = [["real captures", f"{real.slip:.1f}", f"{real.jerk:.0f}", "", "", ""]]
     for method in METHODS:
         median = median_smoothness([r.methods[method][0] for r in findings.made])
         again = [r.methods[method][1] for r in findings.made]
         exactly, merged = again.count("exactly"), len(again) - again.count("otherwise")
         counts = [f"{n} of {len(again)}" for n in (exactly, merged)]
-        rows.append([method, f"{median.slip:.1f}", f"{median.jerk:.0f}", *counts])
+        shown = [one.shown for r in findings.made for one in r.shown[method]]
+        told = f"{shown.count(True)} of {len(shown)}"
+        rows.append([method, f"{median.slip:.1f}", f"{median.jerk:.0f}", told, *counts])
     return "\n\n".join(
         part
         for part in (
             "## Five generated sentences",
             f"Seed {SEED}. {MEASURES}",
-            table(["median", "slip cm/s", "jerk m/s³", "recognised exactly", "merged"], rows),
+            table(
+                ["median", "slip cm/s", "jerk m/s³", "shown", "recognised exactly", "merged"], rows
+            ),
             _note(findings.notes, "made"),
             *(_made_section(r, findings.notes) for r in findings.made),
         )
@@ -286,18 +297,15 @@ def _made(findings: Findings) -> str:
 def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
     made = result.made
     from_motion, again = result.methods[METHODS[0]]
-    sources = ", ".join(source.name for source in made.provenance.sources)
-    actions = "; ".join(" ".join(action) for action in made.actions)
-    certificates = ", ".join(d.certificate for d in made.decodings)
-    unknown = f"; not known: {', '.join(made.unknown)}" if made.unknown else ""
+    unknown = [f"- not known: {', '.join(made.unknown)}"] if made.unknown else []
     facts = [
-        f"- asked: {actions}{unknown}",
-        f"- decoded: {_numbers(made.symbols)} ({certificates})",
-        f"- recognised again: {_numbers(made.recognised)} ({again})",
-        f"- described again: {'; '.join(result.described)}",
-        f"- {from_motion.seconds:.1f} s, slip {from_motion.slip:.1f} cm/s, "
-        f"jerk {from_motion.jerk:.0f} m/s³",
-        f"- from {sources}",
+        *unknown,
+        *(_action_line(one) for one in made.shown),
+        *(f"- not used: {left.text} ({left.reason})" for left in made.not_used),
+        f"- the word map, which knows the captures used: {'; '.join(result.described)}",
+        f"- symbols of the excerpts: {_numbers(made.symbols)}; recognised in the motion: "
+        f"{_numbers(made.recognised)} ({again})",
+        f"- {from_motion.seconds:.1f} s, slip {from_motion.slip:.1f} cm/s, jerk {from_motion.jerk:.0f} m/s³",
     ]
     parts = (
         f"### {result.sentence}",
@@ -306,6 +314,17 @@ def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
         f"![{result.sentence}](pictures/{result.picture})",
     )
     return "\n\n".join(part for part in parts if part)
+
+
+def _action_line(one: JudgedAction) -> str:
+    """What was done for an action, and what the judge says of it."""
+    told = {True: "shown", False: "not shown", None: "not confirmed"}[one.shown]
+    sure = "" if one.probability is None else f" ({one.probability:.2f})"
+    why = f", {one.reason}" if one.reason else ""
+    like = ", ".join(f"{word} {p:.2f}" for word, p in one.described)
+    likest = f"; to the judge it looks like {like}" if like else ""
+    source = f" from {', '.join(one.done)}" if one.done else ""
+    return f"- {' '.join(one.words)}:{source}: **{told}**{sure}{why}{likest}"
 
 
 def _numbers(symbols: Sequence[int]) -> str:

@@ -24,7 +24,7 @@ from motiondb.learning.counting import (
     described_intervals,
 )
 from motiondb.learning.drift import DriftBaseline
-from motiondb.learning.motion_judge import MotionJudge
+from motiondb.learning.motion_judge import MotionJudge, said_words
 from motiondb.learning.performer_groups import performers_of
 from motiondb.learning.place_fitting import (
     Places,
@@ -32,6 +32,7 @@ from motiondb.learning.place_fitting import (
     evidence_by_others,
     label_intervals,
     place_evidence,
+    unplaced_evidence,
 )
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
@@ -365,6 +366,12 @@ class Learned(LearnedModel):
     def listed_by(self) -> dict[str, set[int]]:
         """Performer -> numbers of the words that were placed in this performer's captures."""
         return {} if self.places is None else self.places.listed_by(self.performers)
+
+    @cached_property
+    def unplaced(self) -> dict[int, FloatArray]:
+        """Evidence for words by a map without places, without the take itself, per capture."""
+        said, n_words = said_words(self.described, self.word_numbers), len(self.association.words)
+        return unplaced_evidence(self.places, said, self.segments, self.standardised, n_words)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

@@ -202,6 +202,43 @@ def place_evidence(
     return evidence_of
 
 
+def unplaced_evidence(
+    places: Places | None,
+    said: Mapping[int, tuple[frozenset[int], int]],
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+) -> dict[int, FloatArray]:
+    """Evidence for every word without its places, per capture: arrays (segments, words).
+
+    As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
+    each by 1 / sqrt(actions of the take). Only for takes that took part; each by all others.
+
+    Parameters
+    ----------
+    places : Places or None
+        Places; where no capture of the table has any, there is no evidence.
+    said : dict
+        Capture number -> numbers of its words, and of the actions that these name.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    """
+    if places is None or not places.only(capture_rows(table)).words:
+        return {}
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    even = np.zeros_like(shown)
+    for capture, inside in zip(captures, takes.rows()):
+        words, n_actions = said.get(capture, (frozenset[int](), 1))
+        even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, even)
+    return {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+
+
 def evidence_by_others(
     places: Places,
     table: SegmentTable,

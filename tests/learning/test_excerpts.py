@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from motiondb.learning.making.action_sources import Source
 from motiondb.learning.making.excerpts import SHORTEST, find_excerpts, lay_out
 from motiondb.learning.making.sentence_plan import Amount, PlannedAction
+from motiondb.learning.making.source_costs import Source
 
 
 def _source(values: list[float], frames: int = 60) -> Source:
@@ -27,8 +27,8 @@ def test_a_long_stretch_is_cut_into_windows() -> None:
 
 
 def test_a_short_segment_is_extended() -> None:
-    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=20)], 150, np.random.default_rng(0))
-    assert actual[0].end - actual[0].start == SHORTEST
+    found = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150, np.random.default_rng(0))
+    assert found[0].end - found[0].start == SHORTEST
 
 
 def _wave(n_frames: int, period: int) -> np.ndarray:
@@ -65,3 +65,14 @@ def test_a_duration_is_reached_by_further_cycles() -> None:
 def test_a_shorter_duration_cuts_the_excerpt() -> None:
     action = PlannedAction((("walk",),), seconds=Amount(1.0, 1.0))
     assert _laid(action, _wave(80, 25)) == 30
+
+
+def test_a_short_segment_is_extended_to_its_better_side() -> None:
+    source = _source([-9.0, -5.0, 3.0, -2.0, -9.0], frames=30)
+    best = find_excerpts([source], 150, np.random.default_rng(0))[0]
+    assert (best.start, best.end) == (45, 120)  # 15 of -5, 30 of 3, 30 of -2
+
+
+def test_a_capture_that_is_too_short_is_used_whole() -> None:
+    best = find_excerpts([_source([3.0, -9.0], frames=20)], 150, np.random.default_rng(0))[0]
+    assert (best.start, best.end) == (0, 40)

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from motiondb.learning.judge_fitting import fit_judge
+from motiondb.learning.judge_fitting import (
+    LEAST_PAIRS,
+    PAIRS_OF_A_WORD,
+    _draw_pairs,
+    fit_judge,
+)
 from motiondb.learning.motion_judge import (
     MotionJudge,
     judge_without,
@@ -99,3 +104,26 @@ def test_too_few_captures_leave_the_judge_without_calibration() -> None:
     left = judge_without(judging_table(judge, {c: said[c] for c in few}, 3), ())
     assert left is not None
     assert left.probability(left.scores(few[0]), WALK) is None
+
+
+def test_the_calibration_looks_at_captures_of_one_action_where_there_are_enough() -> None:
+    windows, said = _captures()
+    performers = dict.fromkeys(windows, "p")
+    rng = np.random.default_rng(0)
+    judge = fit_judge(windows, said, 3, performers, rng)
+    mixed = {c: (words, 2 if c % 2 else 1) for c, (words, _) in said.items()}
+    pairs = _draw_pairs(judging_table(judge, mixed, 3), performers, np.random.default_rng(0))
+    assert {first for _, first, _ in pairs} <= {c for c in mixed if mixed[c][1] == 1}
+    everywhere = {c: (words, 2) for c, (words, _) in said.items()}
+    pairs = _draw_pairs(judging_table(judge, everywhere, 3), performers, np.random.default_rng(0))
+    assert len(pairs) >= LEAST_PAIRS
+
+
+def test_no_word_has_more_pairs_than_allowed_and_no_pair_is_of_one_word() -> None:
+    windows, said = _captures()
+    judge = fit_judge(windows, said, 3, dict.fromkeys(windows, "p"), np.random.default_rng(0))
+    table = judging_table(judge, said, 3)
+    pairs = _draw_pairs(table, dict.fromkeys(windows, "p"), np.random.default_rng(1))
+    counts = np.bincount([word for word, _, _ in pairs])
+    assert counts.max() == PAIRS_OF_A_WORD  # 20 captures beside 3 others each are 60 pairs
+    assert all(w in said[a][0] and w not in said[b][0] for w, a, b in pairs)

@@ -13,10 +13,11 @@ from motiondb.learning.place_fitting import (
     label_intervals,
     listed_takes,
     place_evidence,
+    unplaced_evidence,
     window_vectors,
 )
 from motiondb.records import Caption, FloatArray, SegmentTable
-from motiondb.words.maps.place_map import map_places, take_weights
+from motiondb.words.maps.place_map import left_out_evidence, map_places, take_weights
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
 N_COLUMNS = 6
@@ -109,6 +110,29 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     assert evidence[3] == pytest.approx(fit.evidence(later), abs=1e-8)
     inside = window_vectors(table, rows, slice(0, 5))
     assert np.abs(evidence[1] - fit.evidence(inside)).max() > 1e-3  # this one is left out
+
+
+def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
+    table, rows = made_table([5, 4, 4])
+    said = written(c1=[Caption("walk, sit")], c2=[Caption("sit, jump")], c3=[Caption("walk")])
+    places = find_places(table, rows, said)
+    listed = listed_takes(table, rows, said)
+    assert listed is not None
+    takes = listed[1]
+    numbers = {1: (frozenset({0, 1}), 2), 2: (frozenset({1, 2}), 2), 3: (frozenset({0}), 1)}
+    evidence = unplaced_evidence(places, numbers, table, rows, 3)
+    shares = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]) ** 0.5
+    even = np.repeat(shares, [5, 4, 4], axis=0)
+    inside = slice(0, 5)
+    fit = map_places(takes.vectors, even, take_weights(takes))
+    assert evidence[1].shape == (5, 3)
+    assert np.abs(evidence[1] - fit.evidence(takes.vectors[inside])).max() > 1e-3
+    assert evidence[1] == pytest.approx(left_out_evidence(takes, even)[inside], abs=1e-8)
+
+
+def test_without_places_there_is_no_evidence() -> None:
+    table, rows = made_table([3])
+    assert unplaced_evidence(None, {}, table, rows, 3) == {}
 
 
 def test_only_keeps_the_captures_named() -> None:

@@ -1,0 +1,168 @@
+"""How clearly a segment shows the asked words and no others: two opinions beside its place.
+
+By neighbours. Each segment is compared with the segments of all other described captures:
+
+    s_n     cosine of the segment's score vector and that of the most alike segment of capture n,
+    g_nw    1/sqrt(actions) if the captions of capture n say word w among that many actions, else 0,
+    p(w)    sum_n s_n g_nw / sum_n s_n over the ``NEIGHBOURS`` captures of largest s_n,
+    q       1/|W| sum_{w in W} log (p(w) + SMALL) - log (max_v p(v) + SMALL),
+
+with W the asked words, and v over the words that are neither in W nor related to it: words that
+stand in half of the captures of a word of W, or of whose captures half say it. So the steps towards
+the stool, which look like the beginning of many captures, lose against the sitting.
+
+By a map of whole captions. b(w) is the evidence, in nats a second, of a ridge regression on all
+other takes that takes every word of a take to be shown in all of it
+(:func:`motiondb.learning.place_fitting.unplaced_evidence`):
+
+    r = 1/|W| sum_{w in W} b(w) - max(0, max_{v not in W} b(v)), within +-``MOST_RIVALRY``.
+
+Neither needs the places that were learned from the order of captions, which in long takes are often
+wrong. Neither shares a model with the judge (:mod:`motiondb.learning.motion_judge`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.learning.learned import Learned
+from motiondb.learning.motion_judge import RELATED, said_words
+from motiondb.records import FloatArray, IntArray
+
+NEIGHBOURS = 10
+"""Captures that are asked. The first measurements compared ten; not tuned."""
+SMALL = 0.03
+"""Share of one in about thirty neighbours, below which a word counts as not said. Chosen by hand;
+not tuned."""
+MOST_RIVALRY = 8.0
+"""Nats a second beyond which r is no larger, so that it weighs no more than the evidence of the
+place. 16 and 8 chose excerpts alike; 4 was worse."""
+
+
+@dataclass(frozen=True, eq=False)
+class DescribedSegments:
+    """The segments of the described captures and their words.
+
+    Attributes
+    ----------
+    vectors : array (segments, values)
+        Score vectors of length 1, in the order of the captures.
+    firsts : array (captures,)
+        First row of every capture.
+    captures : array (captures,)
+        Numbers of the captures.
+    says : array (captures, words)
+        g.
+    """
+
+    vectors: FloatArray
+    firsts: IntArray
+    captures: IntArray
+    says: FloatArray
+
+
+def describe_segments(learned: Learned) -> DescribedSegments:
+    """Gather the segments of the described captures.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    """
+    said = said_words(learned.described, learned.word_numbers)
+    captures = [
+        c for c in learned.rows if c in said and learned.rows[c].stop > learned.rows[c].start
+    ]
+    says = np.zeros((len(captures), len(learned.word_numbers)))
+    for n, capture in enumerate(captures):
+        words, n_actions = said[capture]
+        says[n, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+    parts = [learned.standardised[learned.rows[c]] for c in captures]
+    lengths = [len(part) for part in parts]
+    vectors = np.concatenate(parts) if parts else np.zeros((0, learned.standardised.shape[1]))
+    return DescribedSegments(
+        _unit(vectors), np.cumsum([0, *lengths])[: len(parts)], np.array(captures, np.int64), says
+    )  # fmt: skip
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12))
+
+
+def neighbour_gain(
+    others: DescribedSegments, capture: int, vectors: FloatArray, asked: Collection[int]
+) -> FloatArray:
+    """Gain q of every segment of a capture: array (segments,), at most about 3.5 nats.
+
+    Parameters
+    ----------
+    others : DescribedSegments
+        Segments to compare with; those of the capture itself are left out.
+    capture : int
+        The capture.
+    vectors : array (segments, values)
+        Score vectors of its segments.
+    asked : collection of int
+        Words W.
+    """
+    kept = others.captures != capture
+    if not kept.any() or not asked:
+        return np.zeros(len(vectors))
+    cosines = np.maximum.reduceat(_unit(vectors) @ others.vectors.T, others.firsts, axis=1)
+    cosines = np.where(kept, np.maximum(cosines, 0.0), -1.0)
+    nearest = np.argsort(-cosines, axis=1, kind="stable")[:, : min(NEIGHBOURS, int(kept.sum()))]
+    weights = np.take_along_axis(cosines, nearest, axis=1)
+    weights = weights / np.maximum(weights.sum(axis=1, keepdims=True), 1e-12)
+    said = np.einsum("sn,snw->sw", weights, others.says[nearest])
+    words = sorted(asked)
+    rivals = np.ones(said.shape[1], dtype=bool)
+    rivals[sorted(related_words(others.says, words))] = False
+    best = said[:, rivals].max(axis=1) if rivals.any() else np.zeros(len(said))
+    gain = np.log(said[:, words] + SMALL).mean(axis=1) - np.log(best + SMALL)
+    return np.asarray(gain)
+
+
+def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
+    """Words that mostly stand in the same captures as one of some words, these among them.
+
+    Parameters
+    ----------
+    says : array (captures, words)
+        More than 0 where the captions of a capture say a word.
+    words : collection of int
+        Numbers of the words.
+
+    >>> sorted(related_words(np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]), [1]))
+    [0, 1]
+    """
+    there = (says > 0.0).astype(float)
+    counts = np.maximum(there.sum(axis=0), 1.0)
+    found = set(words)
+    for word in words:
+        both = there[:, word] @ there
+        near = (both > 0.0) & ((both >= RELATED * counts[word]) | (both >= RELATED * counts))
+        found |= set(np.flatnonzero(near).tolist())
+    return found
+
+
+def rival_gain(evidence: FloatArray, asked: Collection[int]) -> FloatArray:
+    """Gain r of every segment: array (segments,), nats a second.
+
+    Parameters
+    ----------
+    evidence : array (segments, words)
+        b.
+    asked : collection of int
+        Words W, at least one.
+
+    >>> rival_gain(np.array([[3.0, 1.0, -2.0], [1.0, -1.0, -2.0]]), [0]).tolist()
+    [2.0, 1.0]
+    """
+    others = np.ones(evidence.shape[1], dtype=bool)
+    others[sorted(asked)] = False
+    best = evidence[:, others].max(axis=1, initial=0.0)
+    gain = evidence[:, sorted(asked)].mean(axis=1) - best
+    return np.clip(gain, -MOST_RIVALRY, MOST_RIVALRY)
