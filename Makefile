@@ -20,7 +20,7 @@ demo: $(BIN)/.installed
 	@echo "Look at $(OUT)/search.png and $(OUT)/walk_kick.png; open $(OUT)/walk_kick.bvh in Blender."
 
 test: $(BIN)/.tested
-	$(BIN)/python -m pytest -n 2 -q
+	$(BIN)/python -m pytest -n 2 -q -rs  # says what is skipped: without a browser, its tests
 
 lint: $(BIN)/.tested
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from motiondb.learning.start.knowledge import Knowledge
     from motiondb.learning.symbol_fitting import LearnSettings
     from motiondb.learning.written_words import WrittenWord
-    from motiondb.page.serve import serve
+    from motiondb.page.serving.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
     from motiondb.records import (
@@ -176,7 +176,7 @@ _PLACES = {
     "motiondb.learning.making.shown_actions": "JudgedAction",
     "motiondb.learning.start.knowledge": "Knowledge",
     "motiondb.learning.symbol_fitting": "LearnSettings",
-    "motiondb.page.serve": "serve",
+    "motiondb.page.serving.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.learning.written_words": "WrittenWord",

@@ -305,7 +305,8 @@ def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
         f"- the word map, which knows the captures used: {'; '.join(result.described)}",
         f"- symbols of the excerpts: {_numbers(made.symbols)}; recognised in the motion: "
         f"{_numbers(made.recognised)} ({again})",
-        f"- {from_motion.seconds:.1f} s, slip {from_motion.slip:.1f} cm/s, jerk {from_motion.jerk:.0f} m/s³",
+        f"- {from_motion.seconds:.1f} s, slip {from_motion.slip:.1f} cm/s, "
+        f"jerk {from_motion.jerk:.0f} m/s³",
     ]
     parts = (
         f"### {result.sentence}",

@@ -2,7 +2,7 @@
 
 The file needs no server and loads nothing: script and style are inside, and its content security
 policy allows these two alone, by their hashes. The answer has the form that the route of the same
-name gives. Motions are containers (:mod:`motiondb.page.container`) in base64, by ref.
+name gives. Motions are containers (:mod:`motiondb.page.motion.container`) in base64, by ref.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING, Any
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
-from motiondb.page import container, figure
 from motiondb.page.answers import to_json
-from motiondb.page.bundle_files import BUNDLE, NO_BUNDLE, is_built
 from motiondb.page.facts.asked_facts import like_facts, search_facts
 from motiondb.page.facts.capture_facts import capture_facts
 from motiondb.page.facts.made_facts import made_facts, sentence_facts, sequence_facts
 from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
+from motiondb.page.files.bundle_files import BUNDLE, NO_BUNDLE, is_built
+from motiondb.page.motion import container, figure
 from motiondb.page.settings import VERSION
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
 import motiondb
-from motiondb.page.container import read_tracks
+from motiondb.page.motion.container import read_tracks
 
 
 def test_search_gives_what_the_class_gives(client: TestClient, learned_file: Path) -> None:
@@ -32,6 +33,44 @@ def test_the_parts_of_a_reason_sum_to_its_log_odds(client: TestClient) -> None:
             for word in why["words"]:
                 parts += [word["prior"], word["written"], *(s["share"] for s in word["symbols"])]
             assert math.fsum(parts) == pytest.approx(why["log_odds"], abs=1e-9)
+
+
+def test_a_quoted_question_names_its_part_as_a_caption(client: TestClient) -> None:
+    as_captions = []
+    for match in get(client, "/api/search", q='"walk, turn left, then sit down"')["matches"]:
+        why = match["explain"]
+        parts = [why["together"], *(each["amount"] for each in why["excluded"])]
+        for word in why["words"]:
+            named = [word["prior"], word["written"], word["as_caption"], word["others"]]
+            named += [share["share"] for share in word["strongest"]]
+            assert math.fsum(named) == pytest.approx(word["contribution"], abs=1e-9)
+            parts.append(word["contribution"])
+            as_captions.append(word["as_caption"])
+        assert math.fsum(parts) == pytest.approx(why["log_odds"], abs=1e-9)
+    assert any(as_captions)
+
+
+def test_the_page_names_the_numbers_that_the_command_prints(
+    client: TestClient, learned_file: Path, command
+) -> None:
+    """Every number of ``--explain`` stands in the answer, to the digits that are printed."""
+    question = "walk but not run"
+    printed = command("search", question, "--explain", "--limit", 3, "--db", learned_file).out
+    numbers = set(re.findall(r"[+-]\d+\.\d{3}", printed))
+    given = set()
+    for match in get(client, "/api/search", q=question, limit=3)["matches"]:
+        why = match["explain"]
+        amounts = [why["log_odds"], why["together"]]
+        words = list(why["words"])
+        for excluded in why["excluded"]:
+            amounts += [excluded["amount"], excluded["log_odds"]]
+            words += excluded["words"]
+        for word in words:
+            amounts += [word[key] for key in ("contribution", "prior", "written", "others")]
+            amounts += [share["share"] for share in word["strongest"]]
+        given |= {f"{amount:+.3f}" for amount in amounts}
+    assert len(numbers) > 10
+    assert numbers <= given
 
 
 def test_every_match_has_the_timeline_of_its_take(client: TestClient) -> None:

@@ -6,11 +6,11 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from motiondb.page import container, figure
-from motiondb.page.container import Track
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track
 from motiondb.pose import body
 from motiondb.records import Motion
 
@@ -68,6 +68,7 @@ def test_a_clip_of_thirty_seconds_has_less_than_300_kilobytes() -> None:
     assert len(container.pack([track])) < 150_000
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # on a busy machine
 @given(st.lists(st.tuples(*[st.floats(-50.0, 50.0, width=32)] * 3), min_size=1, max_size=20))
 def test_quantised_points_are_accurate_to_a_millimetre(points: list[tuple[float, ...]]) -> None:
     array = np.array(points, dtype=float).reshape(-1, 3)

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from page_serving import ADDRESS, get, post, refused
+from page_serving import ADDRESS, CheckedClient, get, post, refused
 from starlette.testclient import TestClient
 from test_job_routes import ended
 
-from motiondb.page.application import make_application
+from motiondb.page.serving.application import make_application
 from motiondb.page.settings import PageSettings
 
 CAPTURES = ["fatou/long_play_2", "chidi/long_play_1"]
@@ -25,7 +25,7 @@ def editor(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iter
     copy = Path(shutil.copy(learned_file, folder / "motions.duckdb"))
     (folder / "private").mkdir()
     application = make_application(PageSettings(copy, warm=False), folder / "private", folder)
-    with TestClient(application, base_url=ADDRESS) as client:
+    with CheckedClient(application, base_url=ADDRESS) as client:
         body = {"captures": CAPTURES, "name": "play", "sentences": "captures"}
         job = ended(client, post(client, "/api/grammars", body))
         assert job["result"] == {"grammar": "play", "lost": []}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,17 +10,17 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
-from page_serving import ADDRESS
+from page_serving import ADDRESS, CheckedClient
 from starlette.testclient import TestClient
 
-from motiondb.page.application import make_application
-from motiondb.page.jobs import Job, Jobs
+from motiondb.page.long_work.jobs import Job, Jobs
+from motiondb.page.serving.application import make_application
 from motiondb.page.settings import PageSettings
 
 schemathesis = pytest.importorskip("schemathesis")
 requests = pytest.importorskip("requests")
 
-EXAMPLES = 4
+EXAMPLES = int(os.environ.get("MOTIONDB_TEST_REQUESTS", "4"))
 """Requests of each kind."""
 ENDLESS = ("/api/events",)
 
@@ -40,7 +41,7 @@ def asked(
     application = make_application(chosen, folder / "private", folder)
     with (
         pytest.MonkeyPatch.context() as patch,
-        TestClient(application, base_url=ADDRESS, raise_server_exceptions=False) as client,
+        CheckedClient(application, base_url=ADDRESS, raise_server_exceptions=False) as client,
     ):
         patch.setattr(Jobs, "start", lambda _self, kind, title, _parameters: Job(kind, title))
         yield schemathesis.openapi.from_dict(application.openapi()), client
@@ -85,6 +86,7 @@ def test_nothing_that_the_description_allows_fails(asked: tuple[Any, TestClient]
         try_one()
     assert failures == []
     assert tried >= 100
+    print(f"{tried} requests")
 
 
 def test_every_route_says_what_it_does(asked: tuple[Any, TestClient]) -> None:

@@ -32,15 +32,18 @@ _SWITCHES = [
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """The installed Chromium, headless."""
+    """An installed Chromium, headless."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    program = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
-    if program is None:
-        pytest.skip("no Chromium is installed: apt-get install chromium")
     if not (_BUNDLE / "app.js").is_file():
-        pytest.skip("the page is not built: npm ci && npm run build in motiondb/page/web")
+        pytest.skip("the page is not built: python build_backend.py")
     with sync_api.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=program, args=_SWITCHES)
+        try:  # that of `playwright install chromium`
+            opened = playwright.chromium.launch(args=_SWITCHES)
+        except sync_api.Error:
+            program = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
+            if program is None:
+                pytest.skip("no Chromium is installed: python -m playwright install chromium")
+            opened = playwright.chromium.launch(executable_path=program, args=_SWITCHES)
         yield opened
         opened.close()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,14 @@ def drag(page: Any, start: tuple[float, float], end: tuple[float, float]) -> Non
     page.mouse.down()
     page.mouse.move(*ground(page, *end), steps=4)
     page.mouse.up()
+
+
+def use_text(page: Any, text: str) -> None:
+    """Give a board as text."""
+    page.get_by_role("button", name="Text…").click()
+    page.get_by_label("Text of the board").fill(text)
+    page.get_by_role("button", name="Use this text").click()
+    page.locator("[aria-label='step 1: A1 walk']").wait_for()
 
 
 def opened(page: Any) -> Any:
@@ -99,10 +108,7 @@ def test_a_player_is_placed_and_told_what_to_do_by_the_keyboard(asked_server, ne
 
 def test_a_board_is_saved_as_the_text_that_the_command_line_reads(serve_copy, new_page, tmp_path):
     page = opened(new_page(f"{serve_copy()}#/board"))
-    page.get_by_role("button", name="Text…").click()
-    page.get_by_label("Text of the board").fill(WALK)
-    page.get_by_role("button", name="Use this text").click()
-    page.locator("[aria-label='step 1: A1 walk']").wait_for()
+    use_text(page, WALK)
     page.get_by_role("button", name="Save…").click()
     page.get_by_label("Name of the board").fill("stroll-1")
     page.get_by_role("button", name="Save", exact=True).click()
@@ -115,23 +121,42 @@ def test_a_board_is_saved_as_the_text_that_the_command_line_reads(serve_copy, ne
     assert "1 walk A1 to 0 6" in Path(download.value.path()).read_text()
 
 
+def few_rounds(route: Any) -> None:
+    """Let a scene be sampled in few rounds, so that the test is short."""
+    route.continue_(post_data=json.dumps(json.loads(route.request.post_data) | {"rounds": 3}))
+
+
+def made(page: Any) -> str:
+    """The ref of the scene on the page, once its report is there."""
+    page.locator(".board-rules").wait_for(state="attached", timeout=4 * WAIT)
+    wait_for(page, "() => /scene=/.test(location.hash) && !location.hash.includes('job=')")
+    return str(page.evaluate("() => new URLSearchParams(location.hash.split('?')[1]).get('scene')"))
+
+
 def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_page):
     page = opened(new_page(f"{serve_copy()}#/board"))
-    page.get_by_role("button", name="Text…").click()
-    page.get_by_label("Text of the board").fill(WALK)
-    page.get_by_role("button", name="Use this text").click()
-    page.locator("[aria-label='step 1: A1 walk']").wait_for()
+    page.route("**/api/scenes", few_rounds)
+    use_text(page, WALK)
     page.get_by_role("button", name="Make the scene").click()
     wait_for(page, "() => location.hash.includes('job=')")
     page.reload()
-    page.locator(".board-rules").wait_for(state="attached", timeout=4 * WAIT)
+    page.locator("[aria-label='step 1: A1 walk']").wait_for()
+    first = made(page)
     wait_for_figure(page, ".board-scene .player-canvas")
     assert "of" in page.locator(".board-scene summary").inner_text()
-    first = page.evaluate("() => location.hash")
-    page.locator("[data-player=A1]").focus()
-    page.keyboard.press("ArrowRight")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    drag(page, (0.0, 8.0), (0.5, 8.0))
     page.wait_for_function(
-        "before => /scene=/.test(location.hash) && location.hash !== before"
-        " && !location.hash.includes('job=')",
+        "first => new URLSearchParams(location.hash.split('?')[1]).get('scene') !== first",
         arg=first, timeout=4 * WAIT,
     )  # fmt: skip
+    second = made(page)
+    moves = [url for url in asked if "/api/motion?" in url]
+    assert any("ref=first" in url for url in moves)  # seen before its report was made
+    assert any(second.removeprefix("scene:") in url for url in moves)
+    page.goto(f"{page.url.split('#')[0]}#/")
+    page.evaluate("() => sessionStorage.clear()")
+    page.goto(f"{page.url.split('#')[0]}#/board?scene={second}")
+    page.reload()
+    page.locator("[aria-label='step 1: A1 walk']").wait_for()  # the board of the scene

@@ -47,6 +47,8 @@ by hand."""
 
 Start = tuple[Diagram, SceneState]
 """The diagram and the state of an earlier scene."""
+FirstMotion = Callable[[PolishedScene], None]
+"""Called with the motions of the first try, before they are measured and other tries are made."""
 
 
 @dataclass(frozen=True)
@@ -177,6 +179,7 @@ def make(
     settings: SceneSettings,
     progress: SceneProgress,
     start: Start | None = None,
+    shown: FirstMotion | None = None,
 ) -> MadeScene:
     """Sample a scene and polish it; repeat with other random numbers while faults remain.
 
@@ -192,6 +195,8 @@ def make(
         Called with the progress.
     start : Start or None
         The diagram and state of an earlier scene to continue from; None to begin anew.
+    shown : FirstMotion or None
+        Called with the motions of the first try.
 
     Raises
     ------
@@ -209,7 +214,7 @@ def make(
     best: MadeScene | None = None
     seconds = {"sampling": 0.0, "polishing": 0.0}
     for number, rng in enumerate(seeds):
-        how = _How(play, sampler, start, rng, until, number, seconds)
+        how = _How(play, sampler, start, rng, until, number, seconds, shown)
         made = _attempt(text, clips, settings, progress, how)
         if best is None or _badness(made) < _badness(best):
             best = made
@@ -244,6 +249,7 @@ class _How(NamedTuple):
     until: float
     number: int
     seconds: dict[str, float]
+    shown: FirstMotion | None
 
 
 def _attempt(
@@ -254,7 +260,7 @@ def _attempt(
     how: _How,
 ) -> MadeScene:
     """Sample a scene once, polish it and measure it."""
-    play, sampler, start, rng, until, number, seconds = how
+    play, sampler, start, rng, until, number, seconds, shown = how
     what = "sampling" if number == 0 else f"sampling, try {number + 1}"
 
     cut_short = False
@@ -275,6 +281,8 @@ def _attempt(
     spans = [player.spans for player in state.players]
     table = bind(text.diagram, text.grammar, list(state.trees), spans)
     polished = polish(state, clips.library, clips.motions, table, settings.gaze, start is not None)
+    if shown is not None and number == 0:
+        shown(polished)
     report = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
     return MadeScene(

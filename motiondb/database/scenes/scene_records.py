@@ -19,7 +19,6 @@ from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import choices_of, derive_by
-from motiondb.records import IntArray
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -138,6 +137,10 @@ def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrar
     return SceneState(tuple(players))
 
 
+_OTHER_CAPTURE = 100.0
+"""What an entry of another capture is unlike by. Chosen by hand: more than most shifts in time."""
+
+
 def _entry(library: ClipLibrary, clip: store.SceneClip) -> int:
     """Return the entry that a clip came from, or the most similar one of its action."""
     if clip.terminal not in library.terminals or not len(library.of(clip.terminal)):
@@ -145,14 +148,20 @@ def _entry(library: ClipLibrary, clip: store.SceneClip) -> int:
             f"{clip.terminal}: expected clips of this action, found none. Add captures that show"
             " it."
         )
-    entries: IntArray = np.array(library.of(clip.terminal))
-    costs = [_unlike(library.source[entry], clip) for entry in entries.tolist()]
-    return int(entries[int(np.argmin(costs))])
+    entries = np.array(library.of(clip.terminal)).tolist()
+    near = [entry for entry in entries if library.source[entry].capture == clip.capture]
+    for some in (near, entries):  # most entries need not be compared
+        costs = [_unlike(library.source[entry], clip) for entry in some]
+        if costs and (some is entries or min(costs) < _OTHER_CAPTURE):
+            break
+    return int(some[int(np.argmin(costs))])
 
 
-def _unlike(source: ClipSource, clip: store.SceneClip) -> tuple[float, ...] | float:
+def _unlike(source: ClipSource, clip: store.SceneClip) -> float:
     """Return how much an entry differs from a clip."""
-    other = 100.0 * (source.capture != clip.capture) + 10.0 * (source.mirrored != clip.mirrored)
+    other = _OTHER_CAPTURE * (source.capture != clip.capture) + 10.0 * (
+        source.mirrored != clip.mirrored
+    )
     frames = abs(source.start - clip.start) + abs(source.end - clip.end)
     return other + 0.1 * frames + abs(source.bend - clip.bend) + abs(source.stretch - clip.stretch)
 

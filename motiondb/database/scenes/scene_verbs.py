@@ -27,6 +27,7 @@ from motiondb.database.scenes.scene_folder import (
 from motiondb.database.scenes.scene_folder_verbs import SceneFolderVerbs
 from motiondb.database.scenes.scene_library import scene_clips
 from motiondb.database.scenes.scene_making import (
+    FirstMotion,
     MadeScene,
     SceneProgress,
     SceneSettings,
@@ -120,6 +121,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         diagram: str | Path,
         settings: SceneSettings | None = None,
         progress: SceneProgress = _quiet,
+        shown: FirstMotion | None = None,
     ) -> Scene:
         """Make the scene of a changed diagram from an earlier scene; unchanged parts stay.
 
@@ -133,6 +135,9 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
             Settings of the scene; by default the earlier ones.
         progress : SceneProgress
             Called with the progress.
+        shown : FirstMotion or None
+            Called with the motions of the first try, before its report is made. It is not called
+            where the motion grammar changed, because the scene is then made anew.
 
         Raises
         ------
@@ -145,7 +150,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
             return self.make(diagram, settings, progress, earlier.name)
         clips = scene_clips(self._session, new.grammar)
         state = record_state(earlier, old, clips.library)
-        made = make(new, clips, settings, progress, (old.diagram, state))
+        made = make(new, clips, settings, progress, (old.diagram, state), shown)
         return self._finished(made, earlier.name)
 
     def _finished(self, made: MadeScene, name: str) -> Scene:

@@ -6,11 +6,9 @@ from typing import Any
 
 from motiondb.database import MotionDB
 from motiondb.learning.answers.example_answers import ExampleAnswer
+from motiondb.learning.answers.explained_answer import Explanation
 from motiondb.learning.answers.word_answers import WordAnswer
-from motiondb.page.facts.answer_facts import (
-    match_facts,
-    taken_facts,
-)
+from motiondb.page.facts.answer_facts import match_facts, taken_facts
 from motiondb.page.facts.capture_facts import caption_facts
 from motiondb.records import Match
 
@@ -20,17 +18,33 @@ def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
     takings = (*answer.taken.values(), *answer.suggested.values())
     matches = [_with_take(db, match) for match in answer.matches]
     for row, why in zip(matches, answer.explanations):
-        row["explain"] = why.facts()
+        row["explain"] = _explained(why)
     return {
         "question": answer.question.facts(answer.not_used),
         "taken": taken_facts(answer.taken),
         "suggested": taken_facts(answer.suggested),
         "unknown": {word: list(near) for word, near in answer.unknown.items()},
         "sentences": [taking.sentence() for taking in takings],
+        "sources": [source.sentence() for source in answer.sources],
         "decoding": answer.decoding,
         **_verdict(db, answer),
         "matches": matches,
     }
+
+
+def _explained(why: Explanation) -> dict[str, Any]:
+    """Return the facts of an explanation, each word with what ``--explain`` names of it."""
+    facts = why.facts()
+    groups = [(facts["words"], why.words)]
+    groups += [(row["words"], out.words) for row, out in zip(facts["excluded"], why.excluded)]
+    for rows, words in groups:
+        for row, word in zip(rows, words):
+            row["strongest"] = [
+                {"symbol": s.symbol, "from": s.start, "to": s.end, "share": s.amount}
+                for s in word.strongest
+            ]
+            row["others"] = word.other_shares
+    return facts
 
 
 def like_facts(db: MotionDB, answer: ExampleAnswer) -> dict[str, Any]:

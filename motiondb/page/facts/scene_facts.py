@@ -12,21 +12,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from motiondb.database import MotionDB
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_reports import report_facts
-from motiondb.page import container, figure
 from motiondb.page.answers import unknown
-from motiondb.page.container import Track, body_track
 from motiondb.page.facts.board_facts import diagram_facts
-from motiondb.records import Caption, Motion
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track, body_track
+from motiondb.records import Caption, FloatArray, Motion
+from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import parse_diagram
 from motiondb.store import StoredScene
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.scene.polish.polish import PolishedScene
 
-FACTS_FILE, MOTION_FILE = "facts.json", "motion.bin"
+FACTS_FILE, MOTION_FILE, FIRST_FILE = "facts.json", "motion.bin", "first.bin"
 
 
 def made_scene_facts(scene: Scene, curve: Sequence[tuple[float, float]]) -> dict[str, Any]:
@@ -71,19 +75,42 @@ def _facts(record: StoredScene, actions: Mapping[str, Sequence[Caption]]) -> dic
 
 def made_scene_motion(scene: Scene, ref: str) -> bytes:
     """Return the motions of a made scene as a container."""
-    motions = {player.player: player.motion for player in scene.made.polished.players}
-    return container.pack(scene_tracks(scene.record, motions, ref))
+    return first_motion(scene.made.polished, scene.made.text.diagram, ref)
+
+
+def first_motion(polished: PolishedScene, diagram: Diagram, ref: str) -> bytes:
+    """Return the motions of a polished scene as a container; a report is not needed.
+
+    Parameters
+    ----------
+    polished : PolishedScene
+        The scene.
+    diagram : Diagram
+        Its diagram.
+    ref : str
+        The ref of its tracks.
+    """
+    motions = {player.player: player.motion for player in polished.players}
+    teams = {player.name: player.team for player in diagram.players}
+    ball = np.zeros((0, 3)) if polished.ball is None else polished.ball.positions
+    return container.pack(_tracks(motions, teams, ball, ref))
 
 
 def scene_tracks(record: StoredScene, motions: Mapping[str, Motion], ref: str) -> list[Track]:
     """Return the tracks of a scene: its players with their teams, and the ball."""
     teams = {player.name: player.team for player in record.players}
+    return _tracks(motions, teams, record.ball, ref)
+
+
+def _tracks(
+    motions: Mapping[str, Motion], teams: Mapping[str, str], ball: FloatArray, ref: str
+) -> list[Track]:
     tracks = [
         replace(body_track(name, ref, figure.figure_of(motion)), team=teams[name])
         for name, motion in motions.items()
     ]
-    if len(record.ball):
-        tracks.append(Track("ball", ref, record.ball))
+    if len(ball):
+        tracks.append(Track("ball", ref, ball))
     return tracks
 
 

@@ -8,11 +8,12 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from motiondb.page.answers import Answer
+from motiondb.page.delivery.refs import load_motion, read_ref
 from motiondb.page.facts.asked_facts import like_facts, search_facts
 from motiondb.page.facts.capture_facts import description_facts
 from motiondb.page.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
-from motiondb.page.refs import load_motion, read_ref
-from motiondb.page.state import Page
+from motiondb.page.schemas import asking_schemas
+from motiondb.page.session.state import Page
 
 
 def router(page: Page) -> APIRouter:
@@ -25,7 +26,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["ask"])
 
-    @routes.get("/api/search")
+    @routes.get("/api/search", response_model=asking_schemas.SearchAnswer)
     def search(
         q: Annotated[str, Query(max_length=LONGEST_TEXT, description="Such as: walk, turn left.")],
         where: Where = "",
@@ -40,7 +41,7 @@ def router(page: Page) -> APIRouter:
             facts = search_facts(db, answer)
         return Answer(facts | {"took": round(time.perf_counter() - began, 4)})
 
-    @routes.get("/api/like")
+    @routes.get("/api/like", response_model=asking_schemas.LikeAnswer)
     def like(
         ref: RefText,
         start: Start = None,
@@ -57,7 +58,7 @@ def router(page: Page) -> APIRouter:
         took = round(time.perf_counter() - began, 4)
         return Answer({"ref": ref, "start": start, "end": end} | facts | {"took": took})
 
-    @routes.get("/api/describe")
+    @routes.get("/api/describe", response_model=asking_schemas.Description)
     def describe(ref: RefText, start: Start = None, end: End = None) -> Answer:
         """The words of a motion over time, from the beginning of the part."""
         with page.held.use() as db, db.session.reading():
@@ -65,7 +66,7 @@ def router(page: Page) -> APIRouter:
             words = description_facts(db.describe(motion))
         return Answer({"ref": ref, "duration": round(motion.duration, 3), "words": words})
 
-    @routes.get("/api/symbols")
+    @routes.get("/api/symbols", response_model=asking_schemas.SymbolSpaceFacts)
     def symbols() -> Answer:
         """The symbol space: coordinates, clusters, and the words of every symbol."""
         with page.held.use() as db:
@@ -87,7 +88,7 @@ def router(page: Page) -> APIRouter:
             }
         )
 
-    @routes.get("/api/symbol")
+    @routes.get("/api/symbol", response_model=asking_schemas.SymbolSegments)
     def symbol(
         symbol: Annotated[int, Query(ge=0, le=10**6)],
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,

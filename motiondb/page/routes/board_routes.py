@@ -11,10 +11,11 @@ from motiondb.database import MotionDB
 from motiondb.database.scenes.scene_boards import LONGEST_TEXT, read_board
 from motiondb.database.scenes.scene_files import GRAMMAR, shipped
 from motiondb.page.answers import Answer, PageError
-from motiondb.page.boards import list_boards, read_board_text, remove_board, save_board
 from motiondb.page.facts.board_facts import board_facts
+from motiondb.page.files.boards import list_boards, read_board_text, remove_board, save_board
 from motiondb.page.parameters import Body, Name
-from motiondb.page.state import Page
+from motiondb.page.schemas import scene_schemas
+from motiondb.page.session.state import Page
 from motiondb.scene.language.diagram_text import format_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import KINDS, TEAMS, Court, Diagram, Element, Player
@@ -135,31 +136,31 @@ def router(page: Page) -> APIRouter:
     routes = APIRouter(tags=["boards"])
     folder = page.settings.boards_folder
 
-    @routes.get("/api/boards")
+    @routes.get("/api/boards", response_model=scene_schemas.BoardRows)
     def boards() -> Answer:
         """The shipped diagrams and the user's."""
         return Answer({"boards": list_boards(folder)})
 
-    @routes.get("/api/board/kinds")
+    @routes.get("/api/board/kinds", response_model=scene_schemas.BoardKinds)
     def kinds() -> Answer:
         """The kinds of elements, the teams, and the grammars."""
         return Answer({"kinds": KINDS, "teams": TEAMS, "grammars": shipped(GRAMMAR)})
 
-    @routes.get("/api/board")
+    @routes.get("/api/board", response_model=scene_schemas.BoardFacts)
     def board(name: Name) -> Answer:
         """A diagram, with what is known of it."""
         text, is_shipped = read_board_text(folder, name)
         with page.held.use() as db:
             return Answer(_facts(db, text, name, is_shipped))
 
-    @routes.post("/api/board/check")
+    @routes.post("/api/board/check", response_model=scene_schemas.BoardFacts)
     def check(body: BoardBody) -> Answer:
         """What is known of a diagram: each element that cannot be played, with the reason."""
         text = body.to_text()
         with page.held.use() as db:
             return Answer(_facts(db, text))
 
-    @routes.put("/api/board")
+    @routes.put("/api/board", response_model=scene_schemas.BoardFacts)
     def save(body: NamedBoardBody) -> Answer:
         """Save a diagram as the text file that the command line reads."""
         page.check_writable()
@@ -168,7 +169,7 @@ def router(page: Page) -> APIRouter:
         with page.held.use() as db:
             return Answer(_facts(db, text, body.name))
 
-    @routes.delete("/api/board")
+    @routes.delete("/api/board", response_model=scene_schemas.BoardRemoved)
     def remove(name: Name) -> Answer:
         """Delete a diagram of the user."""
         page.check_writable()

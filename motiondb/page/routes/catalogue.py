@@ -18,8 +18,9 @@ from motiondb.page.facts.capture_facts import (
     row_facts,
 )
 from motiondb.page.parameters import Body, Limit, Name, Seconds, Text, Where
+from motiondb.page.schemas import catalogue_schemas
+from motiondb.page.session.state import Page, WordEdit
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
-from motiondb.page.state import Page, WordEdit
 from motiondb.records import Caption
 
 
@@ -55,13 +56,13 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["catalogue"])
 
-    @routes.get("/api/status")
+    @routes.get("/api/status", response_model=catalogue_schemas.StatusFacts)
     def status() -> Answer:
         """What is in the database, and what this page may do."""
         with page.held.use() as db:
             return Answer(_status(page, db))
 
-    @routes.get("/api/captures")
+    @routes.get("/api/captures", response_model=catalogue_schemas.CaptureRows)
     def captures(
         where: Where = "",
         sort: Annotated[str, Query(max_length=200)] = "name",
@@ -75,7 +76,7 @@ def router(page: Page) -> APIRouter:
             facts = {"total": found.total, "offset": offset, "revision": db.revision()}
         return Answer(facts | {"captures": rows})
 
-    @routes.get("/api/facets")
+    @routes.get("/api/facets", response_model=catalogue_schemas.FacetList)
     def facets(where: Where = "") -> Answer:
         """How many captures have each value of columns and tags."""
         with page.held.use() as db:
@@ -83,13 +84,13 @@ def router(page: Page) -> APIRouter:
             found = [facet_facts(facet) for facet in db.facets(where)]
         return Answer({"total": total, "facets": found})
 
-    @routes.get("/api/capture")
+    @routes.get("/api/capture", response_model=catalogue_schemas.CaptureFacts)
     def capture(name: Name) -> Answer:
         """Everything about one capture."""
         with page.held.use() as db, db.session.reading():
             return Answer(capture_facts(db, find_row(db, name)))
 
-    @routes.delete("/api/capture")
+    @routes.delete("/api/capture", response_model=catalogue_schemas.Removed)
     def remove(name: Name) -> Answer:
         """Remove a capture from the database."""
         page.check_writable()
@@ -97,7 +98,7 @@ def router(page: Page) -> APIRouter:
             find_row(db, name)
             return Answer({"removed": db.remove([name])})
 
-    @routes.get("/api/duplicates")
+    @routes.get("/api/duplicates", response_model=catalogue_schemas.DuplicateGroups)
     def duplicates() -> Answer:
         """Groups of captures that repeat one another."""
         with page.held.use() as db:
@@ -115,7 +116,7 @@ def router(page: Page) -> APIRouter:
             }
         )
 
-    @routes.get("/api/suggestions")
+    @routes.get("/api/suggestions", response_model=catalogue_schemas.SuggestionList)
     def suggestions(limit: Limit = 10) -> Answer:
         """What is worth captioning next."""
         with page.held.use() as db:
@@ -123,7 +124,7 @@ def router(page: Page) -> APIRouter:
         rows = [vars(one) | {"ref": f"capture:{one.capture}"} for one in found]
         return Answer({"suggestions": rows})
 
-    @routes.get("/api/vocabulary")
+    @routes.get("/api/vocabulary", response_model=catalogue_schemas.Vocabulary)
     def vocabulary() -> Answer:
         """The words that were learned, with their symbols."""
         with page.held.use() as db:
@@ -136,7 +137,7 @@ def router(page: Page) -> APIRouter:
 def _word_routes(routes: APIRouter, page: Page) -> None:
     """Add the routes that change words, and undo."""
 
-    @routes.post("/api/words")
+    @routes.post("/api/words", response_model=catalogue_schemas.WordsChanged)
     def set_words(body: WordsBody) -> Answer:
         """Write what a capture, or a part of it, shows."""
         page.check_writable()
@@ -147,7 +148,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
             before = db.captions(find_row(db, body.capture).info.name)
             return Answer(_change(page, db, body.capture, (*before, new) if keep else (new,)))
 
-    @routes.put("/api/captions")
+    @routes.put("/api/captions", response_model=catalogue_schemas.WordsChanged)
     def set_captions(body: CaptionsBody) -> Answer:
         """Replace all captions of a capture; an empty list removes them."""
         page.check_writable()
@@ -156,13 +157,13 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
             find_row(db, body.capture)
             return Answer(_change(page, db, body.capture, captions))
 
-    @routes.get("/api/undo")
+    @routes.get("/api/undo", response_model=catalogue_schemas.Undoable)
     def undoable() -> Answer:
         """How many edits of words can be undone, and whose words the next would change."""
         last = page.edits[-1].capture if page.edits else None
         return Answer({"left": len(page.edits), "capture": last})
 
-    @routes.post("/api/undo")
+    @routes.post("/api/undo", response_model=catalogue_schemas.Undone)
     def undo() -> Answer:
         """Undo the newest edit of words that this page made."""
         page.check_writable()

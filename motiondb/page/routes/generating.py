@@ -11,7 +11,8 @@ from pydantic import Field
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.facts.made_facts import made_facts, sentence_facts
 from motiondb.page.parameters import LARGEST_SEED, Body, Name, Text
-from motiondb.page.state import MadeMotion, Page
+from motiondb.page.schemas import generating_schemas, shared_schemas
+from motiondb.page.session.state import MadeMotion, Page
 
 MOST_VARIANTS = 8
 """Variants of one request. Chosen by hand: as many as can be watched side by side."""
@@ -44,7 +45,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["generate"])
 
-    @routes.post("/api/generate")
+    @routes.post("/api/generate", response_model=generating_schemas.GenerateAnswer)
     def generate(body: GenerateBody) -> Answer:
         """Motions that show what a sentence says; variant k has the seed + k."""
         facts: dict[str, Any] = {}
@@ -57,7 +58,7 @@ def router(page: Page) -> APIRouter:
                 variants.append(made_facts(db, made, made_id, ""))
         return Answer(facts | {"variants": variants})
 
-    @routes.get("/api/made")
+    @routes.get("/api/made", response_model=generating_schemas.MadeAgain)
     def made(id: Name) -> Answer:
         """A motion that was generated before."""
         kept = page.made.get(id)
@@ -65,7 +66,7 @@ def router(page: Page) -> APIRouter:
             facts = made_facts(db, kept.generated, id, kept.saved)
         return Answer(sentence_facts(kept.generated) | facts)
 
-    @routes.post("/api/made/save")
+    @routes.post("/api/made/save", response_model=shared_schemas.Saved)
     def save(body: SaveBody) -> Answer:
         """Save a generated motion as a capture."""
         page.check_writable()

@@ -16,7 +16,8 @@ from motiondb.page.facts.made_facts import sequence_facts
 from motiondb.page.parameters import Body, Name, Seed, Text
 from motiondb.page.routes.catalogue import find_row
 from motiondb.page.routes.generating import SaveBody
-from motiondb.page.state import MadeSequence, Page
+from motiondb.page.schemas import grammar_schemas, shared_schemas
+from motiondb.page.session.state import MadeSequence, Page
 
 LONGEST_SEQUENCE = 200
 """Terminals of a sequence that is asked for. Chosen by hand: some minutes of motion."""
@@ -70,7 +71,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["grammars"])
 
-    @routes.get("/api/grammars")
+    @routes.get("/api/grammars", response_model=grammar_schemas.GrammarRows)
     def grammars() -> Answer:
         """The grammars of the database."""
         with page.held.use() as db:
@@ -78,7 +79,7 @@ def router(page: Page) -> APIRouter:
         rows = [asdict(size) | {"bits": sum(size.bits.values())} for size in sizes]
         return Answer({"grammars": rows})
 
-    @routes.get("/api/grammar")
+    @routes.get("/api/grammar", response_model=grammar_schemas.GrammarFacts)
     def grammar(name: Name) -> Answer:
         """Everything about a grammar, with the sequences of it that are saved."""
         with page.held.use() as db, db.session.reading():
@@ -87,7 +88,7 @@ def router(page: Page) -> APIRouter:
             facts["sequences"] = db.grammars.saved(name)
         return Answer(facts)
 
-    @routes.delete("/api/grammar")
+    @routes.delete("/api/grammar", response_model=grammar_schemas.GrammarRemoved)
     def remove(name: Name) -> Answer:
         """Remove a grammar."""
         page.check_writable()
@@ -95,7 +96,7 @@ def router(page: Page) -> APIRouter:
             check_grammar(db, name)
             return Answer({"removed": name, "lost": db.grammars.remove(name)})
 
-    @routes.post("/api/grammars", status_code=202)
+    @routes.post("/api/grammars", response_model=shared_schemas.JobFacts, status_code=202)
     def learn(body: LearnBody) -> Answer:
         """Learn a grammar from captures, as a job."""
         page.check_writable()
@@ -118,7 +119,7 @@ def router(page: Page) -> APIRouter:
 def _sequence_routes(routes: APIRouter, page: Page) -> None:
     """Add the routes of sequences."""
 
-    @routes.post("/api/sequences")
+    @routes.post("/api/sequences", response_model=grammar_schemas.SequenceFacts)
     def generate(body: SequenceBody) -> Answer:
         """A new sequence that a grammar derives."""
         with page.held.use() as db:
@@ -126,21 +127,21 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
             made = db.grammars.generate(body.grammar, body.seed, body.length)
             return Answer(_put(page, db, MadeSequence(made, body.seed)))
 
-    @routes.post("/api/sequences/open")
+    @routes.post("/api/sequences/open", response_model=grammar_schemas.SequenceFacts)
     def open_saved(body: OpenBody) -> Answer:
         """A saved sequence, ready to be edited."""
         with page.held.use() as db, db.session.reading():
             name = find_row(db, body.capture).info.name
             return Answer(_put(page, db, MadeSequence(db.grammars.open(name), 0)))
 
-    @routes.get("/api/sequence")
+    @routes.get("/api/sequence", response_model=grammar_schemas.SequenceFacts)
     def sequence(id: Name) -> Answer:
         """A sequence that was made before."""
         kept = page.sequences.get(id)
         with page.held.use() as db:
             return Answer(_facts(db, id, kept))
 
-    @routes.post("/api/sequences/alternatives")
+    @routes.post("/api/sequences/alternatives", response_model=grammar_schemas.Alternatives)
     def alternatives(body: AlternativesBody) -> Answer:
         """Other derivations of a region, each as a whole sequence."""
         kept = page.sequences.get(body.id)
@@ -162,7 +163,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
             }
         )
 
-    @routes.post("/api/sequences/save")
+    @routes.post("/api/sequences/save", response_model=shared_schemas.Saved)
     def save(body: SaveBody) -> Answer:
         """Save a sequence as a capture with its derivation."""
         page.check_writable()

@@ -15,15 +15,24 @@ from starlette.responses import StreamingResponse
 
 from motiondb.capture import unit_from_name
 from motiondb.page.answers import Answer, PageError, to_json
-from motiondb.page.folders import allowed_path, list_folder
-from motiondb.page.jobs import Job
+from motiondb.page.files.folders import allowed_path, list_folder
+from motiondb.page.long_work.jobs import Job
 from motiondb.page.parameters import Body, Seed, Text
-from motiondb.page.state import Page
+from motiondb.page.schemas import shared_schemas
+from motiondb.page.session.state import Page
 
-EVERY = 0.1
-"""Seconds between two looks at a job. Chosen by hand: below what is noticed."""
+EVERY, EVERY_OF_JOB = 0.1, 0.03
+"""Seconds between two looks at everything, and at the one job that somebody watches. Chosen by
+hand: below what is noticed."""
 KEEP_ALIVE = 15.0
 """Seconds after which a silent stream says something, so that it is not taken for dead."""
+_EVENTS: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "Server-sent events: job with the facts of a job, progress with its step,"
+        " revision with the revision of the database.",
+        "content": {"text/event-stream": {"schema": {"type": "string"}}},
+    }
+}
 JobId = Annotated[str, PathParameter(max_length=40, description="Id of a job.")]
 
 
@@ -63,7 +72,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["jobs"])
 
-    @routes.post("/api/add", status_code=202)
+    @routes.post("/api/add", response_model=shared_schemas.JobFacts, status_code=202)
     def add(body: AddBody) -> Answer:
         """Add captures, as a job."""
         page.check_writable()
@@ -80,38 +89,38 @@ def router(page: Page) -> APIRouter:
         }
         return Answer(page.jobs.start("add", "add captures", parameters).facts(), 202)
 
-    @routes.post("/api/learn", status_code=202)
+    @routes.post("/api/learn", response_model=shared_schemas.JobFacts, status_code=202)
     def learn(body: LearnBody) -> Answer:
         """Learn symbols and words from all captures, as a job."""
         page.check_writable()
         return Answer(page.jobs.start("learn", "learn", body.model_dump()).facts(), 202)
 
-    @routes.get("/api/folders")
+    @routes.get("/api/folders", response_model=shared_schemas.FolderFacts)
     def folders(root: int = 0, path: str = "") -> Answer:
         """Folders, captures and sheets in one of the folders that the user allowed."""
         return Answer(list_folder(page.settings.folders, root, path))
 
-    @routes.get("/api/jobs")
+    @routes.get("/api/jobs", response_model=shared_schemas.JobList)
     def jobs() -> Answer:
         """All jobs, newest first."""
         return Answer({"jobs": [job.facts() for job in page.jobs.all()]})
 
-    @routes.get("/api/jobs/{job_id}")
+    @routes.get("/api/jobs/{job_id}", response_model=shared_schemas.JobFacts)
     def job(job_id: JobId) -> Answer:
         """A job."""
         return Answer(page.jobs.get(job_id).facts())
 
-    @routes.delete("/api/jobs/{job_id}")
+    @routes.delete("/api/jobs/{job_id}", response_model=shared_schemas.JobFacts)
     def cancel(job_id: JobId) -> Answer:
         """Cancel a job; nothing is half saved."""
         return Answer(page.jobs.cancel(job_id).facts())
 
-    @routes.get("/api/jobs/{job_id}/events", response_class=StreamingResponse)
+    @routes.get("/api/jobs/{job_id}/events", response_class=StreamingResponse, responses=_EVENTS)
     async def follow(job_id: JobId) -> StreamingResponse:
         """Progress of a job as server-sent events, until it has ended."""
         return _stream(_job_events(page.jobs.get(job_id)))
 
-    @routes.get("/api/events", response_class=StreamingResponse)
+    @routes.get("/api/events", response_class=StreamingResponse, responses=_EVENTS)
     async def events() -> StreamingResponse:
         """Changes of the database and of jobs as server-sent events, without end."""
         return _stream(_page_events(page))
@@ -147,8 +156,8 @@ async def _job_events(job: Job) -> AsyncIterator[str]:
     yield _event("job", job.facts())
     silent = 0.0
     while not job.is_over:
-        await asyncio.sleep(EVERY)
-        silent += EVERY
+        await asyncio.sleep(EVERY_OF_JOB)
+        silent += EVERY_OF_JOB
         if job.version != version and not job.is_over:
             version, silent = job.version, 0.0
             yield _event("progress", job.step())

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
 
 from motiondb.database import MotionDB
-from motiondb.page import container, figure
-from motiondb.page.container import Track, body_track
+from motiondb.page.delivery.refs import Ref, load_motion, read_ref
+from motiondb.page.delivery.scene_motions import load_scene
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track, body_track
 from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
-from motiondb.page.refs import Ref, load_motion, read_ref
-from motiondb.page.scene_motions import load_scene
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
@@ -24,6 +24,12 @@ THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
 """Frames of a small motion, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64
 """Motions of one request at most. Chosen by hand; not tuned."""
+_CONTAINER: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "Motion as binary; docs/page.md tells the form.",
+        "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 
@@ -44,7 +50,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["motion"])
 
-    @routes.get("/api/motion", response_class=Response)
+    @routes.get("/api/motion", response_class=Response, responses=_CONTAINER)
     def motion(
         ref: RefText, start: Start = None, end: End = None, fps: Rate = MOTION_FPS
     ) -> Response:
@@ -53,7 +59,7 @@ def router(page: Page) -> APIRouter:
             data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
         return _binary(data)
 
-    @routes.post("/api/motions", response_class=Response)
+    @routes.post("/api/motions", response_class=Response, responses=_CONTAINER)
     def motions(body: MotionsBody) -> Response:
         """Several motions in one container, in the order asked for."""
         found: list[Track] = []
@@ -62,7 +68,7 @@ def router(page: Page) -> APIRouter:
                 found += tracks_of(page, db, part, body.fps)
         return _binary(found)
 
-    @routes.get("/api/thumbs", response_class=Response)
+    @routes.get("/api/thumbs", response_class=Response, responses=_CONTAINER)
     def thumbs(
         name: Annotated[
             list[Annotated[str, Query(max_length=LONGEST_TEXT)]],
@@ -79,7 +85,7 @@ def router(page: Page) -> APIRouter:
 def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
     """Return the tracks of a part; those of a scene include the ball."""
     ref = read_ref(part.ref)
-    if ref.kind in ("scene", "kept"):
+    if ref.kind in ("scene", "first", "kept"):
         return load_scene(page, db, ref, part.start, part.end, fps)
     loaded = load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS

@@ -13,12 +13,13 @@ from motiondb.database.scenes.scene_boards import read_board
 from motiondb.database.scenes.scene_files import TACTICS
 from motiondb.database.scenes.scene_reports import report_facts
 from motiondb.page.answers import Answer, PageError
-from motiondb.page.boards import read_board_text
+from motiondb.page.delivery.refs import Ref, read_ref
 from motiondb.page.facts.scene_facts import find_kept, kept_scene_facts, read_scene_facts
+from motiondb.page.files.boards import read_board_text
 from motiondb.page.parameters import Body, RefText, Seed, Text
-from motiondb.page.refs import Ref, read_ref
 from motiondb.page.routes.board_routes import BoardBody
-from motiondb.page.state import Page
+from motiondb.page.schemas import scene_schemas, shared_schemas
+from motiondb.page.session.state import Page
 
 Minutes = Annotated[float, Field(gt=0.0, le=10_000.0, allow_inf_nan=False)]
 _LISTED = ("characters", "clips", "frames", "seconds", "error", "rules", "broken")
@@ -60,7 +61,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["scenes"])
 
-    @routes.post("/api/scenes", status_code=202)
+    @routes.post("/api/scenes", response_model=shared_schemas.JobFacts, status_code=202)
     def make(body: SceneBody) -> Answer:
         """Make a scene of a diagram, as a job."""
         if body.board is not None and (body.text is not None or body.diagram is not None):
@@ -76,7 +77,7 @@ def router(page: Page) -> APIRouter:
         job = page.jobs.start("scene", f"scene of {_title(text)}", parameters)
         return Answer(job.facts(), 202)
 
-    @routes.post("/api/scenes/update", status_code=202)
+    @routes.post("/api/scenes/update", response_model=shared_schemas.JobFacts, status_code=202)
     def update(body: UpdateBody) -> Answer:
         """Make the scene of a changed diagram from an earlier scene; a newer one cancels it."""
         text = body.to_text()
@@ -103,7 +104,7 @@ def router(page: Page) -> APIRouter:
 def _scene_routes(routes: APIRouter, page: Page) -> None:
     """Add the routes of scenes that are there."""
 
-    @routes.get("/api/scenes")
+    @routes.get("/api/scenes", response_model=scene_schemas.SceneRows)
     def scenes() -> Answer:
         """The scenes that this server made, and those kept in the database."""
         rows = [
@@ -119,7 +120,7 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
                 )
         return Answer({"scenes": rows})
 
-    @routes.get("/api/scene")
+    @routes.get("/api/scene", response_model=scene_schemas.SceneFacts)
     def scene(ref: RefText) -> Answer:
         """A scene: its diagram, its report with every rule, and who does what when."""
         found = read_ref(ref)
@@ -131,7 +132,7 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
             record = find_kept(db, found.name)
             return Answer({"ref": ref} | kept_scene_facts(db, record))
 
-    @routes.post("/api/scenes/keep")
+    @routes.post("/api/scenes/keep", response_model=scene_schemas.SceneKept)
     def keep(body: KeepBody) -> Answer:
         """Keep a scene in the database, with its players' motions as captures."""
         page.check_writable()
@@ -145,7 +146,7 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
         }
         return Answer(page.jobs.ask_scene_worker("scene-keep", "keep the scene", parameters))
 
-    @routes.delete("/api/scene")
+    @routes.delete("/api/scene", response_model=scene_schemas.SceneRemoved)
     def remove(ref: RefText) -> Answer:
         """Remove a kept scene with its players' captures."""
         page.check_writable()

@@ -13,9 +13,10 @@ from starlette.formparsers import MultiPartException
 from starlette.responses import Response
 
 from motiondb.page.answers import Answer, PageError
-from motiondb.page.downloads import Download, download
+from motiondb.page.delivery.downloads import Download, download
 from motiondb.page.parameters import Body, End, Part, RefText, Start
-from motiondb.page.state import Page
+from motiondb.page.schemas import shared_schemas
+from motiondb.page.session.state import Page
 
 MOST_ITEMS = 500
 """Captures of one download at most. Chosen by hand; not tuned."""
@@ -40,6 +41,17 @@ _UPLOAD = {
         },
     }
 }
+_BINARY = {"schema": {"type": "string", "format": "binary"}}
+_FILE: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "A file to be saved: a motion, or a zip of several.",
+        "content": {
+            "application/octet-stream": _BINARY,
+            "application/zip": _BINARY,
+            "model/gltf-binary": _BINARY,
+        },
+    }
+}
 
 
 class DownloadBody(Body):
@@ -60,7 +72,7 @@ def router(page: Page) -> APIRouter:
     """
     routes = APIRouter(tags=["files"])
 
-    @routes.post("/api/uploads", openapi_extra=_UPLOAD)
+    @routes.post("/api/uploads", response_model=shared_schemas.UploadFacts, openapi_extra=_UPLOAD)
     async def upload(request: Request) -> Answer:
         """Take captures and sheets of words; they are not yet added."""
         limits = page.settings.limits
@@ -76,7 +88,7 @@ def router(page: Page) -> APIRouter:
             await form.close()
         return Answer(facts)
 
-    @routes.get("/api/download", response_class=Response)
+    @routes.get("/api/download", response_class=Response, responses=_FILE)
     def download_one(
         ref: RefText,
         start: Start = None,
@@ -88,7 +100,7 @@ def router(page: Page) -> APIRouter:
         parts = [Part(ref=ref, start=start, end=end)]
         return _answer(download(page, parts, format, canonical))
 
-    @routes.post("/api/download", response_class=Response)
+    @routes.post("/api/download", response_class=Response, responses=_FILE)
     def download_many(body: DownloadBody) -> Response:
         """Motions as files; several as a zip, with the sources of generated ones."""
         return _answer(download(page, body.items, body.format, body.canonical))

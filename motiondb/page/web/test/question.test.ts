@@ -65,7 +65,10 @@ test("the reasons add up to the log-odds", () => {
     contribution,
     prior: -1.6,
     written: 2,
+    as_caption: 0,
     symbols: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
+    strongest: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
+    others: 0,
   });
   const rows = reasonRows({
     log_odds: 4,
@@ -81,21 +84,33 @@ test("the reasons add up to the log-odds", () => {
     rows.map((row) => row.label),
     ["turn", "left", "together", "not run"],
   );
-  assert.match(rows[0]!.detail, /usual −1\.60, written \+2\.00, symbol 1 \+3\.50 \(0\.0–2\.9 s\)/);
+  assert.match(rows[0]!.detail, /usual −1\.600, written \+2\.000, symbol 1 \+3\.500 \(0\.0–2\.9 s\)/);
 });
 
-test("small shares are added up, so that the numbers still make the whole", () => {
-  const shares = [0.1, -2, 3, 0.2, -0.3, 1, 0.05];
-  const symbols = shares.map((share, symbol) => ({ symbol, from: 0, to: 1, share }));
+test("every number of --explain is shown, and they add up", () => {
   const word = {
     word: "walk",
     log_odds: 0,
     log_probability: 0,
-    contribution: 2.05,
-    prior: 0,
+    contribution: 2.45,
+    prior: -1.2,
     written: 0,
-    symbols,
+    as_caption: 0.7,
+    symbols: [],
+    strongest: [
+      { symbol: 2, from: 0, to: 1.5, share: 3 },
+      { symbol: 1, from: 1.5, to: 2, share: -0.4 },
+    ],
+    others: 0.35,
   };
-  const [row] = reasonRows({ log_odds: 2.05, together: 0, words: [word], excluded: [] });
-  assert.match(row!.detail, /symbol 2 \+3\.00 .*symbol 1 −2\.00 .*3 other segments \+0\.35$/);
+  const [row] = reasonRows({ log_odds: 2.45, together: 0, words: [word], excluded: [] });
+  assert.equal(
+    row!.detail,
+    "usual −1.200, as part of the caption +0.700, symbol 2 +3.000 (0.0–1.5 s)," +
+      " symbol 1 −0.400 (1.5–2.0 s), others +0.350",
+  );
+  const shown = [...row!.detail.matchAll(/([+−])(\d+\.\d{3})/g)].map(
+    ([, sign, number]) => (sign === "−" ? -1 : 1) * Number(number),
+  );
+  assert.ok(Math.abs(shown.reduce((sum, one) => sum + one, 0) - row!.amount) < 1e-9);
 });

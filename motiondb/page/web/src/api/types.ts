@@ -175,6 +175,8 @@ export interface Job {
   seconds: number;
   message: string | null;
   result: Record<string, unknown> | null;
+  /** Ref of a first motion of a scene that is being updated. */
+  preview: string | null;
   curve?: [number, number][];
 }
 
@@ -193,6 +195,13 @@ export interface Question {
   not_used: { text: string; reason: string }[];
 }
 
+export interface SymbolShare {
+  symbol: number;
+  from: number;
+  to: number;
+  share: number;
+}
+
 export interface ExplainedWord {
   word: string;
   log_odds: number;
@@ -200,7 +209,12 @@ export interface ExplainedWord {
   contribution: number;
   prior: number;
   written: number;
-  symbols: { symbol: number; from: number; to: number; share: number }[];
+  /** What the comparison of a quoted question with whole captions adds. */
+  as_caption: number;
+  symbols: SymbolShare[];
+  /** The largest shares, where neighbours with the same symbol are one; `others` is the rest. */
+  strongest: SymbolShare[];
+  others: number;
 }
 
 export interface Explanation {
@@ -262,6 +276,8 @@ export interface SearchAnswer extends Answer {
   suggested: Record<string, WordProbability[]>;
   unknown: Record<string, string[]>;
   sentences: string[];
+  /** Which captions taught the words, where the database learned with a start. */
+  sources: string[];
 }
 
 export interface LikeAnswer extends Answer {

@@ -70,7 +70,13 @@ export function renderAnswer(host: HTMLElement, context: EmbeddedContext): void 
 function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: SearchAnswer): void {
   const answers = makeAnswers(context, null);
   append(host, [
-    questionElement(answer.question, answer.sentences, answer.unknown, {}, () => undefined),
+    questionElement(
+      answer.question,
+      [...answer.sentences, ...answer.sources],
+      answer.unknown,
+      {},
+      () => undefined,
+    ),
     answers.element,
   ]);
   answers.show(answer);

@@ -15,9 +15,9 @@ export function probability(value: number | null | undefined): string {
   return value === null || value === undefined ? "" : value.toFixed(2);
 }
 
-/** A signed number with two digits: +3.89, −1.62. */
-export function signed(value: number): string {
-  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(2)}`;
+/** A signed number with two digits or more: +3.89, −1.62. */
+export function signed(value: number, digits = 2): string {
+  return `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(digits)}`;
 }
 
 export function plural(count: number, one: string, many = `${one}s`): string {

@@ -7,6 +7,7 @@ import { banner, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView, View } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
+import { dropDraft, keepDraft, readDraft } from "./draft.ts";
 import {
   addElement,
   addPlayer,
@@ -32,6 +33,9 @@ const MOST_UNDONE = 200;
 /** Where the end of an action that was added by the keyboard lies from its player: towards the rim. */
 const AHEAD: Spot = [0, -1.5];
 
+/** Whether a board was opened since the page was loaded: only then is a draft taken up again. */
+let opened = false;
+
 function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
   let diagram: Diagram = emptyDiagram();
@@ -40,6 +44,9 @@ function open(host: HTMLElement, context: Context): OpenView {
   let selection: Selection = null;
   let undone: Diagram[] = [];
   let dragFrom: Diagram | null = null;
+  /** Whether the page was just loaded and nobody has drawn here yet. */
+  let untouched = false;
+  let sceneText = "";
   let timer = 0;
   let checks = 0;
   let route = { board: "", scene: "", job: "" };
@@ -70,13 +77,16 @@ function open(host: HTMLElement, context: Context): OpenView {
     present: () => ({ name: board?.shipped ? `my-${name}` : name, text: board?.text ?? "" }),
     saved: (saved) => {
       name = saved.name;
+      dropDraft();
       setRoute({ board: saved.name });
       void files.list(saved.name).catch(context.fail);
     },
   });
-  const making = makeMaking(context, ({ scene, job }) => {
+  const making = makeMaking(context, ({ scene, job, text }) => {
     if (job !== undefined) setRoute({ job: job ?? "" });
     if (scene !== undefined) setRoute({ scene });
+    if (text) sceneText = text;
+    takeScene();
   });
   const drawing = makeDrawing({
     select: (chosen) => {
@@ -84,6 +94,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       show();
     },
     move: (moved, to, done) => {
+      const dragged = dragFrom !== null; // not by a key, which may be held down
       dragFrom ??= diagram;
       selection = moved;
       diagram = moveTo(diagram, moved, to);
@@ -91,7 +102,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (!done) return;
       remember(dragFrom);
       dragFrom = null;
-      changed(true);
+      changed(true, dragged ? 0 : PAUSE);
     },
     draw: (player, to, other) => {
       if (!tools.tool || tools.team) return;
@@ -134,6 +145,13 @@ function open(host: HTMLElement, context: Context): OpenView {
     show();
   }
 
+  /** Show the board of the scene that an address names, unless there is one. */
+  function takeScene(): void {
+    if (!sceneText || !untouched || !board) return;
+    untouched = false;
+    void check({ text: sceneText }, true);
+  }
+
   function undo(): void {
     const before = undone.pop();
     if (!before) return;
@@ -167,13 +185,15 @@ function open(host: HTMLElement, context: Context): OpenView {
     edit(next);
   }
 
-  function changed(update: boolean): void {
+  function changed(update: boolean, pause = PAUSE): void {
+    untouched = false;
+    keepDraft(name, diagram);
     clearTimeout(timer);
     timer = window.setTimeout(() => {
       void check({ diagram }, false).then(() => {
         if (update && warm.checked && board?.feasible) making.update(board.text);
       });
-    }, PAUSE);
+    }, pause);
   }
 
   async function check(body: { diagram: Diagram } | { text: string }, take: boolean): Promise<void> {
@@ -190,7 +210,11 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   function learn(answer: Board, take: boolean): void {
     if (take && answer.diagram) {
-      if (board) remember(diagram);
+      if (board) {
+        remember(diagram);
+        untouched = false;
+        keepDraft(name, answer.diagram);
+      }
       diagram = answer.diagram;
       selection = null;
     }
@@ -249,7 +273,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     h(
       "div",
       { class: "board-body" },
-      h("div", { class: "board-left" }, tools.element, drawing.element, faults),
+      h("div", { class: "board-left" }, tools.element, drawing.element),
       h(
         "div",
         { class: "board-right" },
@@ -262,6 +286,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           undoButton,
           h("label", { class: "check" }, warm, "follow changes"),
         ),
+        faults,
         side,
         making.element,
       ),
@@ -294,11 +319,14 @@ function open(host: HTMLElement, context: Context): OpenView {
         kinds = await get<BoardKinds>("/api/board/kinds");
         tools.setKinds(kinds);
       }
+      const first = !opened;
+      const draft = opened ? null : readDraft(wanted);
+      opened = true;
+      untouched = first && !draft && !wanted;
+      if (!draft) dropDraft();
       if (wanted) learn(await get<Board>("/api/board", { name: wanted }), true);
-      else {
-        diagram = emptyDiagram();
-        await check({ diagram }, true);
-      }
+      if (draft || !wanted) await check({ diagram: draft ?? emptyDiagram() }, true);
+      takeScene();
     } catch (fault) {
       fill(faults, faultState(messageOf(fault)));
     }

@@ -2,6 +2,7 @@
 
 import { get, messageOf, post, remove } from "../../api/client.ts";
 import type { Job } from "../../api/types.ts";
+import type { Track } from "../../api/container.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download } from "../../parts/download.ts";
 import { progressBar } from "../../parts/progress.ts";
@@ -99,8 +100,12 @@ export function makeMaking(
       else ended(job);
     });
     source.addEventListener("progress", (event) => {
-      const news = JSON.parse((event as MessageEvent<string>).data) as Pick<Job, "what" | "share" | "error">;
+      const news = JSON.parse((event as MessageEvent<string>).data) as Pick<
+        Job,
+        "what" | "share" | "error" | "preview"
+      >;
       if (!last) return;
+      if (news.preview && news.preview !== last.preview) void showFirst(news.preview, id);
       last = { ...last, ...news, state: "running" };
       if (news.error !== null && last.kind === "scene") {
         points.push([news.share, news.error]);
@@ -127,13 +132,9 @@ export function makeMaking(
         get<SceneFacts>("/api/scene", { ref }),
         context.motions.tracks(ref),
       ]);
-      const { time, playing } = player.screen.playback;
       scene = ref;
       went({ scene: ref, text: facts.text });
-      player.element.hidden = false;
-      player.show({ tracks }, !first);
-      if (first || playing) player.play();
-      if (!first) player.seek(Math.min(time, player.screen.playback.duration));
+      play(tracks, first);
       if (facts.curve.length) curve.show(facts.curve);
       fill(
         report,
@@ -143,6 +144,24 @@ export function makeMaking(
     } catch (fault) {
       fill(state, faultState(messageOf(fault)));
     }
+  }
+
+  /** Play the first motion of an update, while its report is still made. */
+  async function showFirst(ref: string, job: string): Promise<void> {
+    try {
+      const tracks = await context.motions.tracks(ref);
+      if (watched?.id === job) play(tracks, false);
+    } catch {
+      // the whole scene follows
+    }
+  }
+
+  function play(tracks: Track[], first: boolean): void {
+    const { time, playing } = player.screen.playback;
+    player.element.hidden = false;
+    player.show({ tracks }, !first);
+    if (first || playing) player.play();
+    if (!first) player.seek(Math.min(time, player.screen.playback.duration));
   }
 
   function keep(ref: string): void {

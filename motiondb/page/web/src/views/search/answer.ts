@@ -124,7 +124,12 @@ export function makeAnswer(
     ? h("a", { href: routeTo("catalogue", { capture: match.capture }), class: "capture-name" }, match.capture)
     : h("span", { class: "capture-name" }, match.capture);
   const explain = match.explain
-    ? h("details", { class: "why" }, h("summary", {}, "Why this answer"), reasonsElement(match.explain))
+    ? h(
+        "details",
+        { class: "why" },
+        h("summary", {}, "Why this answer"),
+        reasonsElement(match.explain, match.score),
+      )
     : null;
   const wordsButton = h(
     "button",

@@ -2,7 +2,7 @@
 
 import type { ExplainedWord, Explanation } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
-import { plural, signed } from "../../parts/text.ts";
+import { signed } from "../../parts/text.ts";
 
 export interface ReasonRow {
   label: string;
@@ -10,23 +10,23 @@ export interface ReasonRow {
   detail: string;
 }
 
-/** Symbols that are listed one by one; the others of a word are added up. */
-const LISTED = 4;
+/** Numbers have the three digits of the command line, so that the shown ones add up. */
+const nats = (value: number): string => signed(value, 3);
 
+/** What the contribution of a word is made of; what adds nothing is left out. */
 function partsOf(word: ExplainedWord): string {
-  const ordered = [...word.symbols].sort((a, b) => Math.abs(b.share) - Math.abs(a.share));
-  const symbols = ordered
-    .slice(0, LISTED)
-    .map(
+  return [
+    `usual ${nats(word.prior)}`,
+    word.written === 0 ? "" : `written ${nats(word.written)}`,
+    word.as_caption === 0 ? "" : `as part of the caption ${nats(word.as_caption)}`,
+    ...word.strongest.map(
       ({ symbol, from, to, share }) =>
-        `symbol ${symbol} ${signed(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
-    );
-  const rest = ordered.slice(LISTED);
-  if (rest.length > 0) {
-    const sum = rest.reduce((total, { share }) => total + share, 0);
-    symbols.push(`${plural(rest.length, "other segment")} ${signed(sum)}`);
-  }
-  return [`usual ${signed(word.prior)}`, `written ${signed(word.written)}`, ...symbols].join(", ");
+        `symbol ${symbol} ${nats(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
+    ),
+    Math.abs(word.others) < 0.0005 ? "" : `others ${nats(word.others)}`,
+  ]
+    .filter(Boolean)
+    .join(", ");
 }
 
 /** Rows that add up to the log-odds of the answer. */
@@ -36,7 +36,7 @@ export function reasonRows(explanation: Explanation): ReasonRow[] {
     amount: word.contribution,
     detail: partsOf(word),
   }));
-  if (Math.abs(explanation.together) >= 0.005) {
+  if (explanation.together !== 0) {
     rows.push({
       label: "together",
       amount: explanation.together,
@@ -44,35 +44,43 @@ export function reasonRows(explanation: Explanation): ReasonRow[] {
     });
   }
   for (const one of explanation.excluded) {
+    const words = one.words.map((word) => `${word.word} ${nats(word.contribution)} = ${partsOf(word)}`);
     rows.push({
       label: `not ${one.words.map(({ word }) => word).join(" ")}`,
       amount: one.amount,
-      detail: one.words.map((word) => `${word.word}: ${partsOf(word)}`).join("; "),
+      detail: `as its log-odds are ${nats(one.log_odds)}: ${words.join("; ")}`,
     });
   }
   return rows;
 }
 
-export function reasonsElement(explanation: Explanation): HTMLElement {
+export function reasonsElement(explanation: Explanation, score: number): HTMLElement {
   const rows = reasonRows(explanation);
   const largest = Math.max(...rows.map((row) => Math.abs(row.amount)), 1);
   return h(
     "table",
     { class: "reasons" },
-    h("caption", {}, `Evidence in log-odds (nats); together ${signed(explanation.log_odds)}`),
+    h(
+      "caption",
+      {},
+      `Evidence in nats. The rows add up to the log-odds ${nats(explanation.log_odds)}, a score of ${score.toFixed(3)}.`,
+    ),
     h(
       "tbody",
       {},
-      rows.map((row) => {
+      rows.flatMap((row) => {
         const bar = h("span", { class: row.amount < 0 ? "reason-bar against" : "reason-bar" });
         bar.style.width = `${(Math.abs(row.amount) / largest) * 100}%`;
-        return h(
-          "tr",
-          {},
-          h("th", { scope: "row" }, row.label),
-          h("td", { class: "number-cell" }, signed(row.amount)),
-          h("td", { class: "reason-cell" }, bar, h("span", { class: "reason-detail" }, row.detail)),
-        );
+        return [
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row" }, row.label),
+            h("td", { class: "number-cell" }, nats(row.amount)),
+            h("td", { class: "reason-cell" }, bar),
+          ),
+          h("tr", {}, h("td", { class: "reason-detail", colspan: 3 }, row.detail)),
+        ];
       }),
     ),
   );

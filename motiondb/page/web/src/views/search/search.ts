@@ -188,6 +188,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     const { signal } = abort;
     if (!wanted.q && !wanted.like) return showStart();
     busy(true);
+    if (!wanted.q) understood.replaceChildren(); // the chips of another question
     try {
       const rest = { where: wanted.where, limit: wanted.limit || "10" };
       if (wanted.q) {
@@ -198,7 +199,13 @@ function open(host: HTMLElement, context: Context): OpenView {
         );
         fill(
           understood,
-          questionElement(answer.question, answer.sentences, answer.unknown, answer.suggested, replaceWord),
+          questionElement(
+            answer.question,
+            [...answer.sentences, ...answer.sources],
+            answer.unknown,
+            answer.suggested,
+            replaceWord,
+          ),
           answer.decoding ? decodingElement(answer.decoding) : null,
         );
         answers.show(answer);

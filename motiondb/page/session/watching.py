@@ -6,7 +6,7 @@ import threading
 from contextlib import suppress
 
 from motiondb.errors import MotionDBError
-from motiondb.page.held import HeldDatabase
+from motiondb.page.session.held import HeldDatabase
 
 EVERY = 0.5
 """Seconds between two looks at the file. Chosen by hand: below what a user waits for."""

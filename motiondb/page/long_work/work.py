@@ -15,6 +15,7 @@ from motiondb.page.answers import Json, to_json
 
 if TYPE_CHECKING:
     from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.scene.polish.polish import PolishedScene
     from motiondb.store import StoredScene
 
 Parameters = Mapping[str, Any]
@@ -28,6 +29,9 @@ class Progress(Protocol):
 
     def progress(self, what: str, share: float, error: float | None = None) -> None:
         """Tell the step, the share of it that is done, and the error of a scene."""
+
+    def preview(self, ref: str) -> None:
+        """Tell the ref of a first motion, which can be seen before the work ends."""
 
 
 class Workshop:
@@ -151,11 +155,22 @@ class Workshop:
 
     def _update_scene(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
         from motiondb.database.scenes.scene_making import SceneSettings
+        from motiondb.database.scenes.scene_texts import read_scene_text
+        from motiondb.page.facts import scene_facts
 
-        course = _Course(progress)
+        course, first = _Course(progress), f"first:{parameters['scene']}"
+        diagram = read_scene_text(parameters["diagram"]).diagram
+
+        def show(polished: PolishedScene) -> None:
+            data = scene_facts.first_motion(polished, diagram, first)
+            (Path(parameters["folder"]) / scene_facts.FIRST_FILE).write_bytes(data)
+            progress.preview(first)
+
         earlier = self._earlier(parameters["earlier"])
         settings = replace(SceneSettings(**earlier.settings), **parameters["settings"])
-        scene = self.reading.scenes.update(earlier, parameters["diagram"], settings, course.tell)
+        scene = self.reading.scenes.update(
+            earlier, parameters["diagram"], settings, course.tell, show
+        )
         return self._finished(scene, parameters, course)
 
     def _earlier(self, earlier: Parameters) -> StoredScene:

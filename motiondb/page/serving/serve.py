@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from motiondb.errors import MotionDBError
-from motiondb.page.bundle_files import NO_BUNDLE, is_built
+from motiondb.page.files.bundle_files import NO_BUNDLE, is_built
 from motiondb.page.settings import PageSettings
 
 END = 2
@@ -114,7 +114,7 @@ def serve(
     """
     import uvicorn
 
-    from motiondb.page.application import make_application
+    from motiondb.page.serving.application import make_application
 
     check_settings(settings)
     settings = with_token(settings)

@@ -12,12 +12,12 @@ from motiondb.database.generate.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.page.answers import PageError, unknown
 from motiondb.page.facts.scene_facts import FACTS_FILE
-from motiondb.page.held import HeldDatabase
-from motiondb.page.jobs import Jobs
-from motiondb.page.memory import Shelf
+from motiondb.page.files.uploads import Uploads
+from motiondb.page.long_work.jobs import Jobs
+from motiondb.page.session.held import HeldDatabase
+from motiondb.page.session.memory import Shelf
+from motiondb.page.session.watching import Watch
 from motiondb.page.settings import PageSettings
-from motiondb.page.uploads import Uploads
-from motiondb.page.watching import Watch
 from motiondb.records import Caption
 
 MOST_UNDONE = 100
@@ -132,8 +132,15 @@ class Page:
                 403, "ReadOnlyError",
             )  # fmt: skip
 
-    def scene_folder(self, scene_id: str) -> Path:
+    def scene_folder(self, scene_id: str, file: str = FACTS_FILE) -> Path:
         """Return the folder of a scene that a job made.
+
+        Parameters
+        ----------
+        scene_id : str
+            Id of the scene.
+        file : str
+            The file that must be there: the facts, which a job writes last, or an earlier one.
 
         Raises
         ------
@@ -141,7 +148,7 @@ class Page:
             There is none.
         """
         folder = self.folder / "scenes" / scene_id
-        if not re.fullmatch(r"s[0-9a-f]{10}", scene_id) or not (folder / FACTS_FILE).is_file():
+        if not re.fullmatch(r"s[0-9a-f]{10}", scene_id) or not (folder / file).is_file():
             raise unknown("scene", scene_id, "Make it again.")
         return folder
 

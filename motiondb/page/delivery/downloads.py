@@ -13,11 +13,11 @@ from pathlib import Path
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_clip
 from motiondb.page.answers import PageError
+from motiondb.page.delivery.refs import Ref, find_capture, load_motion, read_ref
+from motiondb.page.delivery.scene_motions import load_scene
 from motiondb.page.facts.scene_facts import find_kept
 from motiondb.page.parameters import Part
-from motiondb.page.refs import Ref, find_capture, load_motion, read_ref
-from motiondb.page.scene_motions import load_scene
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 from motiondb.pose import retarget
 from motiondb.records import Motion
 

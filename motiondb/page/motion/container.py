@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.page import figure
+from motiondb.page.motion import figure
 from motiondb.records import MOTION_FPS, FloatArray
 
 MAGIC = b"MDBM"

@@ -2,7 +2,8 @@
 
 ``capture:NAME`` is a stored capture, ``upload:ID/FILE`` an uploaded file, ``made:ID`` a motion
 generated from a sentence, ``sequence:ID`` one from a grammar, ``scene:ID`` a scene that was made,
-``kept:NAME`` a scene in the database.
+``kept:NAME`` a scene in the database. ``first:ID`` is the first motion of a scene that is being
+updated.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from dataclasses import dataclass
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.page.answers import PageError, unknown
-from motiondb.page.state import Page
+from motiondb.page.session.state import Page
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Motion
 
-KINDS = ("capture", "upload", "made", "sequence", "scene", "kept")
+KINDS = ("capture", "upload", "made", "sequence", "scene", "first", "kept")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-BUNDLE = Path(__file__).parent / "bundle"
+BUNDLE = Path(__file__).parents[1] / "bundle"
 """Where the build writes them."""
 ENDINGS = (
     ".html", ".js", ".css", ".svg", ".png", ".ico", ".woff2", ".map", ".webmanifest", ".txt",

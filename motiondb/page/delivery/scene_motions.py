@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.page import container, figure
-from motiondb.page.container import Track
-from motiondb.page.facts.scene_facts import MOTION_FILE, find_kept, scene_tracks
-from motiondb.page.refs import Ref
-from motiondb.page.state import Page
+from motiondb.page.delivery.refs import Ref
+from motiondb.page.facts.scene_facts import FIRST_FILE, MOTION_FILE, find_kept, scene_tracks
+from motiondb.page.motion import container, figure
+from motiondb.page.motion.container import Track
+from motiondb.page.session.state import Page
 from motiondb.records import MOTION_FPS, FloatArray
 
 
@@ -26,6 +26,9 @@ def load_scene(
     """
     if ref.kind == "scene":
         data = (page.scene_folder(ref.name) / MOTION_FILE).read_bytes()
+        tracks = container.read_tracks(data)
+    elif ref.kind == "first":
+        data = (page.scene_folder(ref.name, FIRST_FILE) / FIRST_FILE).read_bytes()
         tracks = container.read_tracks(data)
     else:
         record = find_kept(db, ref.name)

@@ -15,8 +15,7 @@ from starlette.responses import FileResponse, Response
 
 from motiondb.errors import MotionDBError
 from motiondb.page.answers import Answer, answer_of, error_answer, unknown
-from motiondb.page.bundle_files import BUNDLE, NO_BUNDLE, bundle_file
-from motiondb.page.guard import Guard
+from motiondb.page.files.bundle_files import BUNDLE, NO_BUNDLE, bundle_file
 from motiondb.page.routes import (
     asking,
     board_routes,
@@ -28,8 +27,9 @@ from motiondb.page.routes import (
     scene_routes,
     upload_routes,
 )
+from motiondb.page.serving.guard import Guard
+from motiondb.page.session.state import Page
 from motiondb.page.settings import VERSION, PageSettings
-from motiondb.page.state import Page
 
 _ROUTES = (
     catalogue, asking, generating, motions, grammar_routes, board_routes, scene_routes,
@@ -77,6 +77,7 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         title="motiondb", version=VERSION, lifespan=lifespan,
         description="The interface of the page. docs/page.md tells the answers.",
         openapi_url="/api/openapi.json", docs_url=None, redoc_url=None,
+        separate_input_output_schemas=False,  # fields with a default may be absent in answers too
         responses={
             code: {"description": text, "content": {"application/json": {"schema": _ERROR}}}
             for code, text in _STATUSES.items()

@@ -1,4 +1,6 @@
-"""The process that does long work for the page: ``python -m motiondb.page.worker DATABASE MODE``.
+"""The process that does long work for the page.
+
+It is started as ``python -m motiondb.page.long_work.worker DATABASE MODE``.
 
 It reads commands from standard input, one JSON object a line: ``{"kind", "parameters"}``. It writes
 events to standard output: ``{"what", "share", "error"}`` while it works, then ``{"done": result}``
@@ -47,6 +49,10 @@ class Events:
         self._what, self._told = what, now
         self.write({"what": what, "share": share, "error": error})
 
+    def preview(self, ref: str) -> None:
+        """Tell the ref of a first motion."""
+        self.write({"preview": ref})
+
     def write(self, event: dict[str, Any]) -> None:
         """Write an event."""
         self._out.write(json.dumps(to_json(event)) + "\n")
@@ -67,7 +73,7 @@ def main() -> None:
     os.dup2(2, 1)  # what libraries print is no event
     commands: Queue[dict[str, Any]] = Queue()
     threading.Thread(target=_read, args=(commands,), daemon=True).start()
-    from motiondb.page.work import Workshop
+    from motiondb.page.long_work.work import Workshop
 
     events = Events(out)
     workshop = Workshop(database, mode == "read-only", WAIT)

@@ -1,9 +1,9 @@
 """Long work: each piece in a process of its own, which can be cancelled.
 
-A worker (:mod:`motiondb.page.worker`) reads commands, one JSON object a line, and writes events in
-the same form. Adding, learning and grammars get a new worker each. Scenes share one that stays, so
-that clips and compiled code are there when a player is dragged. Ending a worker is always safe: the
-database saves all of a change or nothing.
+A worker (:mod:`motiondb.page.long_work.worker`) reads commands, one JSON object a line, and writes
+events in the same form. Adding, learning and grammars get a new worker each. Scenes share one that
+stays, so that clips and compiled code are there when a player is dragged. Ending a worker is always
+safe: the database saves all of a change or nothing.
 """
 
 from __future__ import annotations
@@ -53,6 +53,7 @@ class Job:
         self.message: str | None = None
         self.error_kind: str | None = None
         self.result: Any = None
+        self.preview: str | None = None
         self.curve: list[tuple[float, float]] = []
         self.started, self.ended = time.time(), 0.0
         self.version = 0
@@ -77,12 +78,14 @@ class Job:
             "message": self.message,
             "error_kind": self.error_kind,
             "result": self.result,
+            "preview": self.preview,
         }
         return known | {"curve": list(self.curve)} if curve else known
 
     def step(self) -> dict[str, Any]:
         """Return the present step, for JSON."""
-        return {"what": self.what, "share": round(self.share, 4), "error": self.error}
+        step = {"what": self.what, "share": round(self.share, 4), "error": self.error}
+        return step | {"preview": self.preview}
 
     def tell(self, what: str, share: float, error: float | None) -> None:
         """Note progress."""
@@ -90,6 +93,11 @@ class Job:
         if error is not None and what.startswith("sampling"):
             self.curve.append((round(self.share, 4), error))
             del self.curve[:-MOST_POINTS]
+        self.version += 1
+
+    def show(self, ref: str) -> None:
+        """Note the ref of a first motion."""
+        self.preview = ref
         self.version += 1
 
     def end(self, state: str, message: str | None = None, kind: str | None = None) -> None:
@@ -114,9 +122,9 @@ class Worker:
     """
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
-        command = [sys.executable, "-P", "-m", "motiondb.page.worker", str(database.absolute())]
+        module, file = "motiondb.page.long_work.worker", str(database.absolute())
         self._process = subprocess.Popen(
-            [*command, "read-only" if read_only else "writing"],
+            [sys.executable, "-P", "-m", module, file, "read-only" if read_only else "writing"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             encoding="utf-8", cwd=folder,
         )  # fmt: skip
@@ -182,6 +190,8 @@ def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
         elif "done" in event:
             job.result, job.share = event["done"], 1.0
             job.end(DONE)
+        elif "preview" in event:
+            job.show(event["preview"])
         else:
             job.tell(event["what"], event["share"], event["error"])
         if job.is_over:

@@ -1,0 +1,1 @@
+"""Motion in the form that the player draws: a figure of capsules, packed as bytes."""

@@ -1,0 +1,1 @@
+"""The server: start and address, who may ask, the application with all routes."""
