@@ -36,6 +36,9 @@ def test_a_grammar_is_listed_and_shown(editor: TestClient) -> None:
     (row,) = get(editor, "/api/grammars")["grammars"]
     facts = get(editor, "/api/grammar", name="play")
     assert (row["name"], row["captures"]) == ("play", 2)
+    assert row["seconds"] == pytest.approx(sum(c["seconds"] for c in facts["captures"]), abs=0.01)
+    assert row["bits"] == pytest.approx(facts["bits"]["sum"])
+    assert row["derives_new"] == facts["derives_new"]
     assert len(facts["terminals"]) == row["terminals"]
     assert [c["capture"] for c in facts["captures"]] == CAPTURES
     refused(editor, "/api/grammar", 404, name="pla")
@@ -57,6 +60,30 @@ def test_a_sequence_is_a_strip_a_path_and_a_tree(editor: TestClient) -> None:
         assert each["nonterminal"] == tree[leaf["parent"]]["symbol"]
     assert len(made["path"]["points"]) == pytest.approx(made["seconds"] * 10, abs=1)
     assert get(editor, "/api/sequence", id=made["id"]) == made
+
+
+def test_a_sequence_is_like_a_pattern(editor: TestClient) -> None:
+    made = post(editor, "/api/sequences", {"grammar": "play", "seed": 2})
+    first, last = made["string"][0], made["string"][-1]
+    body = {"grammar": "play", "seed": 5, "like": f"{first} ... {last}"}
+    string = post(editor, "/api/sequences", body)["string"]
+    assert (string[0], string[-1]) == (first, last)
+    both = {"grammar": "play", "length": 3, "like": first}
+    answer = editor.post("/api/sequences", json=both)
+    assert answer.status_code == 400
+    assert "length" in answer.json()["error"]["message"]
+
+
+def test_looking_at_many_alternatives_keeps_the_sequences_of_undo(editor: TestClient) -> None:
+    shelf = editor.app.state.page.sequences  # type: ignore[attr-defined]  # an application of ours
+    made = post(editor, "/api/sequences", {"grammar": "play", "seed": 2})
+    body = {"id": made["id"], "at": 1}
+    edited = post(editor, "/api/sequences/alternatives", body)["alternatives"][0]
+    for _ in range(3):
+        for _ in range(150):
+            shelf.put(shelf.get(edited["id"]))
+        post(editor, "/api/sequences/alternatives", {"id": edited["id"], "at": 0})
+    assert get(editor, "/api/sequence", id=made["id"])["string"] == made["string"]
 
 
 def test_an_alternative_is_a_sequence_whose_parent_is_the_edited_one(editor: TestClient) -> None:

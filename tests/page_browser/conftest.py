@@ -16,6 +16,8 @@ from typing import Any
 import pytest
 from page_tools import WAIT
 
+import motiondb
+
 _HERE = Path(__file__).resolve().parent
 _ROOT = _HERE.parents[1]
 _BUNDLE = _ROOT / "motiondb" / "page" / "bundle"
@@ -88,6 +90,28 @@ def asked_server(
     """The address of a server that is only asked; tests that write take ``serve_copy``."""
     database = tmp_path_factory.mktemp("asked") / "samples.duckdb"
     shutil.copy(learned_database, database)
+    process, address = _start(database)
+    yield address
+    _stop(process)
+
+
+@pytest.fixture(scope="session")
+def grammar_database(learned_database: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sample data with the grammar ``play`` of README."""
+    path = Path(shutil.copy(learned_database, tmp_path_factory.mktemp("grammar") / "play.duckdb"))
+    captures = ["chidi/long_play_1", "fatou/long_play_2"]
+    with motiondb.open(path) as db:
+        db.grammars.learn(captures, "play", motiondb.GrammarSettings(n_terminals=8, longest=8))
+    return path
+
+
+@pytest.fixture(scope="session")
+def grammar_server(
+    browser: Any, grammar_database: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[str]:
+    """The address of a server with a grammar; tests that write take ``serve_copy``."""
+    database = tmp_path_factory.mktemp("grammar_asked") / "play.duckdb"
+    shutil.copy(grammar_database, database)
     process, address = _start(database)
     yield address
     _stop(process)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+AXE = Path(__file__).parents[2] / "motiondb/page/web/node_modules/axe-core/axe.min.js"
+"""The accessibility checker, if the packages of the page are installed."""
 WAIT = 60_000
 """Milliseconds that a test waits for something to appear: a busy machine is slow, not wrong."""
 
@@ -80,3 +82,15 @@ def drop_files(page: Any, selector: str, files: list[Path]) -> None:
     )
     for event in ("dragenter", "dragover", "drop"):
         page.dispatch_event(selector, event, {"dataTransfer": transfer})
+
+
+def serious(page: Any) -> list[str]:
+    """What axe-core calls serious or critical, as text."""
+    page.evaluate(AXE.read_text())
+    found = page.evaluate("() => axe.run(document)")
+    return [
+        f"{rule['id']}: {node['html'][:200]} {node['failureSummary']}"
+        for rule in found["violations"]
+        if rule["impact"] in ("serious", "critical")
+        for node in rule["nodes"]
+    ]

@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pytest
-from page_tools import wait_for_figure
+from page_tools import wait_for, wait_for_figure
 
 import motiondb
 from motiondb.page.standalone import search_page, write_standalone
@@ -147,3 +147,57 @@ def test_the_file_that_motiondb_writes_opens(learned_database, new_page, tmp_pat
     page = new_page(path.as_uri())
     wait_for_figure(page, ".answer .clip-canvas")
     assert page.locator(".answer").count() == 2
+
+
+def _plays(page) -> None:
+    """Play, and wait until another time is shown."""
+    wait_for_figure(page)
+    time = "() => document.querySelector('.player-time').textContent"
+    before = page.evaluate(time)
+    page.get_by_role("button", name="Play (Space)").click()
+    wait_for(page, f"before => ({time})() !== before", before)
+
+
+def _requests(page) -> list[str]:
+    """The addresses that a page asks for from now on, apart from what it holds itself."""
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    return asked
+
+
+def test_a_sequence_that_grammar_generate_writes_opens_and_plays(
+    grammar_database, command, new_page, tmp_path
+):
+    options = ("--seed", 3, "--html", "new.html", "--db", grammar_database)
+    ended = command("grammar", "generate", "play", "-o", "new.bvh", *options)
+    assert ended.code == 0, ended.err
+    page = new_page("about:blank")
+    asked = _requests(page)
+    page.goto((tmp_path / "new.html").as_uri())
+    _plays(page)
+    labels = page.locator(".lane-symbols .block").all_inner_texts()
+    assert [label.split()[0] for label in labels] == ["a", "b", "c", "d", "b", "e"]
+    assert page.locator(".plan-path polyline").count() == 6
+    page.get_by_text("chidi/long_play_1").first.wait_for()
+    page.get_by_text("licence CC0-1.0").first.wait_for()
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_a_scene_that_scene_make_writes_opens_and_plays(
+    learned_database, command, new_page, tmp_path
+):
+    (tmp_path / "walk.tactics").write_text(
+        'diagram "A walk"\ngrammar basketball\ncourt half\n\nattack A1 at 0 8\n1 walk A1 to 0 6\n'
+    )
+    options = ("--rounds", 5, "--no-pictures", "--html", "walk.html", "--db", learned_database)
+    ended = command("scene", "make", "walk.tactics", "-o", "scene", *options)
+    assert ended.code == 0, ended.err
+    page = new_page("about:blank")
+    asked = _requests(page)
+    page.goto((tmp_path / "walk.html").as_uri())
+    _plays(page)
+    assert page.locator(".lane-name").all_inner_texts() == ["A1"]
+    assert "walk" in page.locator(".lane .block").first.inner_text()
+    page.get_by_text("The diagram as text").click()
+    assert "1 walk A1 to 0 6" in page.locator("pre").inner_text()
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []

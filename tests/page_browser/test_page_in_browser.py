@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
-from page_tools import wait_for, wait_for_figure
+from page_tools import AXE, serious, wait_for, wait_for_figure
 
 VIEWS = {
     "catalogue": ("#/catalogue?capture=ana/long_1", ".caption"),
@@ -15,39 +13,27 @@ VIEWS = {
     "example": ("#/search?like=capture:fatou/kick_1&limit=5", ".answer"),
     "generate": ("#/generate?q=walk&seed=1", ".variant"),
     "symbols": ("#/symbols?symbol=3", ".segment-list li"),
+    "no grammars": ("#/grammar", ".empty"),
 }
-_AXE = Path(__file__).parents[2] / "motiondb/page/web/node_modules/axe-core/axe.min.js"
 
 
-def _serious(page):
-    """What axe-core calls serious or critical, as text."""
-    page.evaluate(_AXE.read_text())
-    found = page.evaluate("() => axe.run(document)")
-    return [
-        f"{rule['id']}: {node['html'][:200]} {node['failureSummary']}"
-        for rule in found["violations"]
-        if rule["impact"] in ("serious", "critical")
-        for node in rule["nodes"]
-    ]
-
-
-@pytest.mark.skipif(not _AXE.is_file(), reason="axe-core is not installed: npm ci")
+@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm ci")
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("view", VIEWS)
 def test_axe_finds_nothing_serious(asked_server, new_page, view, scheme):
     hash_, there = VIEWS[view]
     page = new_page(f"{asked_server}{hash_}", color_scheme=scheme)
     page.locator(there).first.wait_for()
-    assert _serious(page) == []
+    assert serious(page) == []
 
 
-@pytest.mark.skipif(not _AXE.is_file(), reason="axe-core is not installed: npm ci")
+@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm ci")
 def test_axe_finds_nothing_serious_in_dialogs(asked_server, new_page):
     page = new_page(f"{asked_server}#/catalogue")
     for name in ("Add captures", "Learn…"):
         page.get_by_role("button", name=name).first.click()
         page.get_by_role("dialog").wait_for()
-        assert _serious(page) == []
+        assert serious(page) == []
         page.keyboard.press("Escape")
 
 
@@ -87,7 +73,7 @@ def test_an_empty_database_says_what_to_do(serve_copy, new_page, tmp_path):
     address = serve_copy(database=tmp_path / "empty.duckdb")
     page = new_page(f"{address}#/search")
     page.get_by_role("heading", name="This database is empty").wait_for()
-    for name in ("Generate", "Symbols"):
+    for name in ("Generate", "Symbols", "Grammars"):
         page.get_by_role("link", name=name).click()
         page.get_by_role("heading", name="This database is empty").wait_for()
     page.get_by_role("button", name="Go to the catalogue").click()

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from fastapi import APIRouter
 from pydantic import Field
 
 from motiondb.database import MotionDB
 from motiondb.database.grammars.grammar_editing import Edit
+from motiondb.database.grammars.grammar_facts import derives_new
 from motiondb.errors import QueryError
 from motiondb.page.answers import Answer, PageError, unknown
 from motiondb.page.facts.made_facts import sequence_facts
-from motiondb.page.parameters import Body, Name, Seed, Text
+from motiondb.page.parameters import LONGEST_TEXT, Body, Name, Seed, Text
 from motiondb.page.routes.catalogue import find_row
 from motiondb.page.routes.generating import SaveBody
 from motiondb.page.schemas import grammar_schemas, shared_schemas
 from motiondb.page.session.state import MadeSequence, Page
+
+if TYPE_CHECKING:
+    from motiondb.store import GrammarSize
 
 LONGEST_SEQUENCE = 200
 """Terminals of a sequence that is asked for. Chosen by hand: some minutes of motion."""
@@ -37,11 +41,12 @@ class LearnBody(Body):
 
 
 class SequenceBody(Body):
-    """A grammar, and what to derive."""
+    """A grammar, and what to derive: any sentence, one of a length, or one like a pattern."""
 
     grammar: Text
     seed: Seed = 0
     length: Annotated[int, Field(ge=1, le=LONGEST_SEQUENCE)] | None = None
+    like: Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT)] | None = None
 
 
 class OpenBody(Body):
@@ -74,9 +79,8 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/grammars", response_model=grammar_schemas.GrammarRows)
     def grammars() -> Answer:
         """The grammars of the database."""
-        with page.held.use() as db:
-            sizes = db.grammars.sizes()
-        rows = [asdict(size) | {"bits": sum(size.bits.values())} for size in sizes]
+        with page.held.use() as db, db.session.reading():
+            rows = [_row(db, size) for size in db.grammars.sizes()]
         return Answer({"grammars": rows})
 
     @routes.get("/api/grammar", response_model=grammar_schemas.GrammarFacts)
@@ -124,7 +128,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         """A new sequence that a grammar derives."""
         with page.held.use() as db:
             check_grammar(db, body.grammar)
-            made = db.grammars.generate(body.grammar, body.seed, body.length)
+            made = db.grammars.generate(body.grammar, body.seed, body.length, body.like)
             return Answer(_put(page, db, MadeSequence(made, body.seed)))
 
     @routes.post("/api/sequences/open", response_model=grammar_schemas.SequenceFacts)
@@ -145,6 +149,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
     def alternatives(body: AlternativesBody) -> Answer:
         """Other derivations of a region, each as a whole sequence."""
         kept = page.sequences.get(body.id)
+        _keep_line(page, kept)
         with page.held.use() as db, db.session.reading():
             edited = db.grammars.edit(
                 kept.sequence.grammar, kept.sequence, body.at, (body.wider, body.narrower),
@@ -174,12 +179,27 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         return Answer({"capture": info.name, "ref": f"capture:{info.name}"})
 
 
+def _row(db: MotionDB, size: GrammarSize) -> dict[str, Any]:
+    learned = db.grammars.load(size.name)
+    return asdict(size) | {
+        "seconds": size.seconds,
+        "bits": sum(size.bits.values()),
+        "derives_new": derives_new(learned.grammar, learned.strings),
+    }
+
+
 def db_levels(edited: Edit) -> tuple[int, int]:
     """Return how many levels the region of an edit can be widened, and narrowed."""
     from motiondb.grammar.derivation.edit import region_at
 
     deepest = region_at(edited.before, edited.region.position)
     return len(edited.region.path), len(deepest.path) - len(edited.region.path)
+
+
+def _keep_line(page: Page, made: MadeSequence | None) -> None:
+    """Keep the sequences that undo goes back to, however many alternatives are looked at."""
+    while made is not None and made.parent:
+        made = page.sequences.find(made.parent)
 
 
 def check_grammar(db: MotionDB, name: str) -> None:

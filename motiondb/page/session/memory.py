@@ -1,5 +1,7 @@
 """What the server keeps for a while: generated motions, sequences, each by an id.
 
+A value that is asked for counts as new again, so that what somebody is working on stays.
+
 Ids are random, so that a page that was loaded before the server was started again does not take one
 value for another.
 """
@@ -17,7 +19,7 @@ T = TypeVar("T")
 
 
 class Shelf(Generic[T]):
-    """The newest values of a kind, by id.
+    """The values of a kind that were put or asked for last, by id.
 
     Parameters
     ----------
@@ -43,20 +45,27 @@ class Shelf(Generic[T]):
                 self._values.popitem(last=False)
             return name
 
+    def find(self, name: str) -> T | None:
+        """Return the value of an id, or None. It counts as new again."""
+        with self._lock:
+            if name in self._values:
+                self._values.move_to_end(name)
+            return self._values.get(name)
+
     def get(self, name: str) -> T:
-        """Return the value of an id.
+        """Return the value of an id. It counts as new again.
 
         Raises
         ------
         PageError
             There is none.
         """
-        with self._lock:
-            if name not in self._values:
-                raise unknown(
-                    self._what, name, f"The server keeps the newest {self._most}. Make it again."
-                )
-            return self._values[name]
+        value = self.find(name)
+        if value is None:
+            raise unknown(
+                self._what, name, f"The server keeps the newest {self._most}. Make it again."
+            )
+        return value
 
     def replace(self, name: str, value: T) -> None:
         """Exchange the value of an id, if it is still there."""
@@ -65,6 +74,6 @@ class Shelf(Generic[T]):
                 self._values[name] = value
 
     def names(self) -> list[str]:
-        """Return the ids, newest first."""
+        """Return the ids, the last used first."""
         with self._lock:
             return list(reversed(self._values))

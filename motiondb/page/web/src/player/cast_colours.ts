@@ -4,8 +4,8 @@ import type { Track } from "../api/container.ts";
 import { hueOf, rgbOf } from "../parts/tint.ts";
 import type { Colour } from "./figures.ts";
 
-/** Hues of the teams, degrees in OKLCH. Chosen by eye: far apart for most kinds of colour vision. */
-const TEAM_HUES: Record<string, number> = { attack: 55, defence: 245 };
+/** Hues of the teams, degrees in OKLCH: those of the tactics board, orange and teal. Chosen by eye. */
+const TEAM_HUES: Record<string, number> = { attack: 50, defence: 185 };
 
 /** A colour for each body; undefined where there is only one, which has the figure's own colour. */
 export function castColours(tracks: readonly Track[]): readonly Colour[] | undefined {

@@ -3,6 +3,7 @@
 import { fill, h } from "../dom/element.ts";
 import { icon, type IconName } from "../dom/icons.ts";
 import { pan, turn, zoom } from "./camera.ts";
+import { castColours } from "./cast_colours.ts";
 import { advance, changeSpeed, seek, SPEEDS, step, toggle } from "./playback.ts";
 import { steer } from "./pointer.ts";
 import { makeScreen, spanOf, type Screen, type Shown, type Switches } from "./screen.ts";
@@ -188,7 +189,8 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     element,
     screen,
     show(shown, keepCamera = false) {
-      screen.show(shown);
+      const colours = shown.colours ?? castColours(shown.tracks);
+      screen.show({ ...shown, ...(colours ? { colours } : {}) });
       const [start, end] = spanOf(shown.tracks);
       slider.min = String(start);
       slider.max = String(end);

@@ -21,6 +21,11 @@ export function outcome(job: Job): string {
   if (job.kind === "learn") {
     return `${result["captures"]} captures, ${result["segments"]} segments, ${result["symbols"]} symbols, ${result["words"]} words.`;
   }
+  if (job.kind === "grammar" && job.state === "done") {
+    const lost = (result["lost"] as string[] | undefined) ?? [];
+    const gone = lost.length ? ` No longer editable: ${lost.join(", ")}.` : "";
+    return `Learned.${gone}`;
+  }
   return job.message ?? "Done.";
 }
 

@@ -97,8 +97,9 @@ export async function startPage(root: HTMLElement): Promise<void> {
       shown = view.name;
       document.title = `${view.title} · motiondb`;
       links.forEach((link, i) => {
-        if (VIEWS[i] === view) link.setAttribute("aria-current", "page");
-        else link.removeAttribute("aria-current");
+        if (VIEWS[i] !== view) return link.removeAttribute("aria-current");
+        link.setAttribute("aria-current", "page");
+        link.scrollIntoView({ block: "nearest", inline: "nearest" }); // in a narrow window
       });
       open = view.open(host, context);
     }

@@ -4,7 +4,6 @@ import type { Track } from "../api/container.ts";
 import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
 import { fill, h } from "../dom/element.ts";
-import { castColours } from "../player/cast_colours.ts";
 import { makePlayer, type Player } from "../player/player.ts";
 import { spanOf } from "../player/screen.ts";
 import { seek } from "../player/playback.ts";
@@ -79,8 +78,7 @@ export function makeTake(context: { stage: Stage; motions: Motions }, options: T
     }
     if (loaded !== contents.ref) return;
     const [from, to] = spanOf(tracks);
-    const colours = castColours(tracks);
-    player.show({ tracks, from, to, lit: contents.selection ?? null, ...(colours ? { colours } : {}) });
+    player.show({ tracks, from, to, lit: contents.selection ?? null });
     timeline = makeTimeline({
       duration: to,
       label: `Timeline of ${options.label}`,

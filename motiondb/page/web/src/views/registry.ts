@@ -3,8 +3,9 @@
 import { boardView } from "./board/board.ts";
 import { catalogue } from "./catalogue/catalogue.ts";
 import { generate } from "./generate/generate.ts";
+import { grammar } from "./grammar/grammar.ts";
 import { search } from "./search/search.ts";
 import { symbols } from "./symbols/symbols.ts";
 import type { View } from "./view.ts";
 
-export const VIEWS: readonly View[] = [catalogue, search, generate, symbols, boardView];
+export const VIEWS: readonly View[] = [catalogue, search, generate, symbols, grammar, boardView];

@@ -136,6 +136,14 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
           ),
         ),
       ),
+      facts.grammar && facts.string
+        ? h(
+            "p",
+            { class: "small" },
+            `A sequence of the grammar ${facts.grammar}. `,
+            h("a", { href: routeTo("grammar", { open: facts.name }) }, "Open in the editor"),
+          )
+        : null,
       h("h3", {}, "Words"),
       captions.element,
       copiesOf(facts),

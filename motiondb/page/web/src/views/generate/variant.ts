@@ -6,7 +6,8 @@ import type { Made } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { download } from "../../parts/download.ts";
-import { openDialog } from "../../parts/asking.ts";
+import { askToKeep, suggestedName } from "../../parts/keeping.ts";
+import { sourceList } from "../../parts/sources.ts";
 import { probability, seconds } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -76,26 +77,6 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
   );
 }
 
-function sourceList(made: Made): HTMLElement {
-  return h(
-    "details",
-    { class: "why" },
-    h("summary", {}, `Sources and licences (${made.sources.length})`),
-    h(
-      "ul",
-      { class: "plain" },
-      made.sources.map((one) =>
-        h(
-          "li",
-          {},
-          one.capture,
-          h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`),
-        ),
-      ),
-    ),
-  );
-}
-
 export function makeVariant(
   context: { stage: Stage; motions: Motions },
   made: Made,
@@ -128,41 +109,13 @@ export function makeVariant(
   }
 
   function askName(): void {
-    const input = h("input", {
-      class: "field wide",
-      id: "made-name",
-      required: true,
-      value: `new/${made.words
-        .toLowerCase()
-        .replace(/[^\p{L}\p{N}]+/gu, "_")
-        .slice(0, 40)}_${made.seed}`,
-    });
-    const form = h(
-      "form",
-      {},
-      h("label", { for: "made-name" }, "Name of the capture"),
-      input,
-      h(
-        "p",
-        { class: "muted" },
-        "It is marked as generated: it can be searched and exported, but nothing learns from it.",
-      ),
-      h("div", { class: "row end" }, h("button", { class: "button", type: "submit" }, "Keep")),
-    );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      void run(
-        post<{ capture: string }>("/api/made/save", { id: made.id, name: input.value.trim() }).then(
-          ({ capture }) => {
-            dialog.close();
-            showSaved(capture);
-            actions?.notify(`Kept as ${capture}.`);
-          },
-        ),
-      );
-    });
-    const dialog = openDialog("Keep this motion", form);
-    input.select();
+    const keep = async (name: string): Promise<void> => {
+      const { capture } = await post<{ capture: string }>("/api/made/save", { id: made.id, name });
+      showSaved(capture);
+      actions?.notify(`Kept as ${capture}.`);
+    };
+    const fail = (fault: unknown): void => actions?.fail(fault);
+    askToKeep("Keep this motion", suggestedName(made.words, made.seed), keep, fail);
   }
 
   const save = (format: "bvh" | "glb"): void => void run(download([{ ref: made.ref }], format));
@@ -182,7 +135,7 @@ export function makeVariant(
       "div",
       { class: "answer-facts" },
       shownList(made, (time) => clip.seek(time)),
-      sourceList(made),
+      sourceList(made.sources),
       actions
         ? h(
             "div",

@@ -1,0 +1,262 @@
+/** The editor of one sequence: it plays, a part of it is chosen and derived again, edits are undone. */
+
+import { get, messageOf, post } from "../../api/client.ts";
+import { fill, h } from "../../dom/element.ts";
+import { faultState } from "../../parts/states.ts";
+import type { Context } from "../view.ts";
+import { coloursOf, type TerminalColours } from "./colours.ts";
+import { makeCorners } from "./corners.ts";
+import { makeEditorBar, madeFacts } from "./editor_bar.ts";
+import { regionOf, waysTo } from "./layout.ts";
+import { redoOf, rememberRedo } from "./moves.ts";
+import { makePlan } from "./plan.ts";
+import { regionHint, regionPanel } from "./region.ts";
+import { makeScene } from "./scene.ts";
+import { makeStrip } from "./strip.ts";
+import { makeParseTree } from "./tree.ts";
+import type { Alternatives, GrammarFacts, Selection, Sequence, TreeNode } from "./types.ts";
+
+export interface Editor {
+  readonly element: HTMLElement;
+  /** Show a sequence of a grammar, with a region if one is chosen. */
+  open(id: string, selection: Selection | null, tree: boolean, grammar: GrammarFacts): Promise<void>;
+  /** Show nothing. */
+  rest(): void;
+  close(): void;
+}
+
+export interface EditorRoute {
+  /** Another sequence: a step that the back button undoes. */
+  sequence(id: string): void;
+  /** Another region of the same sequence, or the tree shown or hidden. */
+  region(selection: Selection | null, tree: boolean): void;
+}
+
+export function makeEditor(context: Context, route: EditorRoute): Editor {
+  let sequence: Sequence | null = null;
+  let colours: TerminalColours = coloursOf([]);
+  let selection: Selection | null = null;
+  let treeShown = false;
+  let wanted = "";
+  let asked = 0;
+
+  const corners = makeCorners(context, choose);
+  const scene = makeScene(context, corners.element);
+  const strip = makeStrip((at) => select({ at, wider: 0, draw: 0 }));
+  const tree = makeParseTree((node) => {
+    const way = sequence && waysTo(sequence.tree, node, selection?.at ?? 0);
+    if (way) select({ ...way, draw: 0 });
+  });
+  const plan = makePlan((at) => select({ at, wider: 0, draw: 0 }));
+  const bar = makeEditorBar(context, {
+    undo,
+    redo,
+    showTree: (shown) => {
+      treeShown = shown;
+      showTree();
+      route.region(selection, treeShown);
+    },
+  });
+  const said = h("p", { class: "visually-hidden", role: "status", "aria-label": "Chosen region" });
+  const panel = h("div", {});
+  const made = h("div", { class: "made-facts" });
+  const ground = h("div", { class: "strip-box", tabindex: -1 }, tree.element, strip.element);
+  const body = h(
+    "div",
+    { class: "editor-body" },
+    h("div", { class: "editor-left" }, scene.element, ground),
+    h("aside", { class: "editor-side", "aria-label": "Path and region" }, plan.element, panel, made),
+  );
+  const fault = h("div", {});
+  const element = h("section", { class: "editor", "aria-label": "Sequence" }, bar.element, fault, body, said);
+  scene.player.onTime((time) => {
+    strip.setTime(time);
+    plan.setTime(time);
+  });
+
+  function showTree(): void {
+    tree.element.hidden = !treeShown;
+    element.classList.toggle("with-tree", treeShown);
+    bar.setTree(treeShown);
+    if (treeShown) tree.mark(chosenNode());
+  }
+
+  /** The node of the chosen region. */
+  function chosenNode(): number | null {
+    return sequence && selection ? regionOf(sequence.tree, selection.at, selection.wider) : null;
+  }
+
+  function chosenRegion(): TreeNode | null {
+    const node = chosenNode();
+    return node === null ? null : sequence!.tree[node]!;
+  }
+
+  function mark(): void {
+    const part = chosenRegion();
+    const region = part ? ([part.start, part.end] as const) : null;
+    strip.mark(selection?.at ?? null, region);
+    plan.mark(region);
+    scene.mark(region);
+    if (treeShown) tree.mark(chosenNode());
+  }
+
+  function showPanel(): void {
+    if (!sequence || !selection) return fill(panel, regionHint());
+    const { at, wider, draw } = selection;
+    fill(
+      panel,
+      regionPanel(sequence, selection, chosenRegion(), colours, {
+        widen,
+        narrow,
+        others: () => select({ at, wider, draw: draw + 1 }),
+        clear: () => select(null),
+      }),
+    );
+  }
+
+  function widen(): void {
+    const region = chosenRegion();
+    if (selection && region && region.parent >= 0)
+      select({ ...selection, wider: selection.wider + 1, draw: 0 });
+  }
+
+  function narrow(): void {
+    if (selection?.wider) select({ ...selection, wider: selection.wider - 1, draw: 0 });
+  }
+
+  function select(next: Selection | null): void {
+    route.region(next, treeShown);
+    void load(next);
+  }
+
+  /** Ask for the alternatives of a region; what was there stays until the answer comes. */
+  async function load(next: Selection | null): Promise<void> {
+    asked += 1;
+    const mine = asked;
+    selection = sequence && next && sequence.strip[next.at] ? next : null;
+    corners.wait();
+    if (!selection) {
+      corners.say("");
+      said.textContent = "";
+    }
+    mark();
+    showPanel();
+    if (!sequence || !selection) return;
+    const { at, wider, draw } = selection;
+    try {
+      const body = { id: sequence.id, at, wider, seed: draw };
+      const found = await post<Alternatives>("/api/sequences/alternatives", body);
+      if (mine !== asked) return;
+      showAlternatives(found);
+    } catch (problem) {
+      if (mine !== asked) return;
+      corners.say("");
+      fill(panel, faultState(messageOf(problem), [{ label: "Clear", run: () => select(null) }]));
+    }
+  }
+
+  function showAlternatives({ region, alternatives, can_widen }: Alternatives): void {
+    const item = sequence!.strip[selection!.at]!;
+    const string = sequence!.string.slice(region.start, region.end).join(" ");
+    const count = alternatives.length;
+    said.textContent = `${item.terminal} is generated by ${item.nonterminal}. Region ${region.symbol}: ${string}. ${count} alternatives.`;
+    if (count > 0) corners.show(alternatives, colours);
+    else {
+      corners.say(
+        `${region.symbol} derives nothing else.${can_widen ? " A wider region may have alternatives." : ""}`,
+      );
+    }
+  }
+
+  function choose(alternative: Sequence): void {
+    route.sequence(alternative.id);
+  }
+
+  function undo(): void {
+    if (!sequence?.parent) return;
+    rememberRedo(sequence.parent, sequence.id);
+    route.sequence(sequence.parent);
+  }
+
+  function redo(): void {
+    const next = sequence && redoOf(sequence.id);
+    if (next) route.sequence(next);
+  }
+
+  function show(next: Sequence): void {
+    const edit = sequence !== null && (next.parent === sequence.id || sequence.parent === next.id);
+    sequence = next;
+    fault.replaceChildren();
+    body.hidden = false;
+    const layout = strip.show(next, colours);
+    tree.show(next, layout, colours);
+    tree.element.style.minWidth = strip.element.style.minWidth;
+    plan.show(next, colours);
+    fill(made, madeFacts(next));
+    bar.show(next, redoOf(next.id) !== null);
+    void scene.show(next, colours, edit);
+    if (edit) strip.focus(next.edited?.start ?? 0);
+  }
+
+  function rest(): void {
+    asked += 1;
+    wanted = "";
+    sequence = selection = null;
+    corners.say("");
+    scene.rest();
+  }
+
+  const KEYS: Record<string, () => void> = {
+    w: widen,
+    n: narrow,
+    Escape: () => selection && select(null),
+  };
+  element.addEventListener("keydown", (event) => {
+    const target = event.target as Element;
+    if (target.matches("input, select, textarea, dialog *, canvas")) return;
+    if (event.ctrlKey || event.metaKey) {
+      if (event.key === "z" || event.key === "y") {
+        event.preventDefault();
+        if (event.key === "z" && !event.shiftKey) undo();
+        else redo();
+      }
+      return;
+    }
+    const button = corners.element.querySelector<HTMLElement>(`[data-alternative="${event.key}"]`);
+    const action = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (/^[1-9]$/.test(event.key) && button) button.click();
+    else if (action) action();
+    else return;
+    event.preventDefault();
+  });
+
+  return {
+    element,
+    async open(id, next, shown, grammar) {
+      colours = coloursOf(grammar.terminals);
+      treeShown = shown;
+      wanted = id;
+      if (sequence?.id !== id) {
+        try {
+          const got = await get<Sequence>("/api/sequence", { id });
+          if (wanted !== id) return;
+          show(got);
+        } catch (problem) {
+          if (wanted !== id) return;
+          sequence = null;
+          body.hidden = true;
+          fill(fault, faultState(messageOf(problem)));
+          bar.show(null, false);
+          return;
+        }
+      }
+      showTree();
+      await load(next);
+    },
+    rest,
+    close() {
+      rest();
+      scene.close();
+    },
+  };
+}

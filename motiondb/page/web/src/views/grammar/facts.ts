@@ -1,0 +1,199 @@
+/** One grammar: its facts, rules, terminals (each plays its medoid), captures, and kept sequences. */
+
+import { fill, h } from "../../dom/element.ts";
+import { interval, plural, probability, seconds } from "../../parts/text.ts";
+import { routeTo } from "../../shell/router.ts";
+import { makeClip, type Clip } from "../../take/clip.ts";
+import type { Context } from "../view.ts";
+import { coloursOf, type TerminalColours } from "./colours.ts";
+import type { GrammarFacts, Terminal } from "./types.ts";
+
+export interface FactsPanel {
+  readonly element: HTMLElement;
+  show(facts: GrammarFacts): void;
+  close(): void;
+}
+
+/** The facts in one line, as the command line tells them. */
+export function summaryOf(facts: GrammarFacts): string {
+  const whole = facts.captures.reduce((sum, one) => sum + one.seconds, 0);
+  return [
+    `${plural(facts.captures.length, "capture")} (${seconds(whole)})`,
+    `${plural(facts.segments, "segment")} of ${plural(facts.terminals.length, "terminal")}`,
+    plural(facts.sentences, "sentence"),
+    plural(facts.nonterminals, "nonterminal"),
+    plural(facts.rules, "rule"),
+    `${(facts.bits["sum"] ?? 0).toFixed(1)} bits`,
+  ].join(", ");
+}
+
+function bitsOf(facts: GrammarFacts): string {
+  const parts = Object.entries(facts.bits).filter(([name]) => name !== "sum");
+  return parts.map(([name, bits]) => `${name} ${bits.toFixed(1)}`).join(" + ");
+}
+
+/** The rules, each terminal in its colour; everything else as the server prints it. */
+function rulesOf(facts: GrammarFacts, colours: TerminalColours): HTMLElement {
+  const names = new Set(facts.terminals.map((one) => one.terminal));
+  const parts = facts.text_with_loops.split(/(\s+|[()|])/);
+  return h(
+    "pre",
+    { class: "grammar-rules", tabindex: 0, "aria-label": "Rules" },
+    parts.map((part) => {
+      const name = part.replace(/[+*]$/, "");
+      if (!names.has(name)) return part;
+      const letter = h("span", { class: "letter", style: { background: colours.of(name).soft } }, name);
+      return [letter, part.slice(name.length)];
+    }),
+  );
+}
+
+export function makeFacts(context: Context): FactsPanel {
+  let clip: Clip | null = null;
+  const element = h("div", { class: "grammar-facts" });
+
+  function closeClip(): void {
+    clip?.close();
+    clip = null;
+  }
+
+  function play(one: Terminal, box: HTMLElement): void {
+    const { capture, start, end } = one.medoid;
+    closeClip();
+    clip = makeClip(context, {
+      ref: `capture:${capture}`,
+      part: [start, end],
+      lit: [start, end],
+      label: `Terminal ${one.terminal}: ${capture}, ${interval(start, end)}`,
+    });
+    fill(
+      box,
+      clip.element,
+      h(
+        "p",
+        { class: "small" },
+        h("b", {}, one.terminal),
+        " ",
+        h("span", { class: "muted" }, `${capture} `),
+        h("span", { class: "muted time" }, interval(start, end)),
+      ),
+    );
+  }
+
+  function terminalRow(one: Terminal, colours: TerminalColours, box: HTMLElement): HTMLElement {
+    const words = one.words.map(({ word, probability: p }) => [
+      word,
+      h("span", { class: "chip-detail" }, ` ${probability(p)}  `),
+    ]);
+    return h(
+      "li",
+      {},
+      h(
+        "button",
+        {
+          class: "terminal",
+          type: "button",
+          title: `Play the medoid of ${one.terminal}`,
+          "data-terminal": one.terminal,
+          on: { click: () => play(one, box) },
+        },
+        h("span", { class: "letter", style: { background: colours.of(one.terminal).soft } }, one.terminal),
+        h(
+          "span",
+          { class: "terminal-words" },
+          words.length ? words : h("span", { class: "muted" }, "no words"),
+        ),
+        h("span", { class: "muted time" }, `${one.count} × ${one.seconds.toFixed(2)} s`),
+      ),
+    );
+  }
+
+  function terminals(facts: GrammarFacts, colours: TerminalColours): HTMLElement {
+    const box = h("div", { class: "terminal-clip" });
+    const list = h(
+      "ul",
+      { class: "plain terminal-list" },
+      facts.terminals.map((one) => terminalRow(one, colours, box)),
+    );
+    fill(box, h("p", { class: "muted small" }, "A terminal plays its medoid: the most typical segment."));
+    return h(
+      "section",
+      { "aria-label": "Terminals" },
+      h("h3", {}, `Terminals (${facts.terminals.length})`),
+      h("div", { class: "terminal-body" }, list, box),
+    );
+  }
+
+  return {
+    element,
+    show(facts) {
+      closeClip();
+      const colours = coloursOf(facts.terminals);
+      const [shortest, mean, longest] = facts.sentence_lengths;
+      fill(
+        element,
+        h(
+          "section",
+          { "aria-label": "Rules" },
+          h("h3", {}, "Rules"),
+          rulesOf(facts, colours),
+          h(
+            "p",
+            { class: "muted small" },
+            `Description length: ${bitsOf(facts)}. Sentences have ${shortest} to ${longest} terminals, ${mean.toFixed(1)} on average.`,
+          ),
+          h(
+            "p",
+            { class: "small" },
+            facts.derives_new
+              ? "It derives sentences that were not in the captures."
+              : "It derives no sentence that was not in the captures: new sequences repeat those. Shorter sentences or more takes of the activity may give rules.",
+          ),
+        ),
+        terminals(facts, colours),
+        h(
+          "section",
+          { "aria-label": "Captures and sequences" },
+          h("h3", {}, "Learned from"),
+          h(
+            "ul",
+            { class: "plain small" },
+            facts.captures.map((one) =>
+              h(
+                "li",
+                {},
+                one.there
+                  ? h("a", { href: routeTo("catalogue", { capture: one.capture }) }, one.capture)
+                  : one.capture,
+                h(
+                  "span",
+                  { class: "muted" },
+                  ` ${seconds(one.seconds)}${one.there ? "" : ", removed: add it again to play its segments"}`,
+                ),
+              ),
+            ),
+          ),
+          h("h3", {}, "Kept sequences"),
+          facts.sequences.length
+            ? h(
+                "ul",
+                { class: "plain small" },
+                facts.sequences.map((name) =>
+                  h(
+                    "li",
+                    {},
+                    h("a", { href: routeTo("grammar", { name: facts.grammar, open: name }) }, name),
+                  ),
+                ),
+              )
+            : h(
+                "p",
+                { class: "muted small" },
+                "None yet. A sequence that is kept can be opened and edited again.",
+              ),
+        ),
+      );
+    },
+    close: closeClip,
+  };
+}

@@ -1,0 +1,226 @@
+/** Choose captures and settings, and learn a grammar from them. */
+
+import { get, messageOf, post } from "../../api/client.ts";
+import type { CapturePage, CaptureRow, Job } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { openDialog } from "../../parts/asking.ts";
+import { plural, seconds } from "../../parts/text.ts";
+import type { Context } from "../view.ts";
+
+/** Captures that are listed at once, the longest first. */
+const LISTED = 100;
+/** Milliseconds after the last letter before the filter is sent. */
+const PAUSE = 250;
+
+interface Picker {
+  readonly element: HTMLElement;
+  readonly chosen: ReadonlyMap<string, number>;
+}
+
+/** A list of captures with boxes; what is chosen stays chosen while the list is filtered. */
+function capturePicker(change: () => void): Picker {
+  const chosen = new Map<string, number>();
+  const list = h("ul", { class: "plain capture-picker", "aria-label": "Captures, the longest first" });
+  const note = h("p", { class: "muted small", role: "status" });
+  const filter = h("input", {
+    class: "field wide",
+    id: "grammar-where",
+    placeholder: "performer=ana and action=dance",
+    autocomplete: "off",
+    on: { input: () => later() },
+  });
+  let timer = 0;
+  let asked = 0;
+
+  function later(): void {
+    clearTimeout(timer);
+    timer = window.setTimeout(() => void load(), PAUSE);
+  }
+
+  function row(capture: CaptureRow): HTMLElement {
+    const box = h("input", {
+      type: "checkbox",
+      checked: chosen.has(capture.name),
+      on: {
+        change: () => {
+          if (box.checked) chosen.set(capture.name, capture.duration);
+          else chosen.delete(capture.name);
+          tell();
+        },
+      },
+    });
+    const words = capture.words.map((one) => one.words).join(", ");
+    return h(
+      "li",
+      {},
+      h(
+        "label",
+        { class: "check" },
+        box,
+        h("span", { class: "pick-name" }, capture.name),
+        h("span", { class: "muted time" }, seconds(capture.duration)),
+        h("span", { class: "muted pick-words" }, words),
+      ),
+    );
+  }
+
+  function tell(): void {
+    const whole = [...chosen.values()].reduce((sum, one) => sum + one, 0);
+    note.textContent = chosen.size ? `${plural(chosen.size, "capture")} chosen, ${seconds(whole)}.` : "";
+    change();
+  }
+
+  async function load(): Promise<void> {
+    asked += 1;
+    const mine = asked;
+    try {
+      const parameters = { where: filter.value.trim(), sort: "-duration", limit: LISTED };
+      const { captures, total } = await get<CapturePage>("/api/captures", parameters);
+      if (mine !== asked) return;
+      const rows = captures.filter((one) => one.kind !== "generated");
+      filter.removeAttribute("aria-invalid");
+      fill(
+        list,
+        rows.map(row),
+        total > captures.length
+          ? h(
+              "li",
+              { class: "muted small" },
+              `${plural(total - captures.length, "more capture")}: filter to see them`,
+            )
+          : null,
+      );
+      tell();
+    } catch (fault) {
+      if (mine !== asked) return;
+      filter.setAttribute("aria-invalid", "true");
+      note.textContent = messageOf(fault);
+    }
+  }
+
+  void load();
+  const element = h(
+    "fieldset",
+    {},
+    h("legend", {}, "Captures"),
+    h("label", { for: "grammar-where", class: "small" }, "Filter"),
+    filter,
+    list,
+    note,
+  );
+  return { element, chosen };
+}
+
+interface Settings {
+  readonly rows: HTMLElement[];
+  body(): Record<string, unknown>;
+}
+
+function settings(learned: boolean): Settings {
+  const label = (id: string, text: string): HTMLElement => h("label", { for: id }, text);
+  const number = (id: string, value: number | null): HTMLInputElement =>
+    h("input", {
+      id,
+      class: "number",
+      type: "number",
+      min: 1,
+      max: 1000,
+      step: 1,
+      ...(value === null ? { placeholder: "default" } : { value }),
+    });
+  const name = h("input", { id: "grammar-name", class: "field", maxlength: 200, autocomplete: "off" });
+  const kind = h(
+    "select",
+    {
+      id: "grammar-terminals",
+      class: "field",
+      on: { change: () => void (count.hidden = kind.value !== "count") },
+    },
+    h("option", { value: "default" }, "default number"),
+    h("option", { value: "auto" }, "number chosen by description length"),
+    h("option", { value: "count" }, "this number:"),
+    h("option", { value: "symbols", disabled: !learned }, "the motion symbols"),
+  );
+  const count = h("input", {
+    class: "number",
+    type: "number",
+    min: 1,
+    max: 1000,
+    step: 1,
+    value: 12,
+    hidden: true,
+    "aria-label": "Number of terminals",
+  });
+  const sentences = h(
+    "select",
+    { id: "grammar-sentences", class: "field" },
+    h("option", { value: "auto" }, "found in the strings"),
+    h("option", { value: "captions" }, "between captions"),
+    h("option", { value: "captures" }, "one for each capture"),
+  );
+  const shortest = number("grammar-shortest", 3);
+  const longest = number("grammar-longest", 20);
+  const seed = h("input", { id: "grammar-seed", class: "number", type: "number", min: 0, step: 1, value: 0 });
+  return {
+    rows: [
+      label("grammar-name", "Name"),
+      name,
+      label("grammar-terminals", "Terminals"),
+      h("span", { class: "row" }, kind, count),
+      label("grammar-sentences", "Sentences"),
+      sentences,
+      label("grammar-shortest", "Shortest sentence"),
+      shortest,
+      label("grammar-longest", "Longest sentence"),
+      longest,
+      label("grammar-seed", "Seed"),
+      seed,
+    ],
+    body: () => ({
+      name: name.value.trim() || null,
+      terminals: kind.value === "auto" ? "auto" : kind.value === "count" ? count.valueAsNumber : null,
+      from_symbols: kind.value === "symbols",
+      sentences: sentences.value,
+      shortest: shortest.valueAsNumber,
+      longest: longest.valueAsNumber,
+      seed: seed.valueAsNumber || 0,
+    }),
+  };
+}
+
+/** Ask for captures and settings, then start the job. */
+export function openGrammarLearning(context: Context, started: (job: Job) => void): void {
+  const submit = h("button", { class: "button", type: "submit", disabled: true }, "Learn");
+  const picker = capturePicker(() => void (submit.disabled = picker.chosen.size === 0));
+  const chosen = settings(context.status().learned);
+  const fault = h("p", { class: "bad small", role: "alert" });
+  const form = h(
+    "form",
+    { class: "grammar-learning" },
+    h(
+      "p",
+      { class: "muted" },
+      "A few minutes of one activity give the best rules. A grammar of the same name is replaced.",
+    ),
+    picker.element,
+    h("div", { class: "form-grid" }, chosen.rows),
+    fault,
+    h(
+      "div",
+      { class: "row end" },
+      h("button", { class: "button plain", type: "button", on: { click: () => dialog.close() } }, "Cancel"),
+      submit,
+    ),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    post<Job>("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
+      (job) => {
+        dialog.close();
+        started(job);
+      },
+      (problem: unknown) => void (fault.textContent = messageOf(problem)),
+    );
+  });
+  const dialog = openDialog("Learn a grammar", form);
+}

@@ -1,0 +1,131 @@
+/** The learned grammars, and the job that learns one. */
+
+import { remove } from "../../api/client.ts";
+import type { Job } from "../../api/types.ts";
+import { fill, h } from "../../dom/element.ts";
+import { progressBar } from "../../parts/progress.ts";
+import { emptyState, faultState } from "../../parts/states.ts";
+import { seconds } from "../../parts/text.ts";
+import { go, routeTo } from "../../shell/router.ts";
+import type { Context } from "../view.ts";
+import type { GrammarRow } from "./types.ts";
+
+const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
+
+/** Failed jobs whose message was closed. */
+const closed = new Set<string>();
+
+const COLUMNS: readonly [string, (row: GrammarRow) => string][] = [
+  ["captures", (row) => String(row.captures)],
+  ["length", (row) => seconds(row.seconds)],
+  ["segments", (row) => String(row.segments)],
+  ["terminals", (row) => String(row.terminals)],
+  ["sentences", (row) => String(row.sentences)],
+  ["rules", (row) => String(row.rules)],
+  ["bits", (row) => row.bits.toFixed(0)],
+  ["new sentences", (row) => (row.derives_new ? "yes" : "no: it only repeats")],
+];
+
+function tableOf(rows: readonly GrammarRow[]): HTMLElement {
+  return h(
+    "div",
+    { class: "grammar-table" },
+    h(
+      "table",
+      {},
+      h("caption", { class: "visually-hidden" }, "Grammars of this database"),
+      h(
+        "thead",
+        {},
+        h(
+          "tr",
+          {},
+          h("th", { scope: "col" }, "grammar"),
+          COLUMNS.map(([title]) => h("th", { scope: "col" }, title)),
+        ),
+      ),
+      h(
+        "tbody",
+        {},
+        rows.map((row) =>
+          h(
+            "tr",
+            {},
+            h("th", { scope: "row" }, h("a", { href: routeTo("grammar", { name: row.name }) }, row.name)),
+            COLUMNS.map(([, text]) => h("td", {}, text(row))),
+          ),
+        ),
+      ),
+    ),
+  );
+}
+
+/** What one can do in a database without grammars. */
+function nothingYet(context: Context, learn: () => void): HTMLElement {
+  const status = context.status();
+  if (status.captures === 0) {
+    return emptyState(
+      "This database is empty",
+      "Add captures first: a grammar is learned from a few long takes of one activity.",
+      [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
+    );
+  }
+  const text =
+    "A grammar is the syntax of long takes: which movements follow which. It makes new sequences that obey the same rules.";
+  if (status.read_only) return emptyState("No grammars", `${text} This database was opened to be read only.`);
+  return emptyState("No grammars yet", text, [{ label: "Learn a grammar…", run: learn }]);
+}
+
+/** The list, or why it is empty. */
+export function grammarList(
+  context: Context,
+  rows: readonly GrammarRow[],
+  learn: () => void,
+): HTMLElement | null {
+  if (rows.length === 0) return nothingYet(context, learn);
+  return h(
+    "div",
+    { class: "grammar-list" },
+    h(
+      "div",
+      { class: "row" },
+      h("p", { class: "summary" }, "Grammars of long takes. Choose one to make sequences with it."),
+      context.status().read_only
+        ? null
+        : h("button", { class: "button", type: "button", on: { click: learn } }, "Learn a grammar…"),
+    ),
+    tableOf(rows),
+    context.status().learned
+      ? null
+      : h(
+          "p",
+          { class: "muted small" },
+          "This database has not learned words, so the terminals have letters only.",
+        ),
+  );
+}
+
+/** The newest job that learns a grammar: how far it is, or why it failed. */
+export function jobState(host: HTMLElement, context: Context): void {
+  const job = context.live.jobs().find((one) => one.kind === "grammar");
+  if (!job || closed.has(job.id) || (job.state !== "failed" && !isActive(job))) return fill(host);
+  if (job.state === "failed") {
+    const close = (): void => {
+      closed.add(job.id);
+      fill(host);
+    };
+    const message = `${job.title}: ${job.message ?? "It failed."}`;
+    return fill(host, faultState(message, [{ label: "Close", run: close, plain: true }]));
+  }
+  const cancel = (): void => void remove(`/api/jobs/${encodeURIComponent(job.id)}`).catch(context.fail);
+  fill(
+    host,
+    h(
+      "div",
+      { class: "grammar-job" },
+      h("b", {}, job.title),
+      progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
+      h("button", { class: "button plain", type: "button", on: { click: cancel } }, "Cancel"),
+    ),
+  );
+}

@@ -1,0 +1,83 @@
+/** Make a sequence of a grammar: seed, length, or a pattern that it must match. */
+
+import { h } from "../../dom/element.ts";
+import type { Wish } from "./types.ts";
+
+export interface Maker {
+  readonly element: HTMLElement;
+  show(wish: Wish): void;
+  busy(busy: boolean): void;
+}
+
+export function makeMaker(make: (wish: Wish) => void): Maker {
+  const seed = h("input", {
+    id: "sequence-seed",
+    class: "number",
+    type: "number",
+    min: 0,
+    step: 1,
+    value: 0,
+  });
+  const length = h("input", {
+    id: "sequence-length",
+    class: "number",
+    type: "number",
+    min: 1,
+    max: 200,
+    step: 1,
+    placeholder: "any",
+  });
+  const like = h("input", {
+    id: "sequence-like",
+    class: "field",
+    placeholder: "a ... catch ? b",
+    autocomplete: "off",
+    title: "Terminals and words in their order, ? for any one terminal, ... for any number of them",
+  });
+  const submit = h("button", { class: "button", type: "submit" }, "Make a sequence");
+  const next = h(
+    "button",
+    {
+      class: "button plain",
+      type: "button",
+      title: "Make a sequence with the next seed",
+      on: {
+        click: () => {
+          seed.value = String((seed.valueAsNumber || 0) + 1);
+          element.requestSubmit();
+        },
+      },
+    },
+    "Next seed",
+  );
+  const element = h(
+    "form",
+    { class: "row settings maker" },
+    h("span", { class: "maker-field" }, h("label", { for: "sequence-seed" }, "Seed"), seed),
+    h("span", { class: "maker-field" }, h("label", { for: "sequence-length" }, "Terminals"), length),
+    h("span", { class: "maker-field" }, h("label", { for: "sequence-like" }, "Like"), like),
+    submit,
+    next,
+  );
+  element.addEventListener("submit", (event) => {
+    event.preventDefault();
+    make({
+      seed: seed.valueAsNumber || 0,
+      length: length.value ? length.valueAsNumber : null,
+      like: like.value.trim() || null,
+    });
+  });
+  return {
+    element,
+    show(wish) {
+      seed.value = String(wish.seed);
+      length.value = wish.length === null ? "" : String(wish.length);
+      like.value = wish.like ?? "";
+    },
+    busy(busy) {
+      submit.disabled = busy;
+      next.disabled = busy;
+      submit.textContent = busy ? "Making…" : "Make a sequence";
+    },
+  };
+}
