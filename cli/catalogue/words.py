@@ -112,15 +112,31 @@ def set_synonyms(
         typer.echo(f"{len(table)} synonyms kept")
 
 
-def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """List the captures to caption next: those that resemble most of the others."""
+def suggest(
+    limit: Limit = 10,
+    parts: Annotated[
+        bool,
+        typer.Option(
+            "--parts", help="List parts of captures to label with `words set --from --to` instead."
+        ),
+    ] = False,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """List the captures to caption next: those that resemble most of the others.
+
+    With --parts: the parts to label of captures whose captions list several actions.
+    """
+    if parts:
+        _suggest_parts(limit, db, json)
+        return
     with database(db) as base:
         suggestions = base.suggest_captions(limit)
     if json:
         print_json([asdict(one) for one in suggestions])
         return
     if not suggestions:
-        typer.echo("all captures have captions")
+        typer.echo("all captures have captions; see also --parts")
         return
     print_table(
         "",
@@ -130,3 +146,26 @@ def suggest(limit: Limit = 10, db: Db = DEFAULT_DB, json: Json = False) -> None:
             for one in suggestions
         ],
     )
+
+
+def _suggest_parts(limit: int, db: Path, json: bool) -> None:
+    with database(db) as base:
+        parts = base.suggest_parts(limit)
+    if json:
+        print_json([asdict(one) for one in parts])
+        return
+    if not parts:
+        typer.echo("no part would gain from a label: no caption lists several actions")
+        return
+    print_table(
+        "",
+        ["rank", "capture", "seconds", "gain", "captions list", "would tell of"],
+        [
+            [
+                str(one.rank), one.capture, f"{one.start:.2f}-{one.end:.2f}", f"{one.gain:.1%}",
+                ", ".join(one.listed),
+                ", ".join(one.like[:3]) + (", ..." if len(one.like) > 3 else ""),
+            ]
+            for one in parts
+        ],
+    )  # fmt: skip

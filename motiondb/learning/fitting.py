@@ -10,6 +10,7 @@ import numpy as np
 from motiondb.learning import counting, drift
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
+from motiondb.learning.edge_fitting import fit_edges
 from motiondb.learning.judge_fitting import fit_judge
 from motiondb.learning.learned import LearnedModel
 from motiondb.learning.motion_judge import MotionJudge, pool_windows, said_words
@@ -34,6 +35,7 @@ from motiondb.search.examples import extents
 from motiondb.symbols import feature_space
 from motiondb.symbols.discovery import acquisition
 from motiondb.symbols.distances import space as symbol_spaces
+from motiondb.words.maps.edge_map import EdgeMap
 
 
 def fit_model(
@@ -112,6 +114,7 @@ def fit_model(
         drift_baseline=drift.fit_baseline(table),
         places=places,
         judge=judge,
+        edges=_fit_edges(frames, pool, table, places, words),
     )
 
 
@@ -161,6 +164,7 @@ def _fit_with_start(
         places=places,
         started=started,
         judge=_fit_judge(frames, pool, table, (taught, words), rng),
+        edges=_fit_edges(frames, pool, table, places, words),
     )
 
 
@@ -177,6 +181,19 @@ def _fit_places(
         return None, words.certainties
     sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
     return places, replace(words.certainties, place=sure or words.certainties.place)
+
+
+def _fit_edges(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    places: Places | None,
+    words: FittedWords,
+) -> EdgeMap | None:
+    """Evidence for words at each frame; None where no places were found."""
+    if places is None:
+        return None
+    return fit_edges(frames, pool, table, places, len(words.association.words))
 
 
 def _fit_judge(

@@ -54,6 +54,7 @@ from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
+from motiondb.words.maps.edge_map import EdgeMap
 from motiondb.words.maps.place_map import LABELLED
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.translation import explanation, transition
@@ -107,6 +108,9 @@ class LearnedModel:
         Knowledge of another database that it learned with. Then symbols and feature space are that
         knowledge's, and association, transitions, lengths and word map join its sums with
         ``counted``.
+    edges : EdgeMap or None
+        Evidence for words at each frame, by which intervals are refined; None where no words were
+        written, and in databases of versions that did not learn it.
     judge : MotionJudge or None
         Tells which words a generated motion shows; None if no words were written, and in
         databases of versions that did not have it.
@@ -132,6 +136,7 @@ class LearnedModel:
     places: Places | None = None
     started: Started | None = None
     judge: MotionJudge | None = None
+    edges: EdgeMap | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from motiondb.search.examples.extents import ContextSpace
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.words.maps.edge_map import EdgeMap
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.maps.word_moments import CaptionMoments, WordMoments
 from motiondb.words.translation.explanation import ExpectedCounts
@@ -84,6 +85,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         places=_places(arrays),
         started=started_from(arrays),
         judge=_judge(arrays),
+        edges=_edges(arrays),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -114,6 +116,8 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
     if model.judge is not None:
         judge = vars(model.judge)
         arrays |= {f"judge_{name}": np.asarray(v, np.float64) for name, v in judge.items()}
+    if model.edges is not None:
+        arrays |= {f"edge_{name}": values for name, values in vars(model.edges).items()}
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
     if model.started is not None:
@@ -173,6 +177,12 @@ def _places(arrays: Arrays) -> Places | None:
         shown[capture] = flat.reshape(n_segments, n_words)
         word, number = word + n_words, number + n_segments * n_words
     return Places(words, shown)
+
+
+def _edges(arrays: Arrays) -> EdgeMap | None:
+    if "edge_centre" not in arrays:
+        return None
+    return EdgeMap(*(arrays[f"edge_{name}"] for name in ("centre", "spread", "weights", "floors")))
 
 
 def _judge(arrays: Arrays) -> MotionJudge | None:

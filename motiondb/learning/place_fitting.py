@@ -2,7 +2,9 @@
 
 Captions of whole takes are aligned with the segments (:mod:`motiondb.words.maps.place_map`).
 Captions of intervals give the place: their words are shown at the segments of which at least half
-is in the interval, and nowhere else in a take without a caption for the whole.
+is in the interval, and nowhere else in a take without a caption for the whole. Other words that
+captions of the take list are not shown there, and their words are not shown by the segments next to
+the interval.
 
 The result is y, the probability that each listed word is shown at each segment of a take. The map
 follows from it by one ridge regression, and so does the evidence for every take without itself.
@@ -321,7 +323,24 @@ def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) ->
     order = max(wholes, key=len)
     listed = {word for action in order for word in action}
     others = {word for actions in wholes for action in actions for word in action}
+    if labelled is not None:
+        _complete_labels(labelled, sorted(others))
     return _Take(order, sorted(others - listed), labelled)
+
+
+def _complete_labels(labelled: FloatArray, listed: Sequence[int]) -> None:
+    """Set y to 0, in place, where labels imply that a word is not shown.
+
+    A labelled interval lasts from the begin to the end of its action, so that the segments before
+    and after it do not show it; nor does it show other words that captions of the take list.
+    """
+    shown = labelled == 1.0
+    beside = np.zeros_like(shown)
+    beside[1:] |= shown[:-1]
+    beside[:-1] |= shown[1:]
+    labelled[beside & np.isnan(labelled)] = 0.0
+    inside = np.ix_(np.flatnonzero(shown.any(axis=1)), list(listed))
+    labelled[inside] = np.nan_to_num(labelled[inside])
 
 
 def label_intervals(

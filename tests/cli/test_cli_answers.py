@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -308,3 +309,20 @@ def test_names_that_are_none_are_refused(command: Any, learned_copy: Path) -> No
     assert ended.err.startswith(
         "error: 'nix.bvh': expected a file or the name of a capture, found no"
     )
+
+
+def test_which_part_to_label_next_is_said(command: Any, some: Path) -> None:
+    command("add", some)
+    for name in ("ana/bow_1", "ana/jump_1", "boris/kick_1"):
+        command("words", "set", name, name.split("/")[1][:-2])
+    command("learn")
+    assert command("words", "suggest", "--parts").out.startswith("no part would gain from a label")
+    command("words", "set", "boris/punch_1", "kick, then jump, then bow")
+    rows = answer(command("words", "suggest", "--parts", "--json"))
+    assert {row["capture"] for row in rows} == {"boris/punch_1"}
+    assert rows[0]["listed"] == [] or set(rows[0]["listed"]) <= {"bow", "jump", "kick"}
+    assert all(0.0 <= row["start"] < row["end"] for row in rows)
+    assert [row["gain"] for row in rows] == sorted((r["gain"] for r in rows), reverse=True)
+    assert "boris/punch_1" in command("words", "suggest", "--parts").out
+    spans = sorted((row["start"], row["end"]) for row in rows)
+    assert all(first[1] <= second[0] for first, second in pairwise(spans))

@@ -11,7 +11,12 @@ from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
-from motiondb.learning.answers import caption_suggestions, example_answers, word_answers
+from motiondb.learning.answers import (
+    caption_suggestions,
+    example_answers,
+    part_suggestions,
+    word_answers,
+)
 from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.taken_words import (
@@ -98,7 +103,10 @@ class QuestionVerbs(CatalogueVerbs):
                 )
             take = replace_unknown if by_symbols else take_unknown
             seen, takings = (leave_unknown if exact else take)(learned, words, nearby_table())
-            answer = word_answers.search_words(seen, words, allowed, limit, by_symbols, written)
+            answer = word_answers.search_words(
+                seen, words, allowed, limit, by_symbols, written,
+                lambda capture: self.session.features.of_capture(capture),
+            )  # fmt: skip
             answer = word_answers.with_takings(answer, takings)
             behind = [word for taking in answer.taken.values() for word, _ in taking.words]
             return replace(
@@ -194,6 +202,18 @@ class QuestionVerbs(CatalogueVerbs):
             Largest number of captures.
         """
         return caption_suggestions.suggest_captions(self.learned, limit)
+
+    def suggest_parts(self, limit: int = 10) -> list[part_suggestions.PartSuggestion]:
+        """Parts of takes to label, the one whose label would say most about other parts first.
+
+        Only captions that list several actions leave the place of their actions open.
+
+        Parameters
+        ----------
+        limit : int
+            Largest number of parts.
+        """
+        return part_suggestions.suggest_parts(self.learned, limit)
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some words were learned; empty without a start.

@@ -10,22 +10,33 @@ The place is unknown if the interval is likelier wrong than right, or no other c
 list the words, and a caption of the whole capture is the only evidence for the part: by the motion
 alone, the part is more likely not shown.
 
+The interval ends where the evidence for each frame falls to half of its peak
+(:mod:`motiondb.words.maps.edge_map`), so that a short action has the boundaries of the movement
+and not of the segments. The probability is that of the interval before its boundaries are refined,
+and so is the comparison of an answer with others.
+
 Databases that learned before there was evidence of places keep the intervals of the word map.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
 from motiondb.learning.answers.answer_chances import PartChance
 from motiondb.learning.certainty.place_certainty import count_performers, cues_of
 from motiondb.learning.learned import Learned
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import Float32Array, FloatArray
 from motiondb.search import certainty
 from motiondb.search.questions import by_question
 from motiondb.search.questions.by_question import PlacedReading, QuestionHit
+from motiondb.words.maps.edge_map import refine_interval
 from motiondb.words.question.readings import Part, Reading
+
+Features = Callable[[int], Float32Array]
+"""Capture number -> recognition features (frames, 130), 15 a second."""
 
 LIKELY = 0.5
 """Probability from which on a statement is likelier true than not."""
@@ -110,6 +121,71 @@ def place_answer(
         )
         places.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
     return tuple(places)
+
+
+def refine_places(
+    learned: Learned,
+    capture: int,
+    reading: Reading,
+    places: Sequence[PartPlace],
+    features: Features,
+    written: bool = True,
+) -> tuple[PartPlace, ...]:
+    """Places with the boundaries that the evidence for each frame gives.
+
+    A part keeps its frames where its place is unknown or labelled by a person, and where it asks
+    for nothing, for a least length, or for words whose places were not learned. No part is extended
+    into another one.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    capture : int
+        Number of the capture.
+    reading : Reading
+        The reading that is answered.
+    places : sequence of PartPlace
+        Places of its parts, from :func:`place_answer`.
+    features : callable
+        Recognition features of a capture.
+    written : bool
+        Whether captions count as evidence beside the motion.
+    """
+    edges = learned.edges
+    kept = [
+        edges is None or place.unknown or not part.actions or part.seconds > 0.0
+        or not learned.placed_words.issuperset(_words(learned, part))
+        or (written and _is_labelled(learned, capture, part))
+        for place, part in zip(places, reading.parts)
+    ]  # fmt: skip
+    if edges is None or all(kept):
+        return tuple(places)
+    frames = learned.feature_space.project(features(capture))
+    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
+    refined, end = [], 0
+    for k, place in enumerate(places):
+        if not kept[k]:
+            evidence = edges.evidence(frames, _words(learned, reading.parts[k]))
+            start, stop = _refined(evidence, (place.start, place.end), (end, bounds[k + 1]))
+            place = replace(place, start=start, end=stop)
+        refined.append(place)
+        end = place.end
+    return tuple(refined)
+
+
+def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
+    """Frames of the motion, from those of an interval and of its room."""
+    last = len(evidence)
+    low, high = span[0] // FEATURE_STEP, min(-(-span[1] // FEATURE_STEP), last)
+    limits = -(-room[0] // FEATURE_STEP), min(room[1] // FEATURE_STEP, last)
+    if low >= high:
+        return span
+    start, end = refine_interval(evidence, (low, high), limits)
+    return (
+        span[0] if start == low else FEATURE_STEP * start,
+        span[1] if end == high else FEATURE_STEP * end,
+    )
 
 
 def interval_probability(

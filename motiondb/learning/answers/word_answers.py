@@ -108,13 +108,14 @@ def reaches(
     return None if strength is None or threshold is None else strength >= threshold
 
 
-def search_words(
+def search_words(  # noqa: PLR0913  four of the seven have defaults
     learned: Learned,
     text: str,
     allowed: Sequence[int],
     limit: int = 10,
     by_symbols: bool = False,
     written: bool = True,
+    features: placing.Features | None = None,
 ) -> WordAnswer:
     """The intervals that show what a text asks for, best first.
 
@@ -128,6 +129,9 @@ def search_words(
         The question; in quotation marks it is also compared as a whole caption.
     allowed : sequence of int
         Numbers of the captures to search; those without segments are left out.
+    features : callable, optional
+        Recognition features of a capture, by which the boundaries of intervals are refined; without
+        them they stay those of segments.
 
     Raises
     ------
@@ -147,7 +151,7 @@ def search_words(
         learned, question, allowed, limit, written, as_caption
     )
     matches = tuple(
-        _match(learned, rank, each, read[each.hit.reading], question, written)
+        _match(learned, rank, each, read[each.hit.reading], question, (written, features))
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
@@ -172,13 +176,16 @@ def _match(
     answer: question_search.Found,
     reading: Reading,
     question: KnownQuestion,
-    written: bool,
+    by: tuple[bool, placing.Features | None],
 ) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
+    written, features = by
     takes = learned.takes if written else learned.seen_takes
     places = placing.place_answer(
         learned, answer.capture, answer.hit, reading, answer.sure.parts, written
     )
+    if features is not None:
+        places = placing.refine_places(learned, answer.capture, reading, places, features, written)
     parts = tuple(
         MatchPart(
             words, *to_seconds(learned, answer.capture, place.start, place.end), place.probability,

@@ -15,7 +15,8 @@ two ways. The ordered alignment keeps the caption's order
 sqrt(seconds of the segment) times the mean z of the action's words. The unordered one is a softmax
 over the actions and none of them. y is a mixture of both, and each round keeps the share
 ``DAMPING`` of the former y. Words of other captions of the same take keep equal shares. Where a
-caption describes an interval, it gives y of its words there (``ListedTakes.labelled``).
+caption describes an interval, it gives y of its words there (``ListedTakes.labelled``), and its
+words compete with the listed actions of takes that do not list them.
 
 The map estimates where a word is shown. Whether a take shows the word at all is estimated by the
 word map (:mod:`motiondb.words.maps.word_map`), because here each segment is a row, and most rows
@@ -276,10 +277,13 @@ def _as_labelled(takes: ListedTakes, shown: FloatArray) -> FloatArray:
 def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> FloatArray:
     """Return y of one round before damping: array (rows, words)."""
     shown = np.zeros_like(evidence)
+    labels = _labels(takes)
     for inside, actions, further in zip(rows, takes.actions, takes.further):
         shown[inside, list(further)] = 1.0 / len(actions)
         said = evidence[inside]
         ratios = np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
+        own = {word for action in actions for word in action} | set(further)
+        ratios -= _unlisted(said, [label for label in labels if not own.issuperset(label)])
         ratios *= np.sqrt(takes.seconds[inside])[:, None]
         if takes.labelled is not None:
             ratios += _labelled_ratios(takes.labelled[inside], actions)
@@ -289,6 +293,25 @@ def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> F
                 column = shown[inside, word]
                 np.maximum(column, placed[:, k], out=column)
     return _as_labelled(takes, shown)
+
+
+def _labels(takes: ListedTakes) -> list[tuple[int, ...]]:
+    """Return the different sets of words that label a segment of any take."""
+    if takes.labelled is None:
+        return []
+    shown = takes.labelled == 1.0
+    return sorted({tuple(np.flatnonzero(row).tolist()) for row in shown[shown.any(axis=1)]})
+
+
+def _unlisted(evidence: FloatArray, labels: Sequence[tuple[int, ...]]) -> FloatArray:
+    """Return the evidence for the likeliest unlisted label, at least 0: array (segments, 1).
+
+    An action that no caption of the take lists may happen in it all the same. Where a label in
+    another take says what it looks like, it competes with the listed actions.
+    """
+    none = np.zeros((len(evidence), 1))
+    each = [evidence[:, list(label)].mean(axis=1, keepdims=True) for label in labels]
+    return np.asarray(np.max([none, *each], axis=0))
 
 
 def _labelled_ratios(labelled: FloatArray, actions: Sequence[Sequence[int]]) -> FloatArray:
