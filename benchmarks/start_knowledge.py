@@ -7,7 +7,8 @@ of the CMU index are used: the first row of a capture, unless it is a sentence a
 further rows, and those sentences, come from the KIT Motion-Language annotations, whose terms do not
 allow every use. Captures are added as a user would add them, ``learn`` runs with seed 0, and what
 it learned is exported. ``--check`` does the same and compares it with the shipped file: the bytes,
-and where they differ, by how much the numbers do (exit 1).
+and where they differ, by how much the numbers do. The last bits of the projections depend on the
+linear algebra library and its number of threads; only larger differences are an error (exit 1).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import csv
 import re
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +33,9 @@ CREDIT = (
     "The data used in this project was obtained from mocap.cs.cmu.edu. "
     "The database was created with funding from NSF EIA-0196217."
 )
+ROUNDING = 1e-9
+"""Difference that counts as rounding, as a share of the largest number of an array. The projections
+that one thread and two threads made differed by 3e-13; chosen by hand."""
 SENTENCE = re.compile(
     r"(while \w+, )?(the |a |an )?(person|peron|human|man|woman|someone|subject|dancer)\b", re.I
 )
@@ -68,22 +73,29 @@ def make(data: Path, output: Path) -> Knowledge:
             return db.export_knowledge(output, name="cmu", credit=CREDIT)
 
 
-def differences(made: Knowledge, shipped: Knowledge) -> list[str]:
-    """What differs; empty if the files are the same to the last byte."""
+def differences(made: Knowledge, shipped: Knowledge) -> tuple[list[str], bool]:
+    """What differs; none where the files are the same to the last byte. Whether it is rounding."""
     if made.origin.digest == shipped.origin.digest:
-        return []
+        return [], True
     lines = [f"sha256 {made.origin.digest} in place of {shipped.origin.digest}"]
+    same = replace(made.origin, digest="") == replace(shipped.origin, digest="")
+    if not same:
+        lines.append(f"origin: {made.origin} in place of {shipped.origin}")
     if made.taught.words != shipped.taught.words:
         lines.append(f"words: {sorted(set(made.taught.words) ^ set(shipped.taught.words))}")
-        return lines
+        return lines, False
     ours = knowledge_arrays(shipped)
     for name, values in knowledge_arrays(made).items():
         theirs = ours.get(name, np.zeros(0))
         if theirs.shape != values.shape:
             lines.append(f"{name}: shape {values.shape} in place of {theirs.shape}")
+            same = False
         elif not np.array_equal(values, theirs, equal_nan=True):
-            lines.append(f"{name}: largest difference {np.nanmax(np.abs(values - theirs)):.3g}")
-    return lines
+            gap, scale = np.nanmax(np.abs(values - theirs)), np.nanmax(np.abs(theirs))
+            lines.append(f"{name}: largest difference {gap:.3g}, largest number {scale:.3g}")
+            same &= bool(gap <= ROUNDING * scale)
+            same &= bool(np.array_equal(np.isnan(values), np.isnan(theirs)))
+    return lines, same
 
 
 def main() -> None:
@@ -95,9 +107,11 @@ def main() -> None:
     if told.check:
         with tempfile.TemporaryDirectory() as folder:
             made = make(told.data, Path(folder) / "cmu.knowledge")
-        faults = differences(made, read_knowledge(SHIPPED))
-        print("\n".join(faults) if faults else "the same, to the last byte")
-        sys.exit(bool(faults))
+        lines, same = differences(made, read_knowledge(SHIPPED))
+        print("\n".join(lines) if lines else "the same, to the last byte")
+        if same and lines:
+            print("the same up to rounding")
+        sys.exit(not same)
     made = make(told.data, told.output)
     print(f"{told.output}: {told.output.stat().st_size:,} bytes, sha256 {made.origin.digest}")
     print(

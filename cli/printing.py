@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from motiondb import Drift, MotionDB, Taking, WordSource
+    from motiondb import Drift, Grammars, MotionDB, MotionGrammar, Scenes, Taking, WordSource
 
 
 def note_unlearned(db: MotionDB) -> None:
@@ -97,6 +97,42 @@ def note_filter(db: MotionDB, where: str, exact: bool) -> None:
             typer.echo(f"filter: {taking.sentence('there')}", err=True)
 
 
+def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -> None:
+    """Say on standard error what the words of a pattern are taken as that no caption holds.
+
+    Parameters
+    ----------
+    grammars : Grammars
+        The grammars of a database.
+    name : str
+        Name of the grammar.
+    like : str or None
+        The pattern; None where there is none.
+    exact : bool
+        Whether words are not taken as others.
+    """
+    if like is not None and not exact:
+        for taking in grammars.taken_in_pattern(name, like).values():
+            typer.echo(taking.sentence(), err=True)
+
+
+def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
+    """Say on standard error what words of a motion grammar's phrases are taken as.
+
+    Parameters
+    ----------
+    scenes : Scenes
+        The scenes of a database.
+    grammar : MotionGrammar
+        The grammar.
+    exact : bool
+        Whether words are not taken as others.
+    """
+    if not exact:
+        for taking in scenes.taken_words(grammar).values():
+            typer.echo(f"{grammar.name}: {taking.sentence()}", err=True)
+
+
 def note_sources(sources: Sequence[WordSource]) -> None:
     """Print on standard error which captions taught the words, where a start has a part in them.
 
@@ -114,7 +150,9 @@ def note_sources(sources: Sequence[WordSource]) -> None:
             told.append(f"{source.word} ({source.start_captions})")
     for start, words in alone.items():
         typer.echo(
-            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
+            f"known from the start {start} alone (captions there): {', '.join(words)}; no own "
+            "caption has checked their probabilities",
+            err=True,
         )
 
 

@@ -2,7 +2,8 @@
 
 Logistic regression over, for a word s and a target t: the root of every channel's evidence
 (``nearby_words.pairs``), the log of their sum and of their largest, how many there are; three
-cosines of sentence vectors; and how general and how frequent the target is, how frequent and how
+cosines of sentence vectors, their square, their largest, and products of their mean with the
+evidence (``products``); and how general and how frequent the target is, how frequent and how
 ambiguous s is, and how much of either is motion. It is fitted on the tuning list: every pair of one
 of its words and a word of the vocabulary with any evidence, right or wrong by the list.
 """
@@ -90,23 +91,45 @@ def pair_features(
     moving, senses = _motion(word, lexicon), len(lexicon.wordnet.senses.get(word, ()))
     frequent = np.log1p(lexicon.wordnet.counts.get(word, 0)) / 8.0
     facts = np.array([known.facts[t] for t in targets])
-    of_word = np.array([frequent, moving, np.sqrt(senses) / 5.0])
+    own = np.array([frequent, moving, np.sqrt(senses) / 5.0])
+    cosines, total = similarity.cosines(word, targets), np.log(0.02 + channels.sum(axis=1))
+    n_kinds = (channels > 0.02).sum(axis=1) / 5.0
     features = np.column_stack([
         np.sqrt(np.minimum(channels, MOST_EVIDENCE)),
-        np.log(0.02 + channels.sum(axis=1)),
+        total,
         np.log(0.02 + channels.max(axis=1)),
-        (channels > 0.02).sum(axis=1) / 5.0,
-        similarity.cosines(word, targets),
+        n_kinds,
+        cosines,
         facts,
         facts[:, 2] * moving,
-        np.broadcast_to(of_word, (len(targets), 3)),
+        np.broadcast_to(own, (len(targets), 3)),
+        products(cosines, total, n_kinds, moving),
     ])  # fmt: skip
     return targets, features
 
 
+def products(
+    cosines: FloatArray, total: FloatArray, n_kinds: FloatArray, moving: float
+) -> FloatArray:
+    """What cosines mean together with the evidence: array (targets, 5), no columns without them.
+
+    Of the mean m and the largest cosine of a target: 3 m^2, the largest, and m times the log of all
+    evidence, the number of its kinds, and how much of the word is motion. Cross-validated on the
+    tuning list they raised first answers right from .746 to .748 among the words of the CMU
+    captions and from .777 to .791 with usual words, as part of FLATTENING 0.5.
+    """
+    if not cosines.shape[1]:
+        return np.zeros((len(cosines), 0))
+    mean = cosines.mean(axis=1)
+    return np.column_stack(
+        [3.0 * mean**2, mean * total, cosines.max(axis=1), mean * n_kinds, mean * moving]
+    )
+
+
 def n_features(similarity: Similarity) -> int:
     """Columns of :func:`pair_features`."""
-    return len(CHANNELS) + 10 + (0 if similarity.vectors is None else len(similarity.vectors))
+    n_vectors = 0 if similarity.vectors is None else len(similarity.vectors)
+    return len(CHANNELS) + 10 + (n_vectors + 5 if n_vectors else 0)
 
 
 def training_pairs(

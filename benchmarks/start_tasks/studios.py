@@ -8,9 +8,9 @@ of the folder is in the database, as it would be.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ from motiondb.learning.word_fitting import (
     fit_words_with_start,
 )
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import Caption, CaptureInfo, FloatArray, SegmentTable
+from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.search import certainty
 from motiondb.search.questions import by_words
 from motiondb.search.vectors import score_vectors
@@ -43,8 +43,10 @@ from quality_protocol.captures import (
     performer_folds,
     without_copies,
 )
-from quality_protocol.confidence import weighted_draws, weighted_measure
+from quality_protocol.confidence import weighted_draws
 from start_knowledge import SENTENCE
+from start_tasks.judging import Asked, brief, judge, measures, told_interval
+from start_tasks.parts import Parts
 
 CAPTIONED = (0, 10, 25, 50, 100, 1_000)
 """Numbers of own captions; the last means all."""
@@ -70,18 +72,6 @@ class View:
 
     table: SegmentTable
     n_symbols: int
-
-
-@dataclass(frozen=True, eq=False)
-class Asked:
-    """One state of knowledge, asked: word scores, described scores (captures, words), threshold."""
-
-    names: tuple[str, ...]
-    ranked: FloatArray
-    described: FloatArray
-    added: FloatArray
-    threshold: float | None
-    sure: FloatArray | None
 
 
 def folder_of(captures: Sequence[Capture], index_alone: bool = True) -> Folder:
@@ -111,6 +101,10 @@ def learn(folder: Folder, seed: int) -> LearnedModel:
     return fitting.fit_model(pool_of(folder.captures), taught, settings, rng, lambda _w, _s: None)
 
 
+def _teach(folder: Folder, seed: int) -> Knowledge:
+    return hand_on(folder, learn(folder, seed))
+
+
 def hand_on(folder: Folder, model: LearnedModel) -> Knowledge:
     infos = {
         n: CaptureInfo(
@@ -131,7 +125,7 @@ def view_by(knowledge: Knowledge, captures: Sequence[Capture]) -> View:
     return View(table, knowledge.symbols.n_symbols)
 
 
-def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
+def across_studios(data: Path, source: str, seed: int, parts: Parts) -> dict[str, Any]:
     """Knowledge of one studio for the captures of the other."""
     studios = {
         "cmu": folder_of(without_copies(load_cmu(data))),
@@ -139,14 +133,11 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
     }
     theirs = studios.pop(source)
     ((target, ours),) = studios.items()
-    knowledge = hand_on(theirs, learn(theirs, seed))
+    knowledge = parts.learned(f"{source}-{seed}-knowledge", lambda: _teach(theirs, seed))
     bare = Folder(ours.captures, ours.words, {}, ours.groups)
-    alone = learn(bare, seed)
-    views = {
-        "with start": view_by(knowledge, ours.captures),
-        "without start": View(alone.segments, alone.symbols.n_symbols),
-    }
-    curves = _curves(ours, views, begin(knowledge, {}), seed)
+    alone = parts.learned(f"{target}-{seed}-bare", lambda: _view(learn(bare, seed)))
+    views = {"with start": view_by(knowledge, ours.captures), "without start": alone}
+    found = _curves(ours, views, begin(knowledge, {}), seed, parts.of(source))
     return {
         "source": source,
         "target": target,
@@ -158,40 +149,56 @@ def across_studios(data: Path, source: str, seed: int) -> dict[str, Any]:
     }
 
 
-def _curves(ours: Folder, views: dict[str, View], started: Started, seed: int) -> dict[str, Any]:
+def _view(model: LearnedModel) -> View:
+    return View(model.segments, model.symbols.n_symbols)
+
+
+def _curves(
+    ours: Folder, views: dict[str, View], started: Started, seed: int, parts: Parts
+) -> dict[str, Any]:
     has = np.array([bool(w) for w in ours.words])
     folds = performer_folds(ours.groups)
     draws = weighted_draws(len(ours.captures), seed, N_DRAWS)
     gathered: dict[tuple[str, int], list[dict[str, Any]]] = {}
     queries: list[int] = []
+
+    def ask(
+        used: str, own: NDArray[np.int64], gallery: NDArray[np.int64], asked: Sequence[str]
+    ) -> dict[str, Any]:
+        start = started if used == "with start" else None
+        answers = answer(ours, views[used], own, gallery, start)
+        return judge(ours.words, answers, gallery, asked, seed)
+
     for fold in np.unique(folds):
         gallery = np.flatnonzero((folds == fold) & has)
         others = np.flatnonzero((folds != fold) & has)
         asked = queries_of(ours.words, others, gallery)
         queries.append(len(asked))
         order = np.random.default_rng(seed).permutation(others)
+
         for n in CAPTIONED:
-            chosen = np.sort(order[:n])
-            for name, view in views.items():
-                start, seen = (started if name == "with start" else None), view
-                if start is not None and is_set_aside(view.table, len(chosen)):
-                    start, seen = None, views["without start"]
-                answers = answer(ours, seen, chosen, gallery, start)
-                judged = judge(ours.words, answers, gallery, asked, seed)
+            own = np.sort(order[:n])
+            aside = is_set_aside(views["with start"].table, len(own))
+            for name in views:
+                used = "without start" if aside else name
+                judged = parts.judged(
+                    f"{seed}-{fold}-{used}-{n}", partial(ask, used, own, gallery, asked)
+                )
                 gathered.setdefault((name, n), []).append(judged)
-                print(fold, name, len(chosen), _brief(judged), flush=True)
+                print(fold, name, len(own), brief(judged), flush=True)
     rows = []
     for n in CAPTIONED:
-        each = {name: _measures(gathered[name, n], draws) for name in views}
+        each = {name: measures(gathered[name, n], draws) for name in views}
         names = list(next(iter(each.values())))
         rows.append(
             {
                 "captions": int(
                     min(n, np.mean([((folds != f) & has).sum() for f in np.unique(folds)]))
                 ),
-                **{name: {m: _told(each[name][m]) for m in names} for name in views},
+                **{name: {m: told_interval(each[name][m]) for m in names} for name in views},
                 "difference": {
-                    m: _told(each["with start"][m] - each["without start"][m]) for m in names
+                    m: told_interval(each["with start"][m] - each["without start"][m])
+                    for m in names
                 },
             }
         )
@@ -256,133 +263,48 @@ def answer(
     )  # fmt: skip
 
 
-def judge(
-    words: Sequence[frozenset[str]],
-    answers: Asked | None,
-    gallery: NDArray[np.int64],
-    asked: Sequence[str],
-    seed: int,
-) -> dict[str, Any]:
-    """Rankings of captures per word, ranks of true words per capture, and "nothing matches".
-
-    An unknown word ranks all captures at random. If no word is known, the words of a capture are in
-    random order, and absent actions cannot be recognised.
-    """
-    rng = np.random.default_rng(seed)
-    number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}
-    rankings, told, calibration = [], [], []
-    for word in asked:
-        right = np.array([word in words[g] for g in gallery])
-        known = answers is not None and word in number
-        noise = rng.random(len(gallery))
-        scores = answers.ranked[:, number[word]] if known and answers else noise
-        order = np.lexsort([noise, -scores])
-        rankings.append((gallery[order].tolist(), right[order].tolist()))
-        if known and answers is not None and answers.threshold is not None:
-            added = answers.added[:, number[word]]
-            there, gone = added.max(), added[~right].max()
-            told.append([bool(there >= answers.threshold), bool(gone < answers.threshold)])
-        else:
-            told.append([False, True])  # an unknown word is refused: never found, never wrong
-        if known and answers is not None and answers.sure is not None:
-            best = order[:5]
-            calibration += list(zip(answers.sure[best, number[word]].tolist(),
-                                    right[best].tolist()))  # fmt: skip
-    reciprocal, share = {}, {}
-    for place, capture in enumerate(gallery):
-        true = np.array([w in words[capture] for w in asked])
-        if not true.any():
-            continue
-        noise = rng.random(len(asked))
-        scores = np.array([
-            answers.described[place, number[w]] if answers is not None and w in number else -1e9
-            for w in asked
-        ])  # fmt: skip
-        hits = true[np.lexsort([noise, -scores])]
-        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(hits)))
-        share[int(capture)] = float(hits[: true.sum()].mean())
-    return {"rankings": rankings, "reciprocal": reciprocal, "f1": share, "told": told,
-            "calibration": calibration}  # fmt: skip
-
-
-def _measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatArray]:
-    """Every measure of every draw of captures."""
-    total, count = np.zeros(len(draws)), np.zeros(len(draws))
-    for fold in folds:
-        for captures, right in fold["rankings"]:
-            weight = draws[:, captures]
-            hits = np.cumsum(weight * np.array(right), axis=1)
-            share = hits / np.maximum(np.cumsum(weight, axis=1), 1e-12)
-            total += (weight * np.array(right) * share).sum(axis=1) / np.maximum(hits[:, -1], 1e-12)
-            count += hits[:, -1] > 0
-    measures = {"words to motion, mAP": total / np.maximum(count, 1)}
-    for name, key in (
-        ("reciprocal", "motion to words, reciprocal rank"),
-        ("f1", "motion to words, F1"),
-    ):
-        values = {c: v for fold in folds for c, v in fold[name].items()}
-        weight = draws[:, list(values)]
-        measures[key] = (
-            weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
-        )
-    told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
-    some = weighted_draws(len(told), 0, len(draws) - 1)
-    measures["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
-    pairs = [pair for fold in folds for pair in fold["calibration"]]
-    if pairs:
-        said, right = np.array(pairs, dtype=float).T
-        bins = np.minimum((said * 10).astype(int), 9)
-        gaps = [abs(said[bins == b].sum() - right[bins == b].sum()) for b in range(10)]
-        error = float(np.sum(gaps) / len(said))
-    else:
-        error = float("nan")
-    measures["calibration error of the first five answers"] = np.full(len(draws), error)
-    return measures
-
-
-def _told(values: FloatArray) -> list[float] | None:
-    if np.isnan(values[0]):
-        return None
-    measure = weighted_measure(values)
-    low, high = (measure.value if b is None else b for b in (measure.low, measure.high))
-    return [round(v, 4) for v in (measure.value, low, high)]
-
-
-def _brief(judged: dict[str, Any]) -> str:
-    precision = []
-    for _, right in judged["rankings"]:
-        hits = np.array(right)
-        precision.append(float((np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean()))
-    return f"mAP {np.mean(precision):.3f}, {time.strftime('%H:%M:%S')}"
-
-
-def unseen_performers(data: Path, seed: int) -> dict[str, Any]:
+def unseen_performers(data: Path, seed: int, parts: Parts) -> dict[str, Any]:
     """Knowledge of four folds of CMU performers for the captures of the fifth, without captions."""
     results = {}
     for name, index_alone in (("words of the CMU index", True), ("all captions", False)):
         every = folder_of(without_copies(load_cmu(data)), index_alone)
-        has = np.array([bool(w) for w in every.words])
         folds = performer_folds(every.groups)
         draws = weighted_draws(len(every.captures), seed, N_DRAWS)
         judged = []
         for fold in np.unique(folds):
-            inside = np.flatnonzero(folds != fold)
-            gallery = np.flatnonzero((folds == fold) & has)
-            captures = [every.captures[i] for i in inside]
-            theirs = folder_of(captures, index_alone)
-            knowledge = hand_on(theirs, learn(theirs, seed))
-            held = np.flatnonzero(folds == fold)
-            ours = folder_of([every.captures[i] for i in held], index_alone)
-            places = np.searchsorted(held, gallery)
-            asked = queries_of(every.words, inside[has[inside]], gallery)
-            view = view_by(knowledge, ours.captures)
-            answers = answer(ours, view, np.zeros(0, dtype=np.int64), places, begin(knowledge, {}))
-            one = judge(every.words, answers, gallery, asked, seed)
+            theirs = folder_of(
+                [every.captures[i] for i in np.flatnonzero(folds != fold)], index_alone
+            )
+            knowledge = parts.learned(
+                f"unseen-{index_alone}-{seed}-{fold}", partial(_teach, theirs, seed)
+            )
+            one = parts.of("unseen").judged(
+                f"{index_alone}-{seed}-{fold}",
+                partial(_ask_unseen, every, folds == fold, knowledge, seed),
+            )
             judged.append(one)
-            print(name, fold, len(asked), _brief(one), flush=True)
-        measures = _measures(judged, draws)
-        results[name] = {
+            print(name, fold, brief(one), flush=True)
+        every_measure = measures(judged, draws)
+        found[name] = {
             "queries": sum(len(j["rankings"]) for j in judged),
-            **{m: _told(v) for m, v in measures.items()},
+            **{m: told_interval(v) for m, v in every_measure.items()},
         }
-    return {"seed": seed, "rows": results}
+    return {"seed": seed, "rows": found}
+
+
+def _ask_unseen(
+    every: Folder, held: NDArray[np.bool_], knowledge: Knowledge, seed: int
+) -> dict[str, Any]:
+    """Ask a database of the held captures alone, which starts and has no captions."""
+    has = np.array([bool(w) for w in every.words])
+    rows, gallery = np.flatnonzero(held), np.flatnonzero(held & has)
+    asked = queries_of(every.words, np.flatnonzero(~held & has), gallery)
+    chosen = [every.captures[i] for i in rows]
+    ours = Folder(
+        tuple(chosen), tuple(every.words[i] for i in rows), {}, tuple(every.groups[i] for i in rows)
+    )
+    answers = answer(
+        ours, view_by(knowledge, chosen), np.zeros(0, dtype=np.int64),
+        np.searchsorted(rows, gallery), begin(knowledge, {}),
+    )  # fmt: skip
+    return judge(every.words, answers, gallery, asked, seed)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, GrammarName, Json, Png, database
-from motiondb.cli.printing import print_json, print_table
+from motiondb.cli.options import DEFAULT_DB, Db, Exact, GrammarName, Json, Png, database
+from motiondb.cli.printing import note_pattern, print_json, print_table
 
 if TYPE_CHECKING:
     from motiondb import Grammars, ParsedMotion
@@ -150,13 +150,14 @@ def suggest(
     number: Annotated[
         int, typer.Option("--number", min=1, max=1000, help="Sentences with --like.")
     ] = 5,
+    exact: Exact = False,
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""
     with database(db) as base:
         if like is not None:
-            _say_like(base.grammars, name, (beginning, goal), (like, number), json)
+            _say_like(base.grammars, name, (beginning, goal), (like, number, exact), json)
             return
         if goal:
             _say_way(base.grammars, name, beginning, goal, json)
@@ -193,7 +194,7 @@ def _say_way(grammars: Grammars, name: str, beginning: str, goal: str, json: boo
 
 
 def _say_like(
-    grammars: Grammars, name: str, others: tuple[str, str], asked: tuple[str, int], json: bool
+    grammars: Grammars, name: str, others: tuple[str, str], asked: tuple[str, int, bool], json: bool
 ) -> None:
     """Print the most probable sentences that match a pattern; ``others`` must not be given."""
     from motiondb import QueryError
@@ -203,7 +204,9 @@ def _say_like(
             f"--like: expected no STRING and no --goal with it, found"
             f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
-    completed = grammars.complete(name, *asked)
+    like, _, exact = asked
+    note_pattern(grammars, name, like, exact)
+    found = grammars.complete(name, *asked)
     if json:
         sentences = [
             {"string": list(one.string), "probability": one.probability}

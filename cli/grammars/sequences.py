@@ -12,6 +12,7 @@ from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
+    Exact,
     GrammarName,
     Json,
     Png,
@@ -19,7 +20,7 @@ from motiondb.cli.options import (
     database,
     picture_name,
 )
-from motiondb.cli.printing import print_json, print_sources, print_table, progress
+from motiondb.cli.printing import note_pattern, print_json, print_sources, print_table, progress
 
 if TYPE_CHECKING:
     from motiondb import Edit, GrammarSequence, MotionDB
@@ -64,6 +65,7 @@ def generate(
             " ... any number), or a sentence in words.",
         ),
     ] = None,
+    exact: Exact = False,
     save: Save = None,
     png: Png = None,
     html: Html = None,
@@ -75,7 +77,8 @@ def generate(
         tell("generating", 0.0, 1.0)
         if save is not None:
             base.check_name_free(save)
-        made = base.grammars.generate(name, seed, length, like)
+        note_pattern(base.grammars, name, like, exact)
+        made = base.grammars.generate(name, seed, length, like, exact)
         how: dict[str, object] = {"length": length} if like is None else {"like": like}
         facts = _hand_out(base, made, seed, (output, png), save, how)
         if html:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import Commands, Json, database
-from motiondb.cli.printing import print_json, print_table
+from motiondb.cli.options import Commands, Exact, Json, database
+from motiondb.cli.printing import note_phrases, print_json, print_table
 from motiondb.cli.scenes import scene_making
 
 if TYPE_CHECKING:
@@ -51,13 +51,15 @@ def register(app: typer.Typer) -> None:
     app.add_typer(group, name="scene")
 
 
-def check_grammar(file: GrammarFile, db: ClipsDb = None, json: Json = False) -> None:
+def check_grammar(
+    file: GrammarFile, db: ClipsDb = None, exact: Exact = False, json: Json = False
+) -> None:
     """Check a grammar: form, LR(1) conflicts, useless symbols, and clips in a database."""
     from motiondb import Scenes
 
     grammar = Scenes.read_grammar(file)
     report = Scenes.check_grammar(grammar)
-    clips = _clips(db, grammar)
+    clips = _clips(db, grammar, exact)
     if json:
         print_json(_report_facts(grammar, report, clips))
         return
@@ -254,12 +256,15 @@ def draw(
     _print_clips(clips, text.actions)
 
 
-def _clips(path: Path | None, grammar: MotionGrammar) -> Mapping[str, Sequence[ShownAction]] | None:
+def _clips(
+    path: Path | None, grammar: MotionGrammar, exact: bool = False
+) -> Mapping[str, Sequence[ShownAction]] | None:
     """Return the clips of a database for every terminal, or None if no database is given."""
     if path is None:
         return None
     with database(path) as base:
-        return base.scenes.find_actions(grammar)
+        note_phrases(base.scenes, grammar, exact)
+        return base.scenes.find_actions(grammar, exact)
 
 
 def _clip_facts(

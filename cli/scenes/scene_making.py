@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motiondb.cli.html_files import Html, write_html
-from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database, finite
-from motiondb.cli.printing import print_json, print_table, scene_progress
+from motiondb.cli.options import DEFAULT_DB, Db, Exact, Json, Png, Seed, database, finite
+from motiondb.cli.printing import note_phrases, print_json, print_table, scene_progress
 
 if TYPE_CHECKING:
     from motiondb import Scene, StoredScene
@@ -76,6 +76,7 @@ def make(
     chains: Chains = 4,
     name: Name = "",
     gaze: Gaze = True,
+    exact: Exact = False,
     drawn: Drawn = True,
     html: Html = None,
     db: Db = DEFAULT_DB,
@@ -84,12 +85,13 @@ def make(
     """Make an animated scene from a tactics diagram, with a report of every rule's error."""
     from motiondb import Scenes, SceneSettings
 
-    settings = SceneSettings(seed=seed, chains=chains, rounds=rounds, minutes=minutes, gaze=gaze)
+    settings = SceneSettings(seed, chains, rounds, minutes, gaze=gaze, exact=exact)
     Scenes.check_folder(out)
     began = time.monotonic()
     with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
         if name:
             base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
+        note_phrases(base.scenes, base.scenes.read_diagram(file).grammar, exact)
         scene = base.scenes.make(file, settings, tell, name)
         base.scenes.write(scene, out, tell, drawn, kept=bool(name))
         if html:

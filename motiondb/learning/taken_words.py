@@ -155,7 +155,7 @@ def leave_unknown(
     Known words of like spelling are named only for words that are not English; parameters and
     answer as :func:`take_unknown`.
     """
-    takings = {w: replace(t, words=()) for w, t in _made_of(learned, text, table).items()}
+    takings = {w: replace(t, words=()) for w, t in made_of_unknown(learned, text, table).items()}
     _check_known(learned, text, takings)
     return learned, takings
 
@@ -168,12 +168,23 @@ def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, 
     QueryError
         If no word of the question is known or replaced; the message has suggestions.
     """
-    takings = _made_of(learned, text, table)
+    takings = made_of_unknown(learned, text, table)
     _check_known(learned, text, takings)
     return takings
 
 
-def _made_of(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
+def made_of_unknown(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
+    """As :func:`unknown_words`, but a question of which nothing is known or taken is not refused.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    text : str
+        The question; the user's synonyms come first.
+    table : NearbyTable
+        What words may be taken as.
+    """
     if learned.fitted_word_map is None:
         _ = learned.word_map  # raises: no words were learned
     known = frozenset(learned.known_words)

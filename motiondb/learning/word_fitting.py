@@ -19,6 +19,7 @@ from motiondb.learning.certainty import asked_certainty
 from motiondb.learning.certainty.certainties import Certainties, fit_certainties
 from motiondb.learning.counting import Counted
 from motiondb.learning.start import joining
+from motiondb.learning.start.carried_certainty import carry, join_certainties
 from motiondb.learning.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
@@ -143,19 +144,14 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
     number = {word: n for n, word in enumerate(words)}
     ridge, calibration = started.taught.ridge, started.taught.calibration
-    certainties = started.taught.certainties
+    certainties = carry(started.taught.certainties)
     if described:
         rows = _training_rows(table, described, scores, number, taught.performers)
         mine = OwnRows(rows.vectors, rows.presence, rows.performers, words, started)
         ridge, calibration = choose_ridge_and_calibration(mine)
         fit = mine.without(np.zeros(len(rows.vectors), dtype=bool), ridge, calibration)
         learned = _certainties(table, described, rows, scores, fit, mine)
-        first, n = certainties, counts.moments.n
-        certainties = Certainties(
-            joining.join_certainty(learned.words, first.words, n),
-            joining.join_certainty(learned.example, first.example, n),
-            first.place,
-        )
+        certainties = join_certainties(learned, certainties, counts.moments.n)
     joint = joining.publish(counts, reference, started, ridge, calibration)
     return FittedWords(
         joint.association, scores, joint.word_map, certainties, Counted(counts, reference),

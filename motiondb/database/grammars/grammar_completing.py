@@ -1,16 +1,17 @@
 """Complete a pattern of words and terminals by sentences of a grammar that its captures can show.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
-them. A word means one segment, with one of the terminals in whose segments the word is probable
-(:mod:`.grammar_words`). A text without ``?`` and ``...`` that does not consist of terminals is a
-sentence in words: its words follow each other in this order, with anything between, before and
-after. The steps are from words to motion symbols (the association), to terminals, to a sentence
-that obeys the grammar, to motion.
+them. A word stands for one segment: for one of the terminals in whose segments the word is probable
+(:mod:`.grammar_words`). A word that no caption holds may be taken as known ones
+(:mod:`motiondb.learning.taken_words`), and is probable where these are. A text without ``?`` and
+``...`` that does not consist of terminals is a sentence in words: its words follow each other in
+this order, with anything between, before and after. The way is from words to motion symbols (the
+association), to terminals, to a sentence that obeys the grammar, to motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,12 +24,15 @@ from motiondb.database.grammars.grammar_sequences import (
     play,
 )
 from motiondb.database.grammars.grammar_words import Shares, terminal_shares, terminals_for
+from motiondb.database.nearby_words import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import understand
+from motiondb.learning.taken_words import made_of_unknown, with_taken
 from motiondb.words.lexicon.vocabulary import motion_word, nearest_words, nothing_known
+from motiondb.words.nearby.taking import Taking
 from motiondb.words.question.plain import plain_actions
 
 if TYPE_CHECKING:
@@ -48,7 +52,9 @@ def playable(material: Material) -> frozenset[str]:
     return frozenset(terminals.names[k] for k in set(terminals.labels[there].tolist()))
 
 
-def best(session: Session, material: Material, like: str, n: int) -> Completions:
+def best(
+    session: Session, material: Material, like: str, n: int, exact: bool = False
+) -> Completions:
     """Return the most probable sentences that match a pattern.
 
     Parameters
@@ -61,6 +67,8 @@ def best(session: Session, material: Material, like: str, n: int) -> Completions
         The pattern.
     n : int
         How many sentences.
+    exact : bool
+        Whether words that no caption holds are refused rather than taken as known ones.
 
     Raises
     ------
@@ -71,12 +79,17 @@ def best(session: Session, material: Material, like: str, n: int) -> Completions
     """
     if n < 1:
         raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
-    pattern = pattern_of(material, _learned(session), like)
+    pattern = pattern_of(material, _learned(session), like, exact)
     return complete(material.learned.grammar, pattern, n, allowed=playable(material))
 
 
 def generate(
-    session: Session, material: Material, like: str, length: int | None, seed: int
+    session: Session,
+    material: Material,
+    like: str,
+    length: int | None,
+    seed: int,
+    exact: bool = False,
 ) -> GrammarSequence:
     """Draw a sentence from those that match a pattern, by their probabilities, and assemble it.
 
@@ -92,6 +105,8 @@ def generate(
         Must be None: the pattern says how many terminals there are.
     seed : int
         The same seed gives the same motion.
+    exact : bool
+        Whether words that no caption holds are refused rather than taken as known ones.
 
     Raises
     ------
@@ -105,7 +120,8 @@ def generate(
             f"length: expected none with a pattern, found {length}. Write the number of terminals "
             f"as places: '? ? ?'."
         )
-    pattern, rng = pattern_of(material, _learned(session), like), np.random.default_rng(seed)
+    pattern = pattern_of(material, _learned(session), like, exact)
+    rng = np.random.default_rng(seed)
     grammar, allowed = material.learned.grammar, playable(material)
     return play(material, sample_completion(grammar, pattern, rng, allowed=allowed), rng)
 
@@ -115,7 +131,44 @@ def _learned(session: Session) -> Learned | None:
         return session.learned if store.is_learned(session.store) else None
 
 
-def pattern_of(material: Material, learned: Learned | None, text: str) -> Pattern:
+def taken_words(session: Session, material: Material, like: str) -> dict[str, Taking]:
+    """Return what is made of the words of a pattern that no caption holds.
+
+    Parameters
+    ----------
+    session : Session
+        The session, for what the database has learned.
+    material : Material
+        The grammar with its takes.
+    like : str
+        The pattern.
+
+    Returns
+    -------
+    dict
+        From each word that is taken to what it is taken as.
+    """
+    learned = _learned(session)
+    return {} if learned is None else _takings(material, learned, _tokens(like))
+
+
+def _tokens(text: str) -> list[str]:
+    return text.replace("\u2026", f" {GAP} ").split()
+
+
+def _takings(material: Material, learned: Learned, tokens: Sequence[str]) -> dict[str, Taking]:
+    """Return what words are taken as that are no terminals and that no caption holds."""
+    if learned.fitted_word_map is None:
+        return {}
+    names = material.learned.grammar.terminals
+    words = " ".join(t for t in tokens if t not in names and t not in (GAP, ANY))
+    made = made_of_unknown(learned, words, nearby_table())
+    return {word: taking for word, taking in made.items() if taking.is_taken}
+
+
+def pattern_of(
+    material: Material, learned: Learned | None, text: str, exact: bool = False
+) -> Pattern:
     """Read a pattern, or a sentence in words.
 
     Parameters
@@ -126,6 +179,8 @@ def pattern_of(material: Material, learned: Learned | None, text: str) -> Patter
         What the database has learned; None if nothing, then only terminals are known.
     text : str
         The text.
+    exact : bool
+        Whether words that no caption holds are refused rather than taken as known ones.
 
     Raises
     ------
@@ -134,13 +189,15 @@ def pattern_of(material: Material, learned: Learned | None, text: str) -> Patter
     GrammarError
         When the pattern needs too many states.
     """
-    tokens = text.replace("\u2026", f" {GAP} ").split()
+    tokens = _tokens(text)
     if not tokens or len(tokens) > LONGEST_STRING:
         raise QueryError(
             f"pattern: expected 1 to {LONGEST_STRING} terminals or words, found {len(tokens)}."
             f" Write for example 'walk {GAP} {ANY} {GAP} shoot'."
         )
     names = material.learned.grammar.terminals
+    if learned is not None and not exact:
+        learned = with_taken(learned, _takings(material, learned, tokens))
     marked = any(token in (GAP, ANY) for token in tokens)
     if marked or all(token in names for token in tokens):
         return read_pattern([_place(material, learned, token) for token in tokens])

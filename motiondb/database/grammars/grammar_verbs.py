@@ -219,7 +219,7 @@ class Grammars(SequenceVerbs):
         before, (wanted,) = terminals_of(grammar, beginning), terminals_of(grammar, [goal])
         return plan(grammar, before, wanted, shortest=shortest)
 
-    def complete(self, name: str, like: str, n: int = 5) -> Completions:
+    def complete(self, name: str, like: str, n: int = 5, exact: bool = False) -> Completions:
         """Return the most probable sentences that match a pattern and that captures can show.
 
         Parameters
@@ -231,6 +231,8 @@ class Grammars(SequenceVerbs):
             sentence in words, which may follow each other with anything between.
         n : int
             How many sentences.
+        exact : bool
+            Whether words that no caption holds are refused rather than taken as known ones.
 
         Raises
         ------
@@ -239,10 +241,15 @@ class Grammars(SequenceVerbs):
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
-        return grammar_completing.best(self._session, self.material(name), like, n)
+        return grammar_completing.best(self._session, self.material(name), like, n, exact)
 
     def generate(
-        self, name: str, seed: int = 0, length: int | None = None, like: str | None = None
+        self,
+        name: str,
+        seed: int = 0,
+        length: int | None = None,
+        like: str | None = None,
+        exact: bool = False,
     ) -> GrammarSequence:
         """Return a new sentence as motion; the same seed gives the same motion.
 
@@ -257,7 +264,9 @@ class Grammars(SequenceVerbs):
             used.
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
-            those that match, by their probabilities in the grammar.
+            those that match, as probable as they are in the grammar.
+        exact : bool
+            As in :meth:`complete`.
 
         Raises
         ------
@@ -269,7 +278,7 @@ class Grammars(SequenceVerbs):
         """
         if like is not None:
             return grammar_completing.generate(
-                self._session, self.material(name), like, length, seed
+                self._session, self.material(name), like, length, seed, exact
             )
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")

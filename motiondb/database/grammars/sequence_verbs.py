@@ -5,8 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.database.grammars import grammar_editing, grammar_sequences, grammar_strips
+from motiondb.database.grammars import (
+    grammar_completing,
+    grammar_editing,
+    grammar_sequences,
+    grammar_strips,
+)
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
+from motiondb.words.nearby.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -29,6 +35,18 @@ class SequenceVerbs:
         return self._session.kept(
             ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
         )
+
+    def taken_in_pattern(self, name: str, like: str) -> dict[str, Taking]:
+        """Return what the words of a pattern are taken as that no caption holds.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        like : str
+            The pattern, see ``complete``.
+        """
+        return grammar_completing.taken_words(self._session, self.material(name), like)
 
     def strip(self, sequence: GrammarSequence) -> tuple[grammar_strips.StripTerminal, ...]:
         """Return the terminals of a sequence with their times and the segments that play them."""

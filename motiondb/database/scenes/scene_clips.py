@@ -9,6 +9,8 @@ If a caption names several actions in order, all of them actions of the grammar 
 them a throw (its event is a release), the time of the throw is determined from the hands (see
 :mod:`motiondb.scene.clips.throws`). Its clip begins there, and the actions named before it come
 before. This is not done for captures with other captions that have times.
+
+Words of phrases that no caption holds may be taken as known ones (:mod:`.scene_words`).
 """
 
 from __future__ import annotations
@@ -18,8 +20,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from motiondb import store
+from motiondb.database.nearby_words import nearby_table
+from motiondb.database.scenes.scene_words import take_phrases
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.words.lexicon.vocabulary import split_actions, words_of
+from motiondb.words.nearby.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -28,6 +33,8 @@ if TYPE_CHECKING:
 THROW, BEFORE = "throw", "before"
 """Sections of a part of a capture: a throw, and what comes before it."""
 _THROWN = "release"
+
+_Words = tuple[frozenset[str], ...]
 
 _WAY = frozenset(("turn", "veer", "curve", "left", "right", "stop", "sudden", "suddenly", "degree"))
 """Words about the path of an action; they name no other action."""
@@ -56,32 +63,97 @@ class ShownAction:
     stretch: str = ""
 
 
-def find_actions(session: Session, grammar: MotionGrammar) -> dict[str, tuple[ShownAction, ...]]:
+@dataclass(frozen=True)
+class FoundActions:
+    """What captions show of a motion grammar.
+
+    Attributes
+    ----------
+    parts : dict
+        Name of a terminal -> the parts of captures that show it, each once.
+    takings : dict
+        Word of a phrase that no caption holds -> what it is taken as (:mod:`.scene_words`).
+    """
+
+    parts: Mapping[str, tuple[ShownAction, ...]]
+    takings: Mapping[str, Taking]
+
+
+def find_actions(
+    session: Session, grammar: MotionGrammar, exact: bool = False
+) -> dict[str, tuple[ShownAction, ...]]:
     """Return for every terminal the parts of captures that show it, each once."""
-    parts_of: dict[str, dict[ShownAction, None]] = {t.name: {} for t in grammar.terminals}
+    return dict(find_with_words(session, grammar, exact).parts)
+
+
+def find_with_words(session: Session, grammar: MotionGrammar, exact: bool = False) -> FoundActions:
+    """Return the parts of captures that show each terminal, and what unknown words are taken as.
+
+    Parameters
+    ----------
+    session : Session
+        The session.
+    grammar : MotionGrammar
+        The grammar.
+    exact : bool
+        Whether words that no caption holds match nothing rather than being taken as known ones.
+    """
     synonyms = store.load_synonyms(session.store)
-    captions = store.load_captions(session.store)
+    captions = _load_captions(session, synonyms)
     asked = {
         t.name: (_words(t.phrases, synonyms), _words(t.without, synonyms))
         for t in grammar.terminals
     }
     thrown = {t.name for t in grammar.terminals if t.event == _THROWN}
+    parts = _shown(captions, asked, thrown)
+    if exact or all(parts.values()):
+        return FoundActions(parts, {})
+    known = frozenset(word for one in captions for words in one.named for word in words)
+    phrases = {name: yes for name, (yes, _) in asked.items()}
+    missing = [name for name, of_one in parts.items() if not of_one]
+    taken = take_phrases(phrases, missing, known, nearby_table())
+    if not taken.phrases:
+        return FoundActions(parts, {})
+    again = {name: (taken.phrases.get(name, yes), no) for name, (yes, no) in asked.items()}
+    more = _shown(captions, again, thrown)
+    return FoundActions({**parts, **{name: more[name] for name in taken.phrases}}, taken.takings)
+
+
+@dataclass(frozen=True)
+class _Said:
+    """A caption: its part of a capture, the actions that it names, and whether it may be cut."""
+
+    part: ShownAction
+    named: tuple[frozenset[str], ...]
+    may_cut: bool
+
+
+def _load_captions(session: Session, synonyms: Mapping[str, str]) -> list[_Said]:
+    captions = store.load_captions(session.store)
+    found = []
     for info in store.load_captures(session.store):
         of_one = captions.get(info.capture_id, ())
         timed = any(caption.start is not None for caption in of_one)
         for caption in of_one:
-            named = _named_actions(caption.words, synonyms)
             part = ShownAction(info.name, caption.start, caption.end)
-            for name, (phrases, without) in asked.items():
-                if _all_show(named, phrases, without):
-                    parts_of[name][part] = None
-            if caption.start is not None or not timed:
-                for name, stretch in _about_a_throw(named, asked, thrown):
-                    parts_of[name][replace(part, stretch=stretch)] = None
-    return {name: tuple(parts) for name, parts in parts_of.items()}
+            may_cut = caption.start is not None or not timed
+            found.append(_Said(part, _named_actions(caption.words, synonyms), may_cut))
+    return found
 
 
-_Words = tuple[frozenset[str], ...]
+def _shown(
+    captions: Iterable[_Said], asked: Mapping[str, tuple[_Words, _Words]], thrown: set[str]
+) -> dict[str, tuple[ShownAction, ...]]:
+    """Return for every terminal the parts that captions say show it."""
+    found: dict[str, dict[ShownAction, None]] = {name: {} for name in asked}
+    for one in captions:
+        for name, (phrases, without) in asked.items():
+            if _all_show(one.named, phrases, without):
+                found[name][one.part] = None
+        if one.may_cut:
+            for name, stretch in _about_a_throw(one.named, asked, thrown):
+                found[name][replace(one.part, stretch=stretch)] = None
+    return {name: tuple(parts) for name, parts in found.items()}
 
 
 def _about_a_throw(

@@ -41,9 +41,23 @@ _Events = Mapping[int, tuple[Event, ...]]
 
 
 def scene_clips(
-    session: Session, grammar: MotionGrammar, settings: VariantSettings | None = None
+    session: Session,
+    grammar: MotionGrammar,
+    settings: VariantSettings | None = None,
+    exact: bool = False,
 ) -> SceneClips:
     """Return the clips of all terminals of a grammar.
+
+    Parameters
+    ----------
+    session : Session
+        The session.
+    grammar : MotionGrammar
+        The grammar.
+    settings : VariantSettings or None
+        Settings of the variants.
+    exact : bool
+        Whether words that no caption holds match nothing rather than being taken as known ones.
 
     Raises
     ------
@@ -52,20 +66,21 @@ def scene_clips(
     """
     chosen = settings or VariantSettings()
     return session.kept(
-        ("scene clips", grammar, chosen),
-        lambda: _make(session, grammar, store.load_events(session.store), chosen),
+        ("scene clips", grammar, chosen, exact),
+        lambda: _make(session, grammar, store.load_events(session.store), (chosen, exact)),
     )
 
 
 def _make(
-    session: Session, grammar: MotionGrammar, events: _Events, settings: VariantSettings
+    session: Session, grammar: MotionGrammar, events: _Events, how: tuple[VariantSettings, bool]
 ) -> SceneClips:
+    settings, exact = how
     infos = {
         info.name: info for info in store.load_captures(session.store) if info.kind == "captured"
     }
     actions = {
         terminal: _evenly([part for part in parts if part.capture in infos], settings.most)
-        for terminal, parts in find_actions(session, grammar).items()
+        for terminal, parts in find_actions(session, grammar, exact).items()
     }
     names = sorted({part.capture for parts in actions.values() for part in parts})
     motions = {n: store.load_motion(session.store, infos[n].capture_id) for n in names}

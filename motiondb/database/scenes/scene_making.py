@@ -70,6 +70,9 @@ class SceneSettings:
         Most tries, if faults remain.
     gaze : bool
         Whether heads follow the ball.
+    exact : bool
+        Whether words of the grammar that no caption holds match nothing rather than being taken as
+        words that captions hold.
     """
 
     seed: int = 0
@@ -78,6 +81,7 @@ class SceneSettings:
     minutes: float | None = None
     tries: int = 3
     gaze: bool = True
+    exact: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= self.chains <= _MOST_CHAINS:

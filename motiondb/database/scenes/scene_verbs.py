@@ -18,7 +18,7 @@ from motiondb import pictures, store
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
-from motiondb.database.scenes.scene_clips import ShownAction, find_actions
+from motiondb.database.scenes.scene_clips import ShownAction, find_actions, find_with_words
 from motiondb.database.scenes.scene_facts import action_captions, report_details
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
@@ -41,6 +41,7 @@ from motiondb.pose import body
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
+from motiondb.words.nearby.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -110,9 +111,10 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         """
         text = read_scene_text(diagram)
         progress("loading", 0.0, np.nan)
-        clips = scene_clips(self._session, text.grammar)
+        settings = settings or SceneSettings()
+        clips = scene_clips(self._session, text.grammar, exact=settings.exact)
         progress("loading", 1.0, np.nan)
-        made = make(text, clips, settings or SceneSettings(), progress)
+        made = make(text, clips, settings, progress)
         return self._finished(made, name or text.diagram.name)
 
     def update(
@@ -148,7 +150,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         settings = settings or SceneSettings(**earlier.settings)
         if new.grammar_text != old.grammar_text:
             return self.make(diagram, settings, progress, earlier.name)
-        clips = scene_clips(self._session, new.grammar)
+        clips = scene_clips(self._session, new.grammar, exact=settings.exact)
         state = record_state(earlier, old, clips.library)
         made = make(new, clips, settings, progress, (old.diagram, state), shown)
         return self._finished(made, earlier.name)
@@ -266,7 +268,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
                 check_name_free(database, capture)
 
     def find_actions(
-        self, grammar: str | Path | MotionGrammar
+        self, grammar: str | Path | MotionGrammar, exact: bool = False
     ) -> dict[str, tuple[ShownAction, ...]]:
         """Parts of captures whose captions show the terminals of a grammar.
 
@@ -274,9 +276,22 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         ----------
         grammar : str, Path or MotionGrammar
             A motion grammar.
+        exact : bool
+            Whether words that no caption holds match nothing rather than being taken as known ones.
         """
         with self._session.reading():
-            return find_actions(self._session, self.read_grammar(grammar))
+            return find_actions(self._session, self.read_grammar(grammar), exact)
+
+    def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
+        """What words of a grammar's phrases are taken as that no caption holds.
+
+        Parameters
+        ----------
+        grammar : str, Path or MotionGrammar
+            A motion grammar.
+        """
+        with self._session.reading():
+            return dict(find_with_words(self._session, self.read_grammar(grammar)).takings)
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""

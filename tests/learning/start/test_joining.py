@@ -10,11 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_knowledge import N_COLUMNS, N_SYMBOLS, small_knowledge, small_rows
 
+from motiondb.learning.certainty.certainties import Certainties
+from motiondb.learning.certainty.question_certainty import KindCertainty
 from motiondb.learning.counting import Counts, make_reference
-from motiondb.learning.start import joining
+from motiondb.learning.start import carried_certainty, joining
 from motiondb.learning.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learning.start.knowledge import Started, begin
 from motiondb.records import Association, SegmentTable
+from motiondb.search import certainty
 from motiondb.search.certainty import Certainty
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.words.maps.word_map import map_words
@@ -215,3 +218,44 @@ def test_a_start_that_does_not_fit_is_set_aside_where_captions_are_enough() -> N
     assert joining.is_set_aside(strange, joining.ENOUGH)
     assert not joining.is_set_aside(strange, joining.ENOUGH - 1)
     assert not joining.is_set_aside(fitting, 10_000)
+
+
+def test_probabilities_of_a_start_come_nearer_to_a_half_and_keep_their_order() -> None:
+    """A probability of the start is the mean over what its log-odds may be off by elsewhere."""
+    first = Certainties(
+        words=Certainty(np.array([2.0]), -1.0, 0.7),
+        example=Certainty(np.array([2.0]), -1.0, 0.7),
+        without=KindCertainty(Certainty(np.array([3.0]), 0.5, np.nan)),
+    )
+    carried = carried_certainty.carry(first)
+    cues = np.linspace(-2.0, 3.0, 11)[:, None]
+    assert first.words is not None
+    assert carried.words is not None
+    inside, outside = (
+        certainty.probability(s.log_odds(cues)) for s in (first.words, carried.words)
+    )
+    assert (np.diff(outside) > 0.0).all()
+    assert (np.abs(outside - 0.5) <= np.abs(inside - 0.5)).all()
+    nodes, weights = np.polynomial.hermite_e.hermegauss(61)
+    odds = first.words.log_odds(cues)[:, None] + carried_certainty.SPREAD * nodes
+    exact = certainty.probability(odds) @ weights / weights.sum()
+    np.testing.assert_allclose(outside, exact, atol=0.02)
+    assert carried.words.threshold == 0.7
+    assert carried.example is first.example
+    assert carried.without.whole is not None
+    assert carried.without.whole.weights[0] < 3.0
+    assert carried.without.part is None
+
+
+def test_certainties_of_questions_with_without_or_either_are_joined_too() -> None:
+    def sure(weight: float) -> KindCertainty:
+        return KindCertainty(Certainty(np.array([weight]), 0.0, 0.0))
+
+    joined = carried_certainty.join_certainties(
+        Certainties(without=sure(1.0)), Certainties(without=sure(3.0), either=sure(5.0)), 10.0
+    )
+    assert joined.without.whole is not None
+    assert joined.without.whole.weights.tolist() == [2.0]
+    assert joined.either.whole is not None
+    assert joined.either.whole.weights.tolist() == [5.0]
+    assert joined.words is None

@@ -1,0 +1,126 @@
+"""Judge the answers of one state of knowledge, and sum over folds with intervals."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import FloatArray
+from quality_protocol.confidence import weighted_draws, weighted_measure
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """One state of knowledge, asked: word scores, described scores (captures, words), threshold."""
+
+    names: tuple[str, ...]
+    ranked: FloatArray
+    described: FloatArray
+    added: FloatArray
+    threshold: float | None
+    sure: FloatArray | None
+
+
+def judge(
+    words: Sequence[frozenset[str]],
+    answers: Asked | None,
+    gallery: NDArray[np.int64],
+    asked: Sequence[str],
+    seed: int,
+) -> dict[str, Any]:
+    """Rankings of captures per word, ranks of true words per capture, and "nothing matches".
+
+    A word that is not known ranks all captures by chance; where nothing is known, a capture's words
+    come in an order by chance, and nothing can be said about what is missing.
+    """
+    rng = np.random.default_rng(seed)
+    number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}
+    rankings, told, calibration = [], [], []
+    for word in asked:
+        right = np.array([word in words[g] for g in gallery])
+        known = answers is not None and word in number
+        noise = rng.random(len(gallery))
+        scores = answers.ranked[:, number[word]] if known and answers else noise
+        order = np.lexsort([noise, -scores])
+        rankings.append((gallery[order].tolist(), right[order].tolist()))
+        if known and answers is not None and answers.threshold is not None:
+            added = answers.added[:, number[word]]
+            there, gone = added.max(), added[~right].max()
+            told.append([bool(there >= answers.threshold), bool(gone < answers.threshold)])
+        else:
+            told.append([False, True])  # an unknown word is refused: never found, never wrong
+        if known and answers is not None and answers.sure is not None:
+            best = order[:5]
+            calibration += list(zip(answers.sure[best, number[word]].tolist(),
+                                    right[best].tolist()))  # fmt: skip
+    reciprocal, share = {}, {}
+    for place, capture in enumerate(gallery):
+        true = np.array([w in words[capture] for w in asked])
+        if not true.any():
+            continue
+        noise = rng.random(len(asked))
+        scores = np.array([
+            answers.described[place, number[w]] if answers is not None and w in number else -1e9
+            for w in asked
+        ])  # fmt: skip
+        found = true[np.lexsort([noise, -scores])]
+        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(found)))
+        share[int(capture)] = float(found[: true.sum()].mean())
+    return {"rankings": rankings, "reciprocal": reciprocal, "f1": share, "told": told,
+            "calibration": calibration}  # fmt: skip
+
+
+def measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatArray]:
+    """Every measure of every draw of captures."""
+    total, count = np.zeros(len(draws)), np.zeros(len(draws))
+    for fold in folds:
+        for captures, right in fold["rankings"]:
+            weight = draws[:, captures]
+            hits = np.cumsum(weight * np.array(right), axis=1)
+            share = hits / np.maximum(np.cumsum(weight, axis=1), 1e-12)
+            total += (weight * np.array(right) * share).sum(axis=1) / np.maximum(hits[:, -1], 1e-12)
+            count += hits[:, -1] > 0
+    found = {"words to motion, mAP": total / np.maximum(count, 1)}
+    for name, key in (
+        ("reciprocal", "motion to words, reciprocal rank"),
+        ("f1", "motion to words, F1"),
+    ):
+        values = {c: v for fold in folds for c, v in fold[name].items()}
+        weight = draws[:, list(values)]
+        found[key] = (
+            weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
+        )
+    told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
+    some = weighted_draws(len(told), 0, len(draws) - 1)
+    found["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
+    pairs = [pair for fold in folds for pair in fold["calibration"]]
+    if pairs:
+        said, right = np.array(pairs, dtype=float).T
+        bins = np.minimum((said * 10).astype(int), 9)
+        gaps = [abs(said[bins == b].sum() - right[bins == b].sum()) for b in range(10)]
+        error = float(np.sum(gaps) / len(said))
+    else:
+        error = float("nan")
+    found["calibration error of the first five answers"] = np.full(len(draws), error)
+    return found
+
+
+def told_interval(values: FloatArray) -> list[float] | None:
+    if np.isnan(values[0]):
+        return None
+    measure = weighted_measure(values)
+    low, high = (measure.value if b is None else b for b in (measure.low, measure.high))
+    return [round(v, 4) for v in (measure.value, low, high)]
+
+
+def brief(judged: dict[str, Any]) -> str:
+    precision = []
+    for _, right in judged["rankings"]:
+        hits = np.array(right)
+        precision.append(float((np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean()))
+    return f"mAP {np.mean(precision):.3f}, {time.strftime('%H:%M:%S')}"

@@ -1,0 +1,93 @@
+"""Words of a motion grammar's phrases that no caption holds, taken as words that captions hold.
+
+A terminal that no caption shows is asked for again. Words of its phrases that no caption holds are
+taken as known ones (:mod:`motiondb.words.nearby.taking`): as every known word whose probability is
+``SURE`` or more. This is more than for questions, because an answer is shown with its probability
+and left to the user to judge, while a scene plays its clips. A word is not taken as one that a phrase of another terminal holds, since a
+grammar that has both tells them apart. Excluding phrases ("without") are left as they are: what no
+caption holds excludes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+from motiondb.words.nearby.table import NearbyTable
+from motiondb.words.nearby.taking import Taking, take_word
+
+Phrases = tuple[frozenset[str], ...]
+SURE = 0.8
+"""Least probability of a word that is taken. Chosen by hand; not tuned."""
+MOST_PHRASES = 50
+"""Phrases that one phrase may become. Chosen by hand, to bound the time."""
+
+
+@dataclass(frozen=True)
+class TakenPhrases:
+    """What the phrases of terminals without clips are taken as.
+
+    Attributes
+    ----------
+    phrases : dict
+        Name of a terminal -> the phrases that it is asked for with.
+    takings : dict
+        Word that no caption holds -> what it is taken as.
+    """
+
+    phrases: Mapping[str, Phrases]
+    takings: Mapping[str, Taking]
+
+
+def take_phrases(
+    asked: Mapping[str, Phrases],
+    missing: Iterable[str],
+    known: frozenset[str],
+    table: NearbyTable,
+) -> TakenPhrases:
+    """Take the words of phrases that no caption holds.
+
+    Parameters
+    ----------
+    asked : mapping of str to tuple of frozenset of str
+        Name of every terminal -> the words of each of its phrases.
+    missing : iterable of str
+        Names of the terminals that no caption shows.
+    known : frozenset of str
+        Lemmas of the captions.
+    table : NearbyTable
+        What words may be taken as.
+    """
+    phrases: dict[str, Phrases] = {}
+    takings: dict[str, Taking] = {}
+    for name in missing:
+        others = {w for other, each in asked.items() if other != name for p in each for w in p}
+        takeable = known - others
+        here = {
+            word: taking
+            for phrase in asked[name] for word in sorted(phrase - known)
+            if (taking := _sure(take_word(word, takeable, table))).words
+        }  # fmt: skip
+        found = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
+        if found:
+            phrases[name] = tuple(found)
+            takings |= here
+    return TakenPhrases(phrases, takings)
+
+
+def _sure(taking: Taking) -> Taking:
+    return replace(taking, words=tuple(pair for pair in taking.words if pair[1] >= SURE))
+
+
+def _taken(
+    phrase: frozenset[str], known: frozenset[str], takings: Mapping[str, Taking]
+) -> list[frozenset[str]]:
+    """The phrases that a phrase with unknown words becomes; none where a word is not taken."""
+    if phrase <= known or not phrase - known <= takings.keys():
+        return []
+    choices = [
+        [word] if word in known else [w for w, _ in takings[word].words]
+        for word in sorted(phrase)
+    ]
+    return [frozenset(chosen) for chosen, _ in zip(product(*choices), range(MOST_PHRASES))]
