@@ -1,12 +1,14 @@
 """What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
 
-    python benchmarks/grammar.py --data DIR [--task speed truth recursive number real pictures]
-                                 [--style salsa ...]
+    python benchmarks/grammar.py --data DIR [--task speed truth recursive ...]
+                                 [--style salsa ...] [--language brackets ...] [--sentences 20]
 
 DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only,
-``recursive`` needs none.
-Sections of tasks that are not run stay as they are on the page. Observations from the pictures, and
-limits, are in ``grammar_tasks/notes.md`` and are put under the section of the same heading.
+``recursive`` and ``development`` need none. Of these two, a part may be run: some languages, or one
+number of sentences; the rows of other languages stay.
+Sections of tasks that are not run stay as they are on the page. What people saw in the pictures,
+and what falls short, is written in ``grammar_tasks/notes.md`` and goes under the section of its
+heading.
 """
 
 from __future__ import annotations
@@ -16,19 +18,30 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from grammar_tasks.completion import completion_rows
 from grammar_tasks.number import number_rows
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
-from grammar_tasks.recursive import recursive_rows
+from grammar_tasks.recursive import SIZES, development_rows, recursive_rows
+from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
 from grammar_tasks.speed_table import speed
 from grammar_tasks.tables import sections, write_sections
 from grammar_tasks.truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
-TASKS = ("speed", "truth", "recursive", "number", "real", "pictures")
+TASKS = (
+    "speed", "truth", "recursive", "development", "completion", "number", "real", "pictures",
+)  # fmt: skip
+WITHOUT_DATA = ("truth", "recursive", "development", "completion", "number")
 RECURSIVE = "Known truth: languages that repeat and nest"
+DEVELOPED = "Known truth: languages of development"
+COMPLETION = "Completion of patterns"
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
+
+
+Jobs = dict[str, tuple[str, Callable[[], str]]]
+"""Title of each section, its command, and what makes its body."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -37,22 +50,47 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--data", type=Path)
     parser.add_argument("--task", nargs="+", choices=TASKS, default=TASKS)
     parser.add_argument("--style", nargs="+", choices=tuple(STYLES), default=tuple(STYLES))
+    parser.add_argument("--language", nargs="+", choices=(*LANGUAGES, *DEVELOPMENT))
+    parser.add_argument("--sentences", nargs="+", type=int, choices=SIZES, default=SIZES)
     parser.add_argument("--output", type=Path, default=Path("docs"))
     chosen = parser.parse_args(arguments)
-    if chosen.data is None and set(chosen.task) - {"truth", "recursive", "number"}:
-        parser.error(
-            "--data: expected the folder of the captures. Truth, recursive and number need none."
-        )
-    jobs: dict[str, tuple[str, Callable[[], str]]] = {}
-    if "speed" in chosen.task:
-        jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
+    if chosen.data is None and set(chosen.task) - set(WITHOUT_DATA):
+        free = ", ".join(WITHOUT_DATA)
+        parser.error(f"--data: expected the folder of the captures. Only {free} need none.")
+    page = chosen.output / "grammar.md"
+    known = sections(page.read_text(encoding="utf-8")) if page.exists() else {}
+    for title, (command, job) in {**_made_up(chosen, known), **_from_data(chosen)}.items():
+        print(title, flush=True)
+        _write(page, title, f"`{command}`\n\n{job()}")
+
+
+def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
+    """The jobs that need no captures."""
+    jobs: Jobs = {}
     for part in PARTS if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
         jobs[f"Known truth: {part}"] = command, partial(truth, part)
-    if "recursive" in chosen.task:
-        jobs[RECURSIVE] = "python benchmarks/grammar.py --task recursive", recursive_rows
+    for n in chosen.sentences if "recursive" in chosen.task else ():
+        names = [name for name in LANGUAGES if name in (chosen.language or LANGUAGES)]
+        title = f"{RECURSIVE}, {n} sentences"
+        command = f"python benchmarks/grammar.py --task recursive --sentences {n}"
+        jobs[title] = command, partial(recursive_rows, n, names, known.get(title, ""))
+    if "development" in chosen.task:
+        names = [name for name in DEVELOPMENT if name in (chosen.language or DEVELOPMENT)]
+        command = "python benchmarks/grammar.py --task development"
+        jobs[DEVELOPED] = command, partial(development_rows, names, known.get(DEVELOPED, ""))
+    if "completion" in chosen.task:
+        jobs[COMPLETION] = "python benchmarks/grammar.py --task completion", completion_rows
     if "number" in chosen.task:
         jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
+    return jobs
+
+
+def _from_data(chosen: argparse.Namespace) -> Jobs:
+    """The jobs that need captures."""
+    jobs: Jobs = {}
+    if "speed" in chosen.task:
+        jobs["Speed"] = f"{COMMAND} --task speed", lambda: speed(chosen.data)
     for style in chosen.style if "real" in chosen.task else ():
         command = f"{COMMAND} --task real --style {style}"
         jobs[_title(style)] = command, partial(real, chosen.data, style)
@@ -60,9 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         folder = chosen.output / "pictures"
         command = f"{COMMAND} --task pictures"
         jobs["Pictures"] = command, lambda: pictures(chosen.data, tuple(STYLES), folder)
-    for title, (command, job) in jobs.items():
-        print(title, flush=True)
-        _write(chosen.output / "grammar.md", title, f"`{command}`\n\n{job()}")
+    return jobs
 
 
 def _title(style: str) -> str:
@@ -73,7 +109,16 @@ def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
-    order = ["Speed", *known, RECURSIVE, NUMBER, *(_title(style) for style in STYLES), "Pictures"]
+    loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED]
+    order = [
+        "Speed",
+        *known,
+        *loops,
+        COMPLETION,
+        NUMBER,
+        *(_title(style) for style in STYLES),
+        "Pictures",
+    ]
     parts = [body, notes.get(title, "")]
     write_sections(page, notes[""], order, {title: "\n\n".join(part for part in parts if part)})
 

@@ -1,4 +1,4 @@
-"""Task ``recursive`` of ``benchmarks/grammar.py``: languages that repeat and nest.
+"""Tasks ``recursive`` and ``development`` of ``benchmarks/grammar.py``: loops and nesting.
 
 Sentences are drawn from grammars with loops; empty ones and those of more than 60 symbols are drawn
 again. Each learner gets the same sentences: motiondb, motiondb without loops, the finite state
@@ -21,7 +21,8 @@ from functools import partial
 
 import numpy as np
 
-from grammar_tasks.tables import table
+from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
+from grammar_tasks.tables import table, table_rows
 from motiondb.grammar.baselines.finite_state import finite_state_grammar
 from motiondb.grammar.baselines.language_measures import coverage, derived_strings
 from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
@@ -30,58 +31,77 @@ from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.rules.description_length import description_length
 
 String = tuple[str, ...]
-LANGUAGES = {
-    "repetition": "S -> stand A rest\nA -> left right A [0.6] | left right [0.4]",
-    "separated list": "S -> walk L sit\nL -> I then L [0.6] | I [0.4]\nI -> wave | clap | bow",
-    "brackets": "S -> l Q r S [0.45] | l Q r [0.55]\nQ -> S [0.4] | empty [0.6]",
-    "two brackets": "S -> P S [0.4] | P [0.6]\nP -> l Q r | k Q t\nQ -> S [0.45] | empty [0.55]",
-    "a^n b^n": "S -> a S b [0.65] | a b [0.35]",
-    "mirror": "S -> a S a [0.35] | b S b [0.3] | m [0.35]",
-    "arithmetic": (
-        "E -> E plus T [0.4] | T [0.6]\nT -> T times F [0.35] | F [0.65]\n"
-        "F -> l E r [0.28] | x [0.4] | y [0.32]"
-    ),
-    "nested play": "S -> start P shoot\nP -> dribble P [0.3] | pass P return [0.3] | fake [0.4]",
-    "loop in a loop": (
-        "S -> walk P shoot\nP -> D E P | D E\nD -> dribble D | dribble\nE -> pass | fake"
-    ),
-    "one to three times": "S -> stand A rest\nA -> l r | l r l r | l r l r l r",
-}
-BOUNDED = ("one to three times",)
-SENTENCES, LONGEST, STRINGS, MEAN = 20, 60, 300, 40.0
-"""Sentences given, symbols of the longest, strings drawn to compare languages, and the mean
-length. Chosen by hand; not tuned."""
-SEEDS = 2
-"""Sets of sentences drawn from every language."""
+SIZES = (20, 50)
+LONGEST, STRINGS, MEAN = 60, 300, 40.0
+SEEDS, DEVELOPMENT_SEEDS = 2, 3
+LOOPS, NO_LOOPS = "motiondb", "without loops"
+HEADS = ["language", "learner", "precision", "recall", "unseen", "bits", "true rules",
+         "processor seconds", "times without loops"]  # fmt: skip
 
 
-def recursive_rows(n: int = SENTENCES, seeds: int = SEEDS) -> str:
-    """The section: every language, every learner."""
+def recursive_rows(n: int, names: Sequence[str], known: str) -> str:
+    """The section of a number of sentences: every learner on some of the languages.
+
+    Rows of other languages are taken from ``known``, the section as it is.
+    """
+    rows = {row[0]: [] for row in table_rows(known)}
+    for row in table_rows(known):
+        rows[row[0]].append(row)
+    for name in names:
+        rows[name] = _language_rows(name, n)
+        for row in rows[name]:
+            print("  " + " ".join(row), flush=True)
+    ordered = [row for name in LANGUAGES for row in rows.get(name, [])]
+    said = f"{n} sentences, means of {SEEDS} draws; {STRINGS} strings for each figure."
+    return f"{table(HEADS, ordered)}\n\n{said}"
+
+
+def _language_rows(name: str, n: int) -> list[list[str]]:
+    """The rows of a language, one for each learner."""
     learners: dict[str, Callable[[list[String]], Grammar]] = {
-        "motiondb": induce,
-        "without loops": partial(induce, loops=False),
+        LOOPS: induce,
+        NO_LOOPS: partial(induce, loops=False),
         "finite state machine": finite_state_grammar,
         "3-testable": three_testable,
     }
     if _has_aalpy():
         learners["ALERGIA"] = alergia
+    truth = read_grammar(LANGUAGES[name])
+    drawn = [_drawn(truth, n, 700 + seed) for seed in range(SEEDS)]
+    true_bits = np.mean([description_length(truth, sample).total for sample in drawn])
+    figures = {
+        kind: np.array([_figures(learn, truth, sample) for sample in drawn]).mean(axis=0)
+        for kind, learn in learners.items()
+    }
     rows = []
-    for name, text in LANGUAGES.items():
-        truth = read_grammar(text)
-        drawn = [_drawn(truth, n, 700 + seed) for seed in range(seeds)]
-        true_bits = np.mean([description_length(truth, sample).total for sample in drawn])
-        for kind, learn in learners.items():
-            figures = np.array([_figures(learn, truth, sample) for sample in drawn]).mean(axis=0)
-            *shares, bits, spent = figures.tolist()
-            rows.append(
-                [name, kind, *(f"{share:.2f}" for share in shares), f"{bits:.0f}",
-                 f"{true_bits:.0f}", f"{spent:.1f}"]
-            )  # fmt: skip
-            print("  " + " ".join(rows[-1]), flush=True)
-    heads = ["language", "learner", "precision", "recall", "unseen", "bits", "true rules",
-             "processor seconds"]  # fmt: skip
-    said = f"{n} sentences, means of {seeds} draws; {STRINGS} strings for each figure."
-    return f"{table(heads, rows)}\n\n{said}"
+    for kind, (*shares, bits, spent) in figures.items():
+        times = f"{spent / figures[NO_LOOPS][-1]:.1f}" if kind == LOOPS else ""
+        rows.append(
+            [name, kind, *(f"{share:.2f}" for share in shares), f"{bits:.0f}", f"{true_bits:.0f}",
+             f"{spent:.1f}", times]
+        )  # fmt: skip
+    return rows
+
+
+def development_rows(names: Sequence[str], known: str) -> str:
+    """The section of the languages on which faults were looked for: every draw of motiondb."""
+    rows = {row[0]: row for row in table_rows(known)}
+    for name in names:
+        truth = read_grammar(DEVELOPMENT[name])
+        cells = []
+        for seed in range(1, DEVELOPMENT_SEEDS + 1):
+            sample = _drawn(truth, SIZES[0], seed)
+            *shares, bits, _ = _figures(induce, truth, sample)
+            true_bits = description_length(truth, sample).total
+            shown = " / ".join(f"{share:.2f}" for share in shares)
+            cells += [shown, f"{bits:.0f} / {true_bits:.0f}"]
+        rows[name] = [name, *cells]
+        print("  " + " | ".join(rows[name]), flush=True)
+    heads = ["language"]
+    for seed in range(1, DEVELOPMENT_SEEDS + 1):
+        heads += [f"draw {seed}: precision / recall / unseen", "bits / true rules"]
+    ordered = [rows[name] for name in DEVELOPMENT if name in rows]
+    return f"{table(heads, ordered)}\n\n{SIZES[0]} sentences."
 
 
 def _figures(

@@ -20,6 +20,16 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(lines)
 
 
+def table_rows(text: str) -> list[list[str]]:
+    """The rows of the first table of a text, without its heads; none if it has no table.
+
+    >>> table_rows(table(["a", "b"], [["x", "1"], ["y", ""]]))
+    [['x', '1'], ['y', '']]
+    """
+    lines = [line for line in text.splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines[1:]]
+
+
 def sections(text: str) -> dict[str, str]:
     """Heading ("## ...") -> its text; the head of the page under "".
 

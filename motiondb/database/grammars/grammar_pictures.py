@@ -18,7 +18,7 @@ from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.cfg import context_free
-from motiondb.grammar.cfg.loops import with_loops
+from motiondb.grammar.cfg.loops import with_loops, with_loops_around
 from motiondb.records import MOTION_FPS
 
 SHOWN_TREES = 12
@@ -109,30 +109,20 @@ def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Pat
 
 def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
     """Draw the trees of a capture's sentences, at least one."""
-    tree_pictures = [
-        pictures.TreePicture(f"sentence {n}", tree) for n, tree in enumerate(trees, start=1)
+    found = [
+        pictures.TreePicture(f"sentence {n}", with_loops(tree))
+        for n, tree in enumerate(trees, start=1)
     ]
-    return pictures.draw_trees(
-        tree_pictures, path, material.learned.name, colours(material.learned)
-    )
+    return pictures.draw_trees(found, path, material.learned.name, colours(material.learned))
 
 
 def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
     """Draw the edited tree and those with the alternatives, with the region marked in each."""
     trees = [edited.before, *(edited.tree(n) for n in range(len(edited.alternatives)))]
     captions = ["as it is", *(str(n + 1) for n in range(len(edited.alternatives)))]
-    tree_pictures = [
-        pictures.TreePicture(caption, tree, _region_nodes(tree, edited.region.path))
+    found = [
+        pictures.TreePicture(caption, *with_loops_around(tree, edited.region.path))
         for caption, tree in zip(captions, trees)
     ]
     title = f"{material.learned.name}: what {edited.region.symbol} may derive"
-    return pictures.draw_trees(tree_pictures, path, title, colours(material.learned))
-
-
-def _region_nodes(tree: context_free.Tree, path: Sequence[int]) -> range:
-    """Return the preorder numbers of the node at the end of a path and of all nodes below it."""
-    first = 0
-    for child in path:
-        first += 1 + sum(sum(1 for _ in before.nodes()) for before in tree.children[:child])
-        tree = tree.children[child]
-    return range(first, first + sum(1 for _ in tree.nodes()))
+    return pictures.draw_trees(found, path, title, colours(material.learned))

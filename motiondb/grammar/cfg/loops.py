@@ -1,13 +1,14 @@
 """Show loops as loops: rules that repeat as repetitions, and chains in trees as one node.
 
 The rules of a nonterminal A fall into three kinds: L A, which put something before A, A R, which
-put something after it, and all others, Z. The strings of A are then those of L* Z R*, for any L, Z
-and R, which may contain A. If L and Z are the same, this is L+.
+put something after it, and all others, Z. The strings of A are then those of L* Z R*, whatever L, Z
+and R hold, A itself included. If L and Z are the same, this is L+. So is L* beside L.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from motiondb.grammar.cfg.context_free import EMPTY, Grammar, Rule, Tree, format_grammar
 
@@ -31,11 +32,59 @@ def format_loops(grammar: Grammar) -> str:
     B -> z (x [0.3] | y [0.2])*
     """
     lines = []
+    grammar = _once_or_more(grammar)
     for line in format_grammar(grammar).splitlines():
         left = line.split(" -> ", 1)[0]
         rules = [grammar.rules[number] for number in grammar.rules_of[left]]
         lines.append(_repetition(left, rules) or line)
     return "\n".join(lines)
+
+
+def _once_or_more(grammar: Grammar) -> Grammar:
+    """Return a grammar of the same language in which X* X and X X*, wherever X* stands, are X+."""
+    rules = list(grammar.rules)
+    for left in grammar.nonterminals:
+        part = _repeated(left, [rule for rule in rules if rule.left == left])
+        others = [rule.right for rule in rules if rule.left != left]
+        shortened = {right: _without_part(right, left, part) for right in others} if part else {}
+        if left == grammar.start or not part or None in shortened.values():
+            continue
+        for number, rule in enumerate(rules):
+            if rule.left != left:
+                rules[number] = replace(rule, right=shortened[rule.right] or ())
+            elif not rule.right:
+                rules[number] = replace(rule, right=part)
+    return replace(grammar, rules=tuple(rules))
+
+
+def _repeated(left: str, rules: Sequence[Rule]) -> tuple[str, ...]:
+    """Return X if the rules of a nonterminal make it X*, else nothing."""
+    rights = sorted((rule.right for rule in rules), key=len)
+    if len(rights) != 2 or rights[0]:
+        return ()
+    for part, symbol in ((rights[1][:-1], rights[1][-1]), (rights[1][1:], rights[1][0])):
+        if symbol == left and left not in part:
+            return part
+    return ()
+
+
+def _without_part(
+    right: tuple[str, ...], left: str, part: tuple[str, ...]
+) -> tuple[str, ...] | None:
+    """Return a right side without the X beside each X*; None if there is none beside one."""
+    n, written, k = len(part), list(right), 0
+    while k < len(written):
+        if written[k] != left:
+            k += 1
+        elif tuple(written[k + 1 : k + 1 + n]) == part:
+            del written[k + 1 : k + 1 + n]
+            k += 1
+        elif k >= n and tuple(written[k - n : k]) == part:
+            del written[k - n : k]
+            k += 1 - n
+        else:
+            return None
+    return tuple(written)
 
 
 def _repetition(left: str, rules: Sequence[Rule]) -> str | None:
@@ -102,6 +151,61 @@ def with_loops(tree: Tree) -> Tree:
         else:
             waiting.append((node, True))
             waiting.extend((child, False) for child in reversed(node.children))
+    return done[0]
+
+
+def with_loops_around(tree: Tree, path: Sequence[int]) -> tuple[Tree, range]:
+    r"""Return a tree with its loops drawn as :func:`with_loops` does, one node kept apart.
+
+    The node keeps a place of its own even where it is a round of a loop, so that it can be marked.
+    Loops within it are drawn as loops too.
+
+    Parameters
+    ----------
+    tree : Tree
+        A derivation.
+    path : sequence of int
+        Numbers of the children from the root to the node that is kept apart.
+
+    Returns
+    -------
+    tree : Tree
+        The tree to draw.
+    numbers : range
+        Preorder numbers of the kept node and of all nodes below it.
+
+    >>> from motiondb.grammar.cfg.context_free import derive_by, read_grammar
+    >>> drawn, numbers = with_loops_around(
+    ...     derive_by(read_grammar("S -> A r\nA -> x A | x"), (0, 1, 1, 1, 2)), (0, 1, 1)
+    ... )
+    >>> print(drawn), numbers
+    S(A x2(x x A x2(x x)) r)
+    (None, range(4, 7))
+    """
+    line = [tree]
+    for child in path:
+        line.append(line[-1].children[child])
+    kept = with_loops(line[-1])
+    mark = Tree("")  # a leaf, which is never part of a loop
+    outer = mark
+    for child, parent in zip(reversed(path), reversed(line[:-1]), strict=True):
+        children = (*parent.children[:child], outer, *parent.children[child + 1 :])
+        outer = replace(parent, children=children)
+    nodes = list(with_loops(outer).nodes())
+    first = next(number for number, node in enumerate(nodes) if node is mark)
+    drawn = _in_place_of(nodes, mark, kept)
+    return drawn, range(first, first + sum(1 for _ in kept.nodes()))
+
+
+def _in_place_of(nodes: Sequence[Tree], mark: Tree, kept: Tree) -> Tree:
+    """Return the tree of nodes in preorder with a subtree in place of a leaf."""
+    done: list[Tree] = []
+    for node in reversed(nodes):
+        if node.is_leaf:
+            done.append(kept if node is mark else node)
+            continue
+        children = tuple(done.pop() for _ in node.children)
+        done.append(replace(node, children=children))
     return done[0]
 
 

@@ -1,0 +1,262 @@
+"""Evidence against loops by context: what a loop derives must not depend on where it stands.
+
+A context-free rule is used as often in one place as in another. Where (x | y)* is learned from
+sentences of x+ y+, y is never followed by x, although half of all rounds are x. Where x* is learned
+from x+, the loop never ends before its first round. Fewer rules pay for this, so the description
+length does not tell.
+
+Nodes of nonterminals that derive themselves are counted by *context*. This is the place in the rule
+above them; or this place and the place of the rule above in the rule above it; or this place and
+the rule that another nonterminal of the same right side is rewritten by. Let a nonterminal be used
+n times in a context, and a rule of it never, but with share q in other contexts. If contexts do not
+matter, this happens with probability (1 - q)^n. Where that is less than ``LEAST_CHANCE``, the
+nonterminal is copied for the context. After refitting, the copy lacks the rule.
+
+Source: R. C. Carrasco and J. Oncina, "Learning Stochastic Regular Grammars by Means of a State
+Merging Method", ICGI 1994, for states that are merged only if what follows them does not differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from motiondb.grammar.induction.cheapest_parse import PARENT, PLACE, RULE, Reading, read_all
+from motiondb.grammar.rules.rule_laws import recursive_lefts
+from motiondb.grammar.rules.rule_set import Right, RuleSet
+from motiondb.records import BoolArray, IntArray
+
+LEAST_CHANCE = 0.005
+"""Probability below which a rule is not missing in a context by chance. It is low because many
+contexts and rules are tested. Chosen by hand on drawn languages."""
+
+Row = tuple[int, Right]
+"""A rule: its left and its right side."""
+
+_ROOT = -1
+"""The rule above the root of a tree."""
+
+
+class Context(NamedTuple):
+    """Where a nonterminal stands.
+
+    Attributes
+    ----------
+    left : int
+        Left side of the rule above it; -1 at the root of the tree.
+    right : Right
+        Right side of the rule above it.
+    place : int
+        Its place in this right side.
+    beside : tuple of (int, Right) or None
+        The place of another nonterminal of the right side, and the rule that it is rewritten by;
+        None if this does not matter.
+    """
+
+    left: int
+    right: Right
+    place: int
+    beside: tuple[int, Right] | None = None
+
+
+class _Doubt(NamedTuple):
+    """A context, and the probability that a rule is missing in it by chance."""
+
+    chance: float
+    context: Context
+
+
+class _Nodes(NamedTuple):
+    """The nodes of all trees.
+
+    Attributes
+    ----------
+    table : array (nodes, 5)
+        The rule of each node, the rule above and the place in it, and the rule above that and the
+        place in it; -1 where there is none.
+    weights : array (nodes,)
+        How often the sentence of each node occurs.
+    pairs : array (pairs, 2)
+        Nodes of one parent: all ordered pairs.
+    """
+
+    table: IntArray
+    weights: IntArray
+    pairs: IntArray
+
+
+def unlike_context(rule_set: RuleSet, flat: RuleSet) -> Context | None:
+    """Return the context in which a nonterminal is most surely used in another way than elsewhere.
+
+    Parameters
+    ----------
+    rule_set : RuleSet
+        Rules that derive all sentences.
+    flat : RuleSet
+        One rule for each sentence.
+
+    Returns
+    -------
+    Context or None
+        None if there is no such context, or a sentence is too long to be parsed.
+
+    >>> flat = RuleSet(2, {2: {(0, 1): 12, (0, 0, 1): 12, (0, 0, 0, 1): 12}})
+    >>> rules = RuleSet(2, {2: {(3, 1): 36}, 3: {(0, 3): 72, (): 36}}, loops=True)
+    >>> unlike_context(rules, flat)
+    Context(left=2, right=(3, 1), place=0, beside=None)
+    """
+    sentences = flat.rules[flat.start]
+    parsed = read_all(rule_set, sentences)
+    if parsed is None:
+        return None
+    rows, readings = parsed
+    looping = recursive_lefts(rule_set.rules)
+    loops = np.array([left in looping for left, _ in rows])
+    nodes = _nodes_of(readings, sentences)
+    doubts = [*_by_rules_above(nodes, rows, loops), *_by_rules_beside(nodes, rows, loops)]
+    least = min(doubts, key=lambda doubt: doubt.chance, default=None)
+    return least.context if least is not None and least.chance < LEAST_CHANCE else None
+
+
+def _nodes_of(readings: dict[Right, Reading], sentences: dict[Right, int]) -> _Nodes:
+    tables, weights, pairs, n = [], [], [], 0
+    for sentence, reading in readings.items():
+        nodes = reading.nodes
+        parents = nodes[:, PARENT]
+        above = np.where(parents < 0, _ROOT, nodes[parents, RULE])
+        place = np.where(parents < 0, 0, nodes[:, PLACE])
+        higher = np.where(parents < 0, _ROOT, above[parents])
+        high_place = np.where(parents < 0, 0, place[parents])
+        tables.append(np.column_stack([nodes[:, RULE], above, place, higher, high_place]))
+        weights.append(np.full(len(nodes), sentences[sentence]))
+        same = (parents[:, None] == parents) & (parents >= 0)
+        np.fill_diagonal(same, False)
+        pairs.append(np.argwhere(same) + n)
+        n += len(nodes)
+    return _Nodes(np.concatenate(tables), np.concatenate(weights), np.concatenate(pairs))
+
+
+def _by_rules_above(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterator[_Doubt]:
+    """Yield the least probable context of each nonterminal that loops, by one rule above and two.
+
+    Two rules count where the nonterminal of the lower one loops too.
+    """
+    lefts = np.array([left for left, _ in rows])
+    above = nodes.table[:, 1]
+    within = (above >= 0) & loops[above]
+    for symbol in sorted({rows[row][0] for row in np.flatnonzero(loops)}):
+        own = lefts[nodes.table[:, 0]] == symbol
+        table, weights = nodes.table[own], nodes.weights[own]
+        for columns in ((1, 2), (1, 2, 3, 4)):
+            keys, counts = _counted(table[:, columns], table[:, 0], weights, len(rows))
+            tested = np.ones(len(keys), dtype=np.bool_)
+            if len(columns) > 2:
+                inner = np.unique(table[within[own]][:, columns], axis=0)
+                tested = (keys[:, None] == inner).all(axis=2).any(axis=1)
+            chance, c = _least_probable(counts, tested)
+            row, place = keys[c, -2:].tolist()
+            left, right = (_ROOT, ()) if row == _ROOT else rows[row]
+            yield _Doubt(chance, Context(left, right, place))
+
+
+def _by_rules_beside(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterator[_Doubt]:
+    """Yield the least probable context of each two nonterminals of a rule, if one of them loops."""
+    first, second = nodes.table[nodes.pairs[:, 0]], nodes.table[nodes.pairs[:, 1]]
+    weights = nodes.weights[nodes.pairs[:, 0]]
+    chosen = loops[first[:, 0]] | loops[second[:, 0]]
+    first, second, weights = first[chosen], second[chosen], weights[chosen]
+    triples = np.column_stack([first[:, 1], first[:, 2], second[:, 2]])
+    for row, place, other in np.unique(triples, axis=0).tolist():
+        own = (triples == (row, place, other)).all(axis=1)
+        keys, counts = _counted(second[own, :1], first[own, 0], weights[own], len(rows))
+        chance, c = _least_probable(counts, np.ones(len(keys), dtype=np.bool_))
+        (left, right), (_, beside) = rows[row], rows[int(keys[c, 0])]
+        yield _Doubt(chance, Context(left, right, place, (other, beside)))
+
+
+def _counted(
+    contexts: IntArray, rules: IntArray, weights: IntArray, n_rules: int
+) -> tuple[IntArray, IntArray]:
+    """Return the different contexts, and how often each rule is used in each."""
+    keys, inverse = np.unique(contexts, axis=0, return_inverse=True)
+    counts = np.zeros((len(keys), n_rules), dtype=np.int64)
+    np.add.at(counts, (inverse.ravel(), rules), weights)
+    return keys, counts
+
+
+def _least_probable(counts: IntArray, tested: BoolArray) -> tuple[float, int]:
+    """Return the least probability (1 - q)^n of a rule that a context lacks, and the context.
+
+    ``counts`` (contexts, rules) says how often rules are used, ``tested`` which contexts count.
+    """
+    uses = counts.sum(axis=1)
+    elsewhere = counts.sum(axis=0) - counts
+    shares = np.where(counts == 0, elsewhere, 0) / np.maximum(uses.sum() - uses, 1)[:, None]
+    chances = np.where(tested, (1.0 - shares.max(axis=1)) ** uses, 1.0)
+    c = int(np.argmin(chances))
+    return float(chances[c]), c
+
+
+def split_context(rule_set: RuleSet, context: Context) -> RuleSet:
+    """Copy a nonterminal for one context.
+
+    Parameters
+    ----------
+    rule_set : RuleSet
+        The rules.
+    context : Context
+        The context.
+
+    Returns
+    -------
+    RuleSet
+        Counts are those of the original rules.
+
+    >>> rules = RuleSet(2, {2: {(3,): 4}, 3: {(0, 3): 2, (1,): 4}}, loops=True)
+    >>> split_context(rules, Context(3, (0, 3), 1)).rules
+    {2: {(3,): 4}, 3: {(0, 4): 2, (1,): 4}, 4: {(0, 4): 2, (1,): 4}}
+    """
+    new = max(rule_set.rules) + 1
+    changed = rule_set.copy()
+    if context.left == _ROOT:
+        changed.rename({changed.start: new})
+        changed.rules[changed.start] = dict(changed.rules[new])
+        return changed
+    if context.beside is not None:
+        return _split_beside(changed, context, context.beside)
+    symbol = context.right[context.place]
+    written = _with_symbols(context.right, {context.place: new})
+    rights = changed.rules[context.left]
+    changed.rules[context.left] = {
+        (written if right == context.right else right): count for right, count in rights.items()
+    }
+    changed.rules[new] = dict(changed.rules[symbol])
+    return changed
+
+
+def _split_beside(rule_set: RuleSet, context: Context, beside: tuple[int, Right]) -> RuleSet:
+    """Make two rules of one: in one, ``beside`` tells the rule of a nonterminal, in one it is not.
+
+    Both hold copies of the two nonterminals of the context.
+    """
+    other, chosen = beside
+    symbol, neighbour = context.right[context.place], context.right[other]
+    first = max(rule_set.rules) + 1
+    names = ({context.place: first, other: first + 1}, {context.place: first + 2, other: first + 3})
+    written = [_with_symbols(context.right, new) for new in names]
+    rights = rule_set.rules[context.left]
+    rights.update(dict.fromkeys(written, rights.pop(context.right)))
+    told = rule_set.rules[neighbour]
+    itself = neighbour == context.left and chosen == context.right
+    first_kind = {r: told[r] for r in (written if itself else [chosen])}
+    second_kind = {r: count for r, count in told.items() if r not in first_kind}
+    copied = dict(rule_set.rules[symbol])
+    for new, kind in zip(names, (first_kind, second_kind), strict=True):
+        rule_set.rules[new[context.place]], rule_set.rules[new[other]] = dict(copied), kind
+    return rule_set
+
+
+def _with_symbols(right: Right, symbols: dict[int, int]) -> Right:
+    return tuple(symbols.get(k, symbol) for k, symbol in enumerate(right))
