@@ -1,15 +1,17 @@
 """Does anything get lost, or fail without a word? The attack on motiondb, kept; writes a page.
 
-    python benchmarks/robustness.py fuzz --out DIR [--cases 50000] [--start 0] [--processes 2]
-    python benchmarks/robustness.py kills --out DIR [--cases 200] [--start 0]
-    python benchmarks/robustness.py damage --out DIR [--cases 200] [--start 0]
+    python benchmarks/robustness.py fuzz --out DIR [--cases 50000] [--processes 2]
+    python benchmarks/robustness.py kills --out DIR [--cases 200] [--start 0] [--minutes 14]
+    python benchmarks/robustness.py damage --out DIR [--cases 200]
     python benchmarks/robustness.py together --out DIR
     python benchmarks/robustness.py questions --out DIR
     python benchmarks/robustness.py page --out DIR > docs/robustness.md
 
-Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case, so that a part can
-run in pieces (``--start`` is the first seed). ``page`` counts them. The databases that are attacked
-are learned from the sample data once and kept in DIR; every case has a copy of its own.
+Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case. ``fuzz``, ``kills``
+and ``damage`` leave out the seeds that are there already, and begin no further case after
+``--minutes``: the same command, given again, goes on where it stopped. ``--start`` is the first
+seed. ``page`` counts the cases of all pieces. The databases that are attacked are learned from the
+sample data once and kept in DIR; every case has a copy of its own.
 """
 
 from __future__ import annotations
@@ -19,7 +21,9 @@ import importlib
 import json
 import sys
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Generator
+from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -29,7 +33,8 @@ sys.path[:0] = [str(_TESTS / name) for name in ("capture", "store", "fetch")]  #
 
 PARTS = ("fuzz", "kills", "damage", "together", "questions")
 CASES = {"fuzz": 50_000, "kills": 200, "damage": 200}
-"""Cases that docs/robustness.md reports."""
+CASES_OF_A_SEED = {"damage": 5}
+"""Where a seed stands for more than one case."""
 
 
 def main() -> None:
@@ -40,6 +45,7 @@ def main() -> None:
     parser.add_argument("--cases", type=int)
     parser.add_argument("--start", type=int, default=0)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--minutes", type=float, default=float("inf"))
     asked = parser.parse_args()
     asked.out.mkdir(parents=True, exist_ok=True)
     if asked.part == "page":
@@ -48,28 +54,38 @@ def main() -> None:
         print(page(asked.out), end="")
         return
     began, count = time.time(), 0
-    with (asked.out / f"{asked.part}.jsonl").open("a", encoding="utf-8") as log:
-        for outcome in outcomes(asked):
+    with (
+        (asked.out / f"{asked.part}.jsonl").open("a", encoding="utf-8") as log,
+        closing(outcomes(asked)) as cases,
+    ):
+        for outcome in cases:
             facts = asdict(outcome) | {"failed": outcome.is_failure}
             log.write(json.dumps(facts) + "\n")
             log.flush()
             count += 1
             if outcome.is_failure:
                 print(outcome, flush=True)
+            if time.time() - began > 60.0 * asked.minutes:
+                break
     print(f"{asked.part}: {count} cases in {time.time() - began:.0f} s", flush=True)
 
 
-def outcomes(asked: argparse.Namespace) -> Iterator[Any]:
-    """What became of the cases of a part."""
+def outcomes(asked: argparse.Namespace) -> Generator[Any, None, None]:
+    """What became of the cases of a part that have not run."""
     from robustness_tasks.databases import small_database
+    from robustness_tasks.page import load
 
     small = small_database(asked.out)
     count = asked.cases or CASES.get(asked.part, 0)
-    seeds = range(asked.start, asked.start + count)
     task = importlib.import_module(f"robustness_tasks.{asked.part}")
-    if asked.part == "fuzz":
-        return task.run(seeds, small, asked.processes)
-    return task.run(seeds, small) if count else task.run(small)
+    if not count:
+        yield from task.run(small)
+        return
+    times = Counter(case["seed"] for case in load(asked.out, asked.part))
+    each = CASES_OF_A_SEED.get(asked.part, 1)
+    seeds = range(asked.start // each, (asked.start + count) // each)
+    left = [seed for seed in seeds if times[seed] < each]
+    yield from task.run(left, small, *([asked.processes] if asked.part == "fuzz" else []))
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -43,7 +44,8 @@ def _options(
 
 
 INTERRUPTED = 130
-"""Exit code after Ctrl-C: 128 + SIGINT, as shells report it."""
+_NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
+"""What the system says when standard output takes no more; a closed pipe is Typer's."""
 
 for module in (
     cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, serving,
@@ -77,6 +79,13 @@ def _run() -> int:
         return 2
     except MotionDBError as error:
         typer.echo(f"error: {error}", err=True)
+        return 1
+    except OSError as error:
+        if error.filename is not None or error.errno not in _NO_OUTPUT:
+            raise
+        found = (error.strerror or "an error").lower()
+        typer.echo(f"error: output: expected to write all of it, found: {found}.", err=True)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0
 

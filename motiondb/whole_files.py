@@ -7,7 +7,9 @@ next one that writes the same file removes it.
 
 from __future__ import annotations
 
+import errno
 import glob
+import io
 import os
 import re
 import threading
@@ -33,8 +35,10 @@ def whole_file(path: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        If the file cannot be written.
+        If the file cannot be written, or a database has its name.
     """
+    if is_duckdb(path):
+        raise FileExistsError(errno.EEXIST, "a database of that name, which is never overwritten")
     stem = path.name.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
     _sweep(path.parent, stem)
     draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
@@ -44,6 +48,15 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             draft.unlink(missing_ok=True)
+
+
+def is_duckdb(path: Path) -> bool:
+    """Return whether there is a database file of this name, going by what stands in it."""
+    try:
+        with path.open("rb") if path.is_file() else io.BytesIO() as file:
+            return file.read(12)[8:] == b"DUCK"
+    except OSError:
+        return False
 
 
 def is_running(process: int) -> bool:

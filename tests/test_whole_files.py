@@ -84,3 +84,12 @@ def test_processes_that_run_and_that_have_ended() -> None:
     assert is_running(os.getppid())
     assert not is_running(os.getpid())  # no other process
     assert not is_running(10**12)
+
+
+def test_a_database_is_never_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "motions.bvh"
+    path.write_bytes(b"checksumDUCK and more")
+    with pytest.raises(FileExistsError, match="never overwritten"), whole_file(path) as draft:
+        draft.write_bytes(b"other")
+    assert path.read_bytes() == b"checksumDUCK and more"
+    assert names(tmp_path) == {"motions.bvh"}

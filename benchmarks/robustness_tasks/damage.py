@@ -7,7 +7,7 @@ example, a description and captures; the answers are compared with those of the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,9 +37,9 @@ class Outcome:
         return (self.said == "sound" and wrong) or self.questions.startswith("raw")
 
 
-def run(seeds: range, database: Path) -> Iterator[Outcome]:
-    """Damage, check and ask; five runs for each fifth seed."""
+def run(seeds: Sequence[int], database: Path) -> Iterator[Outcome]:
+    """Damage, check and ask; five kinds for each seed."""
     kinds = damage_runs.KINDS
-    for runs in damage_runs.runs(database, range(seeds.start // 5, seeds.stop // 5), kinds):
-        said = "refused" if runs.faults is None else "faults" if runs.faults else "sound"
-        yield Outcome(runs.seed, runs.kind, said, runs.wrong or "as before")
+    for found in damage_runs.runs(database, seeds, kinds):
+        said = "refused" if found.faults is None else "faults" if found.faults else "sound"
+        yield Outcome(found.seed, found.kind, said, found.wrong or "as before")

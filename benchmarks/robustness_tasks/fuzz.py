@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -36,6 +36,10 @@ CHUNK = 1000
 and enough that loading compiled code once for each chunk takes little of the time."""
 SAFETY_NET = "expected a file that its reader knows"
 """How a refusal begins that no reader wrote: an exception was caught and translated."""
+
+
+_Active = dict[Connection, tuple[BaseProcess, Sequence[int], float]]
+"""Pipe -> its process, the cases that are left to it, and when it was last heard."""
 
 
 @dataclass(frozen=True)
@@ -90,36 +94,46 @@ def measured(seed: int, case: Case, place: Place) -> Outcome:
     return Outcome(seed, case.kind, result, message[:400], seconds, memory)
 
 
-def run(seeds: range, database: Path, processes: int = 2) -> Iterator[Outcome]:
+def run(seeds: Sequence[int], database: Path, processes: int = 2) -> Iterator[Outcome]:
     """Read the cases of all seeds, several at a time; in no particular order."""
     import_everything()  # once, before the processes part
     left = deque(seeds[n : n + CHUNK] for n in range(0, len(seeds), CHUNK))
-    active: dict[Connection, tuple[BaseProcess, range, float]] = {}
-    while left or active:
-        while left and len(active) < processes:
-            pipe, process = _start(left[0], database)
-            active[pipe] = (process, left.popleft(), time.monotonic())
-        ready = wait(list(active), timeout=1.0)
-        for pipe, (process, chunk, heard) in list(active.items()):
-            late = pipe not in ready and time.monotonic() - heard > HANGS
-            if pipe not in ready and not late:
-                continue
-            try:
-                outcome = _hung(chunk[0]) if late else pipe.recv()
-            except EOFError:
-                process.join()
-                outcome = _died(chunk[0], process.exitcode) if chunk else None
-            if outcome is not None:
-                yield outcome
-                chunk = chunk[1:]
-            if outcome is None or outcome.result == "failed" or not chunk:
-                process.kill()
-                process.join()
-                del active[pipe]
-                if chunk:
-                    left.appendleft(chunk)
-            else:
-                active[pipe] = (process, chunk, time.monotonic())
+    active: _Active = {}
+    try:
+        while left or active:
+            while left and len(active) < processes:
+                pipe, process = _start(left[0], database)
+                active[pipe] = (process, left.popleft(), time.monotonic())
+            yield from _outcomes(active, left)
+    finally:
+        for process, _, _ in active.values():
+            process.kill()
+            process.join()
+
+
+def _outcomes(active: _Active, left: deque[Sequence[int]]) -> Iterator[Outcome]:
+    """Take what the processes say; the cases of one that ended go on in another."""
+    ready = wait(list(active), timeout=1.0)
+    for pipe, (process, chunk, heard) in list(active.items()):
+        late = pipe not in ready and time.monotonic() - heard > HANGS
+        if pipe not in ready and not late:
+            continue
+        try:
+            outcome = _hung(chunk[0]) if late else pipe.recv()
+        except EOFError:
+            process.join()
+            outcome = _died(chunk[0], process.exitcode) if chunk else None
+        if outcome is not None:
+            yield outcome
+            chunk = chunk[1:]
+        if outcome is None or outcome.result == "failed" or not chunk:
+            process.kill()
+            process.join()
+            del active[pipe]
+            if chunk:
+                left.appendleft(chunk)
+        else:
+            active[pipe] = (process, chunk, time.monotonic())
 
 
 def read_beside(case: Case, place: Place) -> Outcome:
@@ -140,7 +154,7 @@ def read_beside(case: Case, place: Place) -> Outcome:
         process.join()
 
 
-def _start(chunk: range, database: Path) -> tuple[Connection, BaseProcess]:
+def _start(chunk: Sequence[int], database: Path) -> tuple[Connection, BaseProcess]:
     here, there = multiprocessing.get_context("fork").Pipe()
     process = multiprocessing.get_context("fork").Process(
         target=_read_chunk, args=(chunk, database, there)
@@ -150,7 +164,7 @@ def _start(chunk: range, database: Path) -> tuple[Connection, BaseProcess]:
     return here, process
 
 
-def _read_chunk(chunk: range, database: Path, pipe: Connection) -> None:
+def _read_chunk(chunk: Sequence[int], database: Path, pipe: Connection) -> None:
     """Read cases one after the other, each in an empty folder."""
     with tempfile.TemporaryDirectory() as folder:
         for seed in chunk:

@@ -105,7 +105,8 @@ def _writing_case(seed: int) -> Case:
     if which == 2:
         data = text_case(seed, "synonyms")[1]
         return Case("words synonyms", lambda place: _import(data, place, "set_synonyms", ".txt"))
-    return Case("add", lambda place: _add(seed, place))
+    odd = odd_captures.case(seed)  # before it is measured: some are packed from a gigabyte
+    return Case("add", lambda place: _add(odd, place))
 
 
 def _import(data: bytes, place: Place, verb: str, ending: str) -> object:
@@ -118,11 +119,11 @@ def _import(data: bytes, place: Place, verb: str, ending: str) -> object:
     return report
 
 
-def _add(seed: int, place: Place) -> object:
+def _add(odd: tuple[str, bytes, odd_captures.Companions], place: Place) -> object:
     """Add a folder of an odd capture, an odd sheet and a whole capture."""
     folder = place.folder / "added"
     folder.mkdir(exist_ok=True)
-    suffix, data, companions = odd_captures.case(seed)
+    suffix, data, companions = odd
     (folder / f"odd{suffix}").write_bytes(data)
     for name, content in companions.items():
         (folder / name).write_bytes(content)

@@ -76,7 +76,7 @@ def add(
         typer.Option(
             "--fps",
             min=1.0,
-            max=100_000.0,
+            max=10_000.0,
             callback=finite,
             help="Frames per second, in place of the rates in the files.",
         ),

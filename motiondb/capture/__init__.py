@@ -8,7 +8,7 @@
 from motiondb.capture.folder import (
     CAPTURE_ENDINGS,
     find_captures,
-    is_text,
+    name_fault,
     named_skeleton,
     not_read,
     printable,
@@ -34,7 +34,7 @@ __all__ = [
     "capture_format",
     "find_captures",
     "guarded",
-    "is_text",
+    "name_fault",
     "named_skeleton",
     "not_read",
     "printable",

@@ -1,8 +1,8 @@
 """Which files of a folder are captures, which are not, and which skeleton belongs to an AMC.
 
-Files that a user may expect to be captures are not skipped silently: :func:`not_read` names links
-to folders and files of other motion-capture programs, and :func:`is_text` finds names that cannot
-be stored.
+What a user may take for a capture is not skipped silently: :func:`not_read` names links to folders
+and files of other motion-capture programs, and :func:`name_fault` finds names that no capture can
+have.
 """
 
 from __future__ import annotations
@@ -62,6 +62,10 @@ OTHER_FORMATS = MappingProxyType(
         ".usda": "USD",
         ".usdc": "USD",
         ".blend": "Blender scene",
+        ".vmd": "MikuMikuDance motion",
+        ".vrma": "VRM animation",
+        ".anim": "Unity or Maya animation",
+        ".abc": "Alembic",
     }
 )
 """Ending of a format that motiondb does not read -> its name."""
@@ -70,6 +74,9 @@ GENERIC_SKELETONS = frozenset(
      "base", "default", "template", "mocap", "human"}
 )  # fmt: skip
 """Names of an ASF that say nothing about whose it is."""
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+"""Characters that end lines, command terminals or turn the direction of writing around: a list of
+captures that holds them would show what is not there."""
 _LOOK = 4096
 """Bytes at both ends of a text file in which the key "Frames" is searched for: DeepMimic writes it
 within the first or, where other keys follow, the last few hundred bytes."""
@@ -92,7 +99,8 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        A sentence for every link to a folder, and one for every other format, with its files.
+        A sentence for every link to a folder, every folder that may not be read and every capture
+        that is no file (a broken link, a pipe), and one for every other format, with its files.
     """
     others: dict[str, list[Path]] = {}
     sentences = []
@@ -101,6 +109,12 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
             sentences.append(
                 f"{printable(path)}: a link to a folder is not followed; add that folder by itself"
             )
+        elif path.is_dir():
+            if not os.access(path, os.R_OK | os.X_OK):
+                sentences.append(f"{printable(path)}: a folder that may not be read")
+        elif path.suffix.lower() in FORMATS and not path.is_file():
+            what = "a link that leads to no file" if path.is_symlink() else "a pipe or device"
+            sentences.append(f"{printable(path)}: {what} is not read")
         elif path.suffix.lower() in OTHER_FORMATS and path.is_file():
             others.setdefault(path.suffix.lower(), []).append(path)
     for ending, paths in others.items():
@@ -113,21 +127,33 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
 
 
 def printable(path: Path | str) -> str:
-    r"""Return a path as text that can be printed and stored, bytes that are no text as ``\\x..``.
+    r"""Return a path as text that can be printed and stored.
+
+    Bytes that are no text, and control characters, become ``\\x..``.
 
     >>> printable("walk.bvh")
     'walk.bvh'
     """
-    return os.fsencode(path).decode("utf-8", errors="backslashreplace")
+    text = os.fsencode(path).decode("utf-8", errors="backslashreplace")
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
-def is_text(path: Path | str) -> bool:
-    """Say whether a path is text in UTF-8, as the names of captures must be."""
+def name_fault(path: Path | str) -> str:
+    r"""Say what keeps the name of a file from being that of a capture.
+
+    Returns
+    -------
+    str
+        The rest of a sentence that begins with "expected a file name"; "" where nothing does.
+
+    >>> name_fault("walk.bvh"), name_fault("line\nbreak.bvh")
+    ('', 'without control characters, found one')
+    """
     try:
         str(path).encode("utf-8")
     except UnicodeEncodeError:
-        return False
-    return True
+        return "in UTF-8, found other bytes"
+    return "without control characters, found one" if _CONTROL.search(str(path)) else ""
 
 
 def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path | None:
@@ -254,13 +280,16 @@ def _is_file(path: Path) -> bool:
 
 
 def _is_deepmimic(path: Path) -> bool:
-    """Say whether a text file starts like JSON and names its Frames near its start or end."""
+    """Say whether a text file starts like JSON and names its Frames near its start or end.
+
+    A file that may not be read may be one, so that reading it tells why not.
+    """
     try:
         with path.open("rb") as file:
             start = file.read(_LOOK)
             file.seek(max(0, path.stat().st_size - _LOOK))
             end = file.read(_LOOK)
     except OSError:
-        return False
+        return True
     start = start.removeprefix(b"\xef\xbb\xbf").lstrip()
     return start.startswith(b"{") and (b'"Frames"' in start or b'"Frames"' in end)

@@ -152,6 +152,8 @@ def read_file(path: Path, options: ReadOptions) -> bytes:
         If it is too large or cannot be read.
     """
     try:
+        if not path.is_file() and path.exists():  # a pipe would be waited for
+            raise CaptureError(path, "expected a file, found something else. Name another file.")
         check_file_size(path.stat().st_size, path, options.limits)
         return path.read_bytes()
     except OSError as error:

@@ -42,6 +42,7 @@ from motiondb.learning.start.knowledge_arrays import (
 )
 from motiondb.learning.start.knowledge_check import MOST_WORDS, array_faults
 from motiondb.records import FloatArray
+from motiondb.whole_files import whole_file
 
 HEADING = b"motiondb knowledge 1\n"
 MOST_BYTES = 16_000_000
@@ -70,12 +71,10 @@ def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
         When the file cannot be written.
     """
     path = Path(path)
-    draft = path.with_name(f".{path.name}.part")
     try:
-        draft.write_bytes(to_bytes(knowledge))
-        draft.replace(path)
+        with whole_file(path) as draft:
+            draft.write_bytes(to_bytes(knowledge))
     except OSError as error:
-        draft.unlink(missing_ok=True)
         raise KnowledgeError(
             f"{path}: expected a file that can be written, found: {error.strerror}. "
             "Choose another place."

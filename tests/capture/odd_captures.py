@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
+from odd_c3d import damaged_c3d
 from odd_damage import NUMBERS, damage
 from odd_npz import mutated_npz, odd_npz, strange_npz
 
@@ -191,6 +192,11 @@ def strange_json(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
 
 
 def odd_c3d(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
+    """Damage a whole C3D file, or build a strange one."""
+    return strange_c3d(rng) if rng.random() < 0.2 else (".c3d", damaged_c3d(rng), {})
+
+
+def strange_c3d(rng: np.random.Generator) -> tuple[str, bytes, Companions]:
     """Build a header of a C3D file with random counts, then random or empty blocks."""
     words = rng.integers(0, 1000, 256)
     words[0] = 0x5002 if rng.random() < 0.8 else words[0]

@@ -76,6 +76,62 @@ def test_a_name_that_is_no_text_is_a_problem(tmp_path: Path, folder: Path) -> No
     )
 
 
+@pytest.mark.skipif(os.name != "posix", reason="such names")
+def test_a_name_that_commands_terminals_is_a_problem(tmp_path: Path, folder: Path) -> None:
+    (folder / "two\nlines.bvh").write_text(BVH)
+    (folder / "\x1b[2J.bvh").write_text(BVH)
+    report = add(folder, tmp_path)
+    assert report.added == ("good",)
+    assert report.problems == tuple(
+        f"{folder}/{name}.bvh: expected a file name without control characters, found one. "
+        "Rename the file."
+        for name in ("\\x1b[2J", "two\\nlines")
+    )
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
+def test_pipes_and_broken_links_are_named_and_not_waited_for(tmp_path: Path, folder: Path) -> None:
+    os.mkfifo(folder / "pipe.bvh")
+    os.mkfifo(folder / "02.asf")
+    (folder / "02_01.amc").write_text(AMC)
+    (folder / "gone.bvh").symlink_to(tmp_path / "none.bvh")
+    (folder / "round.bvh").symlink_to(folder / "round.bvh")
+    report = add(folder, tmp_path)
+    assert report.added == ("good",)
+    assert report.problems == (
+        f"{folder}/02_01.amc: {folder}/02.asf: expected a file, found something else. "
+        "Name another file.",
+    )
+    assert report.notes == (
+        f"{folder}/gone.bvh: a link that leads to no file is not read",
+        f"{folder}/pipe.bvh: a pipe or device is not read",
+        f"{folder}/round.bvh: a link that leads to no file is not read",
+    )
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
+def test_a_folder_that_may_not_be_read_is_named(tmp_path: Path, folder: Path) -> None:
+    (folder / "closed").mkdir(mode=0)
+    assert add(folder, tmp_path).notes == (f"{folder}/closed: a folder that may not be read",)
+
+
+def test_files_are_read_here_where_no_process_can_start(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    def refuse(*_: object) -> None:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", refuse)
+    path = folder / "good.bvh"
+    jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
+    readings = list(read_all(jobs, 2))
+    assert [(reading.name, reading.problem) for reading in readings] == [
+        (f"take{n}", "") for n in range(6)
+    ]
+
+
 def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (folder / "link").symlink_to(tmp_path / "elsewhere")

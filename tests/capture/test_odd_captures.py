@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from odd_captures import AMC, ASF, BVH, DEEPMIMIC, MAKERS, Companions, case, odd_c3d
+from odd_c3d import whole_c3d
+from odd_captures import AMC, ASF, BVH, DEEPMIMIC, MAKERS, Companions, case, odd_c3d, strange_c3d
 from odd_npz import as_member, good_arrays, mutated_npz, packed
 
 from motiondb.capture import AsfFile, capture_format, guarded, read_capture_bytes
@@ -99,6 +100,20 @@ def test_every_kind_of_case_is_both_read_and_refused(tmp_path: Path, kind: str) 
 @pytest.mark.parametrize("seed", range(4))
 def test_odd_c3d_files_are_refused(seed: int) -> None:
     pytest.importorskip("ezc3d")
-    _, data, _ = odd_c3d(np.random.default_rng(seed))
+    _, data, _ = strange_c3d(np.random.default_rng(seed))
     with pytest.raises(CaptureError):
         read_capture_bytes(data, "c3d", path="odd.c3d", options=ReadOptions(limits=ReadLimits(20)))
+
+
+def test_damaged_c3d_files_are_read_or_refused(tmp_path: Path) -> None:
+    pytest.importorskip("ezc3d")
+    answers = [read_file(*odd_c3d(np.random.default_rng(seed)), tmp_path) for seed in range(8)]
+    assert answers.count("") >= 1
+    assert len(set(answers)) >= 3
+
+
+def test_the_c3d_file_that_is_damaged_is_whole() -> None:
+    pytest.importorskip("ezc3d")
+    clip = read_capture_bytes(whole_c3d(5), "c3d", path="whole.c3d")
+    assert (clip.n_frames, clip.fps, clip.notes) == (5, 100.0, ())
+    np.testing.assert_allclose(np.diff(clip.root_positions, axis=0), [[0, 0, 0.01]] * 4, atol=1e-6)

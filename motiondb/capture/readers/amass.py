@@ -134,6 +134,8 @@ def read_amass(data: bytes, path: object, options: ReadOptions | None = None) ->
             f"found {trans.shape}. Export the file again.",
         )
     check_clip_size(len(poses), N_JOINTS, len(data), path, options.limits)
+    fps = options.fps or _frame_rate(arrays, path)
+    arrays.clear()  # they hold more than the joints of the body, and are large
     poses, trans, notes = _good_frames(
         poses.astype(float), trans.astype(float), path, options.skip_bad_frames
     )
@@ -149,7 +151,7 @@ def read_amass(data: bytes, path: object, options: ReadOptions | None = None) ->
         notes += ("The bodies stand along y: the world is taken to have y up.",)
     return Clip(
         skeleton=skeleton(unit),
-        fps=options.fps or _frame_rate(arrays, path),
+        fps=fps,
         local_rotations=rotation.normalize(rotations),
         root_positions=roots,
         format="amass",
@@ -173,33 +175,37 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
                     f"MB, found {unpacked / 1e6:.4g} MB packed into {len(data) / 1e6:.4g} MB. "
                     "Save the motion again, without other data.",
                 )
-            return {wanted[info.filename]: _read_array(file.read(info)) for info in members}
+            return {wanted[info.filename]: _read_array(file, info) for info in members}
     except _UNREADABLE as error:
         raise CaptureError(
             path, "expected an npz file of plain arrays, found something else. Save it again."
         ) from error
 
 
-def _read_array(content: bytes) -> NDArray[np.generic]:
-    """Return the array of a member; its header must fit the size of the member.
+def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.generic]:
+    """Return the array of a member; its header must fit what the member holds.
+
+    The member is unpacked piece by piece into the array, so that it is not in memory twice.
 
     Raises
     ------
     ValueError
         If it does not, or the array holds Python objects.
     """
-    file = io.BytesIO(content)
-    version = npy.read_magic(file)
-    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    with warnings.catch_warnings():  # odd headers make Python's parser warn beside its errors
-        warnings.simplefilter("ignore", SyntaxWarning)
-        shape, _, dtype = read_header(file)
+    with file.open(info) as member:
+        version = npy.read_magic(member)
+        read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        with warnings.catch_warnings():  # odd headers make Python's parser warn beside its errors
+            warnings.simplefilter("ignore", SyntaxWarning)
+            shape, _, dtype = read_header(member)
     if dtype.hasobject or any(length < 0 for length in shape):
         raise ValueError("objects, or a negative length")
-    if math.prod(shape) * dtype.itemsize > len(content) or math.prod(shape) > len(content):
+    size = info.file_size
+    if math.prod(shape) * dtype.itemsize > size or math.prod(shape) > size:
         raise ValueError("less data than the header says")
-    file.seek(0)
-    return np.asarray(npy.read_array(file, allow_pickle=False))
+    with file.open(info) as member, warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)
+        return np.asarray(npy.read_array(member, allow_pickle=False))
 
 
 def _array(arrays: dict[str, NDArray[np.generic]], name: str, path: object) -> NDArray[np.generic]:

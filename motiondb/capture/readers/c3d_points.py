@@ -8,6 +8,7 @@ folder be read.
 from __future__ import annotations
 
 import importlib.util
+import os
 import subprocess
 import sys
 import tempfile
@@ -18,6 +19,7 @@ import numpy as np
 
 from motiondb.capture.input.limits import ReadLimits, cap_memory
 from motiondb.errors import CaptureError
+from motiondb.parent_process import end_with_parent, is_main_thread
 from motiondb.records import FloatArray
 
 CPU_SECONDS = 5.0
@@ -81,7 +83,7 @@ def read_points(data: bytes, path: object, limits: ReadLimits | None = None) -> 
         source.write_bytes(data)
         costs = [str(CPU_SECONDS * max(1.0, len(data) / 1e7)), str(2.0 * limits.memory)]
         command = [sys.executable, "-m", "motiondb.capture.readers.c3d_points", *costs]
-        command += [str(source), str(target)]
+        command += [str(source), str(target), str(os.getpid()), str(int(is_main_thread()))]
         try:
             seconds = min(limits.seconds_for(len(data)), 1e6)
             subprocess.run(command, capture_output=True, timeout=seconds, check=True)
@@ -154,5 +156,6 @@ def limit_process(cpu_seconds: float, memory: float) -> None:
 
 
 if __name__ == "__main__":
+    end_with_parent(int(sys.argv[5]), sys.argv[6] == "1")
     limit_process(float(sys.argv[1]), float(sys.argv[2]))
     convert(sys.argv[3], sys.argv[4])

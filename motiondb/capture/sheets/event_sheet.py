@@ -19,6 +19,8 @@ from motiondb.capture.sheets.sheet import (
     Rows,
     all_faults,
     capture_name,
+    check_columns,
+    first_of,
     read_rows,
     shown_row,
     unknown_files,
@@ -114,6 +116,7 @@ def read_event_sheet(path: Path | str) -> EventSheet:
             f"{path}:{line}: expected a column {' and '.join(missing)}, found "
             f"{shown_row(names)}. {_KNOWN}"
         )
+    check_columns(path, line, header)
     return _gather(path, header, rows[1:])
 
 
@@ -122,7 +125,7 @@ def _gather(path: Path, header: list[str], rows: Rows) -> EventSheet:
     entries: dict[str, list[tuple[int, Event]]] = {}
     seen: dict[tuple[str, Event], int] = {}
     faults: list[str] = []
-    notes: list[str] = []
+    repeats: list[str] = []
     for line, row in rows:
         if len(row) > len(header):
             faults.append(f"{path}:{line}: expected {len(header)} columns, found {len(row)}.")
@@ -134,13 +137,15 @@ def _gather(path: Path, header: list[str], rows: Rows) -> EventSheet:
             faults.append(f"{path}:{line}: {error}")
             continue
         if (name, event) in seen:
-            notes.append(f"{path}:{line}: repeats line {seen[name, event]} and was left out")
+            repeats.append(f"{path}:{line}: repeats line {seen[name, event]} and was left out")
             continue
         seen[name, event] = line
         entries.setdefault(name, []).append((line, event))
     if faults:
         raise SheetError(all_faults(faults))
-    return EventSheet(str(path), {n: tuple(of_one) for n, of_one in entries.items()}, tuple(notes))
+    return EventSheet(
+        str(path), {n: tuple(of_one) for n, of_one in entries.items()}, first_of(repeats)
+    )
 
 
 def _event(cells: dict[str, str]) -> Event:

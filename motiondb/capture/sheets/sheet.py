@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
+from motiondb.bounded_files import read_bounded
 from motiondb.capture.folder import CAPTURE_ENDINGS
 from motiondb.capture.input.limits import MAX_GIVEN_FPS, MIN_FPS
 from motiondb.capture.input.text import MAX_FAULTS, number, quoted
@@ -154,7 +155,23 @@ def read_sheet(path: Path | str) -> Sheet:
             f"{path}:{header_number}: expected a column `file`, found {shown_row(header)}. "
             f"Known columns: {_KNOWN}; others are kept as tags."
         )
+    check_columns(path, header_number, header)
     return _gather(path, header, rows[1:])
+
+
+def check_columns(path: Path, line: int, header: list[str]) -> None:
+    """Refuse a header that names a column twice: only one of them could be read.
+
+    Raises
+    ------
+    SheetError
+        With the name.
+    """
+    twice = next((name for name in header if name and header.count(name) > 1), None)
+    if twice is not None:
+        raise SheetError(
+            f"{path}:{line}: expected each column once, found {quoted(twice)} twice. Rename one."
+        )
 
 
 def shown_row(cells: list[str]) -> str:
@@ -204,7 +221,7 @@ def _read_text(path: Path) -> str:
                 f"{path}: expected a sheet of at most {MAX_BYTES / 1e6:g} MB, found "
                 f"{path.stat().st_size / 1e6:.4g} MB. Is this a sheet?"
             )
-        data = path.read_bytes()
+        data = read_bounded(path, MAX_BYTES)
     except OSError as error:
         raise SheetError(f"{path}: expected a readable sheet, found {error.strerror}.") from None
     except ValueError as error:  # a path that no system accepts
@@ -248,7 +265,7 @@ def _gather(path: Path, header: list[str], rows: Rows) -> Sheet:
     """Turn rows into entries; raise all faults at once."""
     entries: dict[str, SheetEntry] = {}
     faults: list[str] = []
-    notes: list[str] = []
+    repeats: list[str] = []
     seen: dict[tuple[str, ...], int] = {}
     for line, row in rows:
         if len(row) > len(header):
@@ -260,7 +277,7 @@ def _gather(path: Path, header: list[str], rows: Rows) -> Sheet:
         cells = {c: v.strip() for c, v in zip(header, row)}
         key = tuple(sorted(cells.values()))
         if key in seen:
-            notes.append(f"{path}:{line}: repeats line {seen[key]} and was left out")
+            repeats.append(f"{path}:{line}: repeats line {seen[key]} and was left out")
             continue
         seen[key] = line
         try:
@@ -271,7 +288,13 @@ def _gather(path: Path, header: list[str], rows: Rows) -> Sheet:
             faults.append(f"{path}:{line}: {error}")
     if faults:
         raise SheetError(all_faults(faults))
-    return Sheet(str(path), entries, tuple(notes))
+    return Sheet(str(path), entries, first_of(repeats))
+
+
+def first_of(notes: list[str]) -> tuple[str, ...]:
+    """Return the first hundred notes, and how many more there are."""
+    more = len(notes) - _MAX_LISTED
+    return (*notes[:_MAX_LISTED], *([f"... and {more} more notes like these"] if more > 0 else []))
 
 
 def all_faults(faults: list[str]) -> str:

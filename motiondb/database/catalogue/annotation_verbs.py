@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
+from motiondb.bounded_files import read_bounded_text
 from motiondb.database.catalogue import importing
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.learn import updating
@@ -182,7 +183,7 @@ class AnnotationVerbs:
         """
         path = Path(path)
         try:
-            table = parse_synonyms(path.read_text(encoding="utf-8"), str(path))
+            table = parse_synonyms(read_bounded_text(path, "utf-8"), str(path))
         except OSError as error:
             raise MotionDBError(
                 f"{path}: expected a readable file of synonyms, found: {error.strerror}."

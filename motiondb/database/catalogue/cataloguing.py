@@ -265,12 +265,12 @@ def _files(folder: Path) -> list[Path]:
 
 def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
     """Split files into those whose names are text and problems for the others."""
-    usable = [path for path in files if capture.is_text(path)]
+    faults = [(path, capture.name_fault(path)) for path in files]
+    usable = [path for path, fault in faults if not fault]
     problems = [
-        f"{capture.printable(path)}: expected a file name in UTF-8, found other bytes. "
-        "Rename the file."
-        for path in files
-        if not capture.is_text(path)
+        f"{capture.printable(path)}: expected a file name {fault}. Rename the file."
+        for path, fault in faults
+        if fault
     ]
     return usable, problems
 

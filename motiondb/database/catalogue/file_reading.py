@@ -11,30 +11,43 @@ import faulthandler
 import os
 import signal
 import threading
-import time
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from motiondb import capture, store
+from motiondb.bounded_files import read_bounded_text
 from motiondb.capture.sheets.sheet import SheetEntry
 from motiondb.errors import CaptureError, MotionDBError
+from motiondb.parent_process import end_with_parent, is_main_thread
 from motiondb.pose import retarget
 from motiondb.records import CaptureInfo, Clip, Motion
 
 _FEW = 4
 """Files that are read faster than other processes start."""
-_WATCH = "end with parent"
+_AHEAD = 4
+"""Files that are handed out for each process before the first of them is saved. Chosen by hand: the
+others go on beside a slow file, and few readings wait in memory."""
+_ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of the processes: there is one for each core already."""
 _GRACE = 2.0
 """A process that reads for this multiple of a file's time limit is ended: then the limit could not
 interrupt it, because it was inside a library."""
 _PROCESS_MEMORY = 4.0
 """A process may take this multiple of the memory of a clip: resampling and solving the canonical
 body hold a few arrays of the same size."""
+
+
+class _NoProcessError(Exception):
+    """The system lets no process start."""
 
 
 @dataclass(frozen=True)
@@ -137,26 +150,68 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
                 yield reading
                 done += 1
         except BrokenProcessPool:
-            for job in jobs[done : done + 2 * n_jobs]:
+            for job in jobs[done : done + _AHEAD * n_jobs]:
                 yield _read_alone(job)
                 done += 1
+        except _NoProcessError:
+            yield from (_read_one(*job) for job in jobs[done:])
+            return
 
 
 def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Return readings in the order of the jobs, made by several processes at once."""
-    from joblib import Parallel, delayed
+    """Yield readings in the order of the jobs, made by several processes at once.
 
-    with _interrupts_wait():
-        readings: Iterator[Reading] = Parallel(n_jobs=n_jobs, return_as="generator")(
-            delayed(_read_beside)(os.getpid(), str(Path.cwd()), job) for job in jobs
-        )
-    return readings
+    Raises
+    ------
+    BrokenProcessPool
+        If one of the processes dies.
+    _NoProcessError
+        If the system allows no more processes or open files.
+    """
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    pool = ProcessPoolExecutor(
+        n_jobs,
+        initializer=end_with_parent,
+        initargs=(os.getpid(), is_main_thread()),
+        env=_ONE_THREAD,
+    )
+    folder, running = _working_folder(), deque[Future[Reading]]()
+    try:
+        for job in jobs:
+            running.append(_submit(pool, folder, job))
+            if len(running) == _AHEAD * n_jobs:
+                yield running.popleft().result()
+        while running:
+            yield running.popleft().result()
+    finally:
+        with suppress(Exception):  # a pool that could not start has nothing to end
+            pool.shutdown(kill_workers=bool(running))  # files that are left belong to an error
+
+
+def _submit(pool: Executor, folder: str, job: _Job) -> Future[Reading]:
+    """Hand out a file; the first one starts the processes, for which joblib may raise anything."""
+    try:
+        with _interrupts_wait():
+            return pool.submit(_read_beside, folder, job)
+    except BrokenProcessPool:
+        raise
+    except Exception as error:
+        raise _NoProcessError from error
+
+
+def _working_folder() -> str:
+    """Return the working folder, or the root where it was removed meanwhile."""
+    try:
+        return str(Path.cwd())
+    except FileNotFoundError:
+        return os.sep
 
 
 def _read_alone(job: _Job) -> Reading:
     """Read one file in a separate process; the result is a problem if the process dies."""
     try:
-        (reading,) = _read_in_processes([job], 2)
+        (reading,) = _read_in_processes([job], 1)
     except BrokenProcessPool:
         name, path = job[0], job[1]
         return Reading(
@@ -182,14 +237,9 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(parent: int, folder: str, job: _Job) -> Reading:
-    """Read in another process, which ends when its parent has been killed.
-
-    Processes are used again: ``folder`` is the working directory of this job.
-    """
+def _read_beside(folder: str, job: _Job) -> Reading:
+    """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
-    if not any(thread.name == _WATCH for thread in threading.enumerate()):
-        threading.Thread(target=_end_with, args=(parent,), name=_WATCH, daemon=True).start()
     path, limits = job[1], job[-1].limits
     n_bytes = path.stat().st_size if path.is_file() else 0
     capture.cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
@@ -200,13 +250,6 @@ def _read_beside(parent: int, folder: str, job: _Job) -> Reading:
             return _read_one(*job)
         finally:
             faulthandler.cancel_dump_traceback_later()
-
-
-def _end_with(parent: int) -> None:
-    """End this process when its parent has ended."""
-    while os.getppid() == parent:
-        time.sleep(0.5)
-    os._exit(1)
 
 
 def _read_one(
@@ -272,7 +315,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
         with every line that is not such a pair.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_bounded_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise MotionDBError(f"{path}: expected a readable joint map, found {error}.") from None
     pairs: dict[str, str] = {}

@@ -75,14 +75,21 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         )
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
         draft = output.with_name(f".{output.name}.rescue")
-        for left in (draft, draft.with_name(f"{draft.name}.wal")):  # by a kill
+        log = draft.with_name(f"{draft.name}.wal")
+        for left in (draft, log):  # by a kill
             left.unlink(missing_ok=True)
         try:
             with store.open_store(draft) as new:
                 report = _save_all(damaged, new, output, lost)
+            if log.exists():  # not brought into the file, which would lack it under its name
+                raise StoreError(
+                    f"{output}: expected room for a new database, found too little. "
+                    "Nothing was written; look at the disk."
+                )
             draft.replace(output)
         finally:
-            draft.unlink(missing_ok=True)
+            for left in (draft, log):
+                left.unlink(missing_ok=True)
     return report
 
 

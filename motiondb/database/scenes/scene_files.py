@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
+from motiondb.bounded_files import read_bounded_text
 from motiondb.errors import SceneError, suggestion
 from motiondb.file_names import is_file
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -72,7 +73,7 @@ def text_of(name: str | Path, ending: str) -> tuple[str, str]:
     if not is_file(path) and plain in shipped(ending):
         return shipped_text(plain, ending), plain + ending
     try:
-        return path.read_text(encoding="utf-8-sig"), str(name)
+        return read_bounded_text(path), str(name)
     except UnicodeDecodeError:
         raise SceneError(
             f"{name}: expected text in UTF-8, found other bytes. Is it a {_KINDS[ending]}?"

@@ -238,14 +238,13 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         for match in answer.matches
     )  # fmt: skip
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
-    unknown = {
-        word: tuple(w for w, _ in suggested[word].words) or suggested[word].spelling
-        if word in suggested
-        else near
-        for word, near in answer.unknown.items()
+    meant = {
+        word: tuple(near for near, _ in taking.words) or taking.spelling
+        for word, taking in suggested.items()
     }
+    unknown = {word: meant.get(word, near) for word, near in answer.unknown.items()}
     not_used = tuple(
-        NotUsed(left.text, reason_unknown(unknown[left.text])) if left.text in suggested else left
+        NotUsed(left.text, reason_unknown(meant[left.text])) if left.text in meant else left
         for left in answer.not_used
     )
     question = replace(answer.question, unknown=unknown)

@@ -7,12 +7,14 @@ returns its results as JSON on its standard output; if it dies, this is a fault.
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 from motiondb.errors import StoreError
+from motiondb.parent_process import end_with_parent, is_main_thread
 from motiondb.store.checking.blocks import find_damage
 from motiondb.store.connection.faults import damage_sentence
 
@@ -53,13 +55,14 @@ def block_faults(path: Path) -> list[str]:
 
 
 def _ask(path: Path, what: str, wait: float) -> list[str]:
-    """Run this module as a program, and read its output."""
-    ended = subprocess.run(
-        [sys.executable, "-m", __name__, what, str(path), str(wait)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    """Run this module as a program, and read what it says."""
+    try:
+        ended = _run(what, path, wait)
+    except OSError as error:
+        raise StoreError(
+            f"{path}: expected to start a process that checks it, found: "
+            f"{error.strerror or error}. Try again; the system may allow too few processes."
+        ) from error
     if ended.returncode < 0:
         name = signal.Signals(-ended.returncode).name
         return [damage_sentence(path, f"that reading it ends the program ({name}).")]
@@ -71,6 +74,19 @@ def _ask(path: Path, what: str, wait: float) -> list[str]:
     if answer["error"]:
         raise StoreError(answer["error"])
     return [str(fault) for fault in answer["faults"]]
+
+
+def _run(what: str, path: Path, wait: float) -> subprocess.CompletedProcess[str]:
+    """Run this module as a program, which ends when this process does."""
+    return subprocess.run(
+        [
+            sys.executable, "-m", __name__, what, str(path), str(wait),
+            str(os.getpid()), str(int(is_main_thread())),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )  # fmt: skip
 
 
 def _answer(what: str, path: Path, wait: float) -> dict[str, object]:
@@ -92,5 +108,6 @@ def _answer(what: str, path: Path, wait: float) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    _what, _path, _wait = sys.argv[1:]
+    _what, _path, _wait, _parent, _by_main_thread = sys.argv[1:]
+    end_with_parent(int(_parent), _by_main_thread == "1")
     sys.stdout.write(json.dumps(_answer(_what, Path(_path), float(_wait))))

@@ -41,17 +41,25 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     """
     path = Path(path)
     new = path.with_name(f".{path.name}.compact")
+    log = new.with_name(f"{new.name}.wal")
     open_store(path, create=False, wait=wait).close()  # brings the log into the file
     before = path.stat().st_size
     with open_store(path, read_only=True, wait=wait) as store:
         if path.with_name(f"{path.name}.wal").exists():
             raise StoreError(
-                f"{path}: expected a free database, found another program writing to it. "
-                "Wait until it has ended."
+                f"{path}: expected all changes in the file, found some in the log beside it "
+                f"({path.name}.wal): another program is writing, or the disk has no room to bring "
+                "them in. Wait until it has ended, and look at the disk."
             )
         try:
-            new.unlink(missing_ok=True)
+            for left in (new, log):
+                left.unlink(missing_ok=True)
             _copy(store, new)
+            if log.exists():  # not brought into the copy, which would lack it in its place
+                raise StoreError(
+                    f"{path}: expected room for a copy beside it, found too little. "
+                    "The old file was kept; look at the disk."
+                )
             new.replace(path)
         except (StoreError, duckdb.Error) as error:
             cause = error if isinstance(error, duckdb.Error) else error.__cause__
@@ -63,7 +71,8 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
                 "The old file was kept; look at the disk."
             ) from error
         finally:
-            new.unlink(missing_ok=True)
+            for left in (new, log):
+                left.unlink(missing_ok=True)
     return before, path.stat().st_size
 
 

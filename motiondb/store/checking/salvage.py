@@ -143,6 +143,8 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
         DuckDB cannot open the file: its headers, or the list of its tables, are damaged.
     """
     path = Path(path)
+    if not path.exists():
+        raise StoreError(f"{path}: expected a database, found no such file. Name another file.")
     log = path.with_name(f"{path.name}.wal")
     try:
         store = open_damaged(path, wait=wait)

@@ -47,6 +47,8 @@ def is_damage(error: BaseException) -> bool:
     """
     if isinstance(error, DamagedFileError):
         return True
+    if isinstance(error, duckdb.Error) and _FULL.search(str(error)):
+        return False  # a full disk is called "invalidated" or "fatal" too
     if isinstance(
         error, duckdb.InternalException | duckdb.FatalException | duckdb.SerializationException
     ):
@@ -107,6 +109,7 @@ def damage_sentence(path: Path, reason: str) -> str:
 
 
 def first_sentence(error: BaseException) -> str:
-    """DuckDB's message up to the first full stop."""
-    text = re.split(r"(?<=\w)[.!] |\n", str(error))[0].rstrip(".!")
+    """DuckDB's message up to the first full stop; where it names an original error, that one."""
+    message = str(error).rpartition("Original error: ")[2]
+    text = re.split(r"(?<=\w)[.!] |\n", message)[0].rstrip(".!")
     return f"{text}."

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from importlib import metadata, resources
 
@@ -119,7 +120,8 @@ def migrate(
             _stamp(connection, number)
             connection.execute("COMMIT")
         except BaseException:
-            connection.execute("ROLLBACK")
+            with suppress(duckdb.Error):  # the first error is the cause
+                connection.execute("ROLLBACK")
             raise
 
 

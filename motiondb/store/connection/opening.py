@@ -23,7 +23,7 @@ from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
-from motiondb.whole_files import is_running
+from motiondb.whole_files import is_duckdb, is_running
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -108,14 +108,24 @@ def _create(path: Path) -> None:
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
     _sweep_drafts(path)
-    connection = connect(new, read_only=False, named=path)
+    log = new.with_name(f"{new.name}.wal")
     try:
-        migrations.migrate(connection, 0)
+        with duckdb.connect(str(new), config=_CONFIG) as connection:
+            migrations.migrate(connection, 0)
+        if log.exists():
+            raise OSError("too little room on the disk.")
+        if not path.exists() or path.stat().st_size == 0:
+            new.replace(path)
+    except (duckdb.Error, OSError) as error:
+        found = first_sentence(error)
+        raise StoreError(
+            f"{path}: expected to make a new database, found: {found} "
+            "Look at the folder's permissions and at the disk."
+        ) from error
     finally:
-        connection.close()
-    if not path.exists() or path.stat().st_size == 0:
-        new.replace(path)
-    new.unlink(missing_ok=True)
+        for left in (new, log):
+            with suppress(OSError):
+                left.unlink(missing_ok=True)
 
 
 def _sweep_drafts(path: Path) -> None:
@@ -156,6 +166,11 @@ def connect(
     StoreError
         The file is held, or is none of DuckDB's, or is damaged.
     """
+    if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
+        found = "neither a file nor a folder" if path.exists() else "no such file"
+        raise StoreError(
+            f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
+        )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
         try:
@@ -181,8 +196,9 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
             f"{path}: expected a free database, found it held by this process ({os.getpid()}) "
             "in another mode. Close it first."
         )
-    if "not a valid DuckDB" in text or "Is a directory" in text:
-        actual = "a folder" if path.is_dir() else "another kind of file"
+    is_other = path.is_file() and os.access(path, os.R_OK) and not is_duckdb(path)
+    if "not a valid DuckDB" in text or "Is a directory" in text or is_other:
+        found = "a folder" if path.is_dir() else "another kind of file"
         return (
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )

@@ -56,3 +56,18 @@ def test_a_quote_that_stays_open_is_named_by_its_line(tmp_path: Path) -> None:
 def test_letters_that_break_lines_elsewhere_do_not_here(tmp_path: Path) -> None:
     sheet = read_sheet(written(tmp_path, "file\twords\na\twalk\u2028slowly\x0bthen run\nb\tsit\n"))
     assert sheet.entries["b"].line == 3
+
+
+def test_a_column_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SheetError) as caught:
+        read_sheet(written(tmp_path, "file\tfile\twords\na\tb\twalk\n"))
+    assert str(caught.value) == (
+        f"{tmp_path}/words.tsv:1: expected each column once, found 'file' twice. Rename one."
+    )
+
+
+def test_of_many_repeated_rows_a_hundred_are_named(tmp_path: Path) -> None:
+    notes = read_sheet(written(tmp_path, "file\twords\n" + "a\twalk\n" * 1000)).notes
+    assert len(notes) == 101
+    assert notes[0].endswith("words.tsv:3: repeats line 2 and was left out")
+    assert notes[-1] == "... and 899 more notes like these"

@@ -92,6 +92,14 @@ def test_nothing_matches_where_what_is_asked_is_excluded(asked: MotionDB) -> Non
     assert asked.search("not kick").matches_anything
 
 
+def test_a_word_that_is_like_none_is_left_out_beside_a_known_one(asked: MotionDB) -> None:
+    answer = asked.search("xqzzyqv and walk")
+    assert [(left.text, left.reason) for left in answer.not_used] == [
+        ("xqzzyqv", "no caption says it")
+    ]
+    assert answer.matches[0].capture == asked.search("walk").matches[0].capture
+
+
 def test_question_stands_in_json_and_above_the_answers(learned_file: Path) -> None:
     command = ["search", "wlak or walk for 2 s but not turning", "--limit", "2", "--explain"]
     ended = CliRunner().invoke(app, [*command, "--json", "--db", str(learned_file)])

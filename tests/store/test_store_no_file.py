@@ -1,0 +1,59 @@
+"""Names of databases that lead to a pipe, to another program's file, or to nothing any more."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from motiondb import store
+from motiondb.database.catalogue.rescuing import rescue
+from motiondb.errors import StoreError
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with pytest.raises(StoreError) as caught:
+        store.open_store(path)
+    assert str(caught.value) == (
+        f"{path}: expected a database of motiondb, found neither a file nor a folder. "
+        "Name another file with --db."
+    )
+
+
+def test_the_file_of_another_program_is_called_so(tmp_path: Path) -> None:
+    path = tmp_path / "other.db"
+    with closing(sqlite3.connect(path)) as other:
+        other.execute("CREATE TABLE a (b)")
+        other.commit()
+    with pytest.raises(StoreError, match="found another kind of file"):
+        store.open_store(path, read_only=True)
+
+
+def test_a_file_that_was_removed_meanwhile_is_not_made_anew(tmp_path: Path) -> None:
+    path = tmp_path / "motions.duckdb"
+
+    def remove_meanwhile() -> None:
+        with store.open_store(path) as opened, store.released(opened):
+            path.unlink()
+
+    with pytest.raises(StoreError) as caught:
+        remove_meanwhile()
+    assert str(caught.value).startswith(
+        f"{path}: expected a database of motiondb, found no such file."
+    )
+    assert not path.exists()
+
+
+def test_a_missing_file_cannot_be_rescued(tmp_path: Path) -> None:
+    with pytest.raises(StoreError) as caught:
+        rescue(tmp_path / "none", tmp_path / "new.duckdb")
+    assert str(caught.value) == (
+        f"{tmp_path}/none: expected a database, found no such file. Name another file."
+    )
+    assert list(tmp_path.iterdir()) == []
