@@ -6,9 +6,8 @@
 DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only,
 ``recursive`` and ``development`` need none. Of these two, a part may be run: some languages, or one
 number of sentences; the rows of other languages stay.
-Sections of tasks that are not run stay as they are on the page. What people saw in the pictures,
-and what falls short, is written in ``grammar_tasks/notes.md`` and goes under the section of its
-heading.
+Sections of tasks that are not run stay as they are on the page. Observations from the pictures, and
+limits, are in ``grammar_tasks/notes.md`` and are put under the section of the same heading.
 """
 
 from __future__ import annotations

@@ -213,8 +213,8 @@ def kill(seed: int, kind: str, base: Path, usual: Reference) -> Outcome:
         told = _is_told(kind, place)
         faults = [] if not ended or process.exitcode == 0 else [f"ended with {process.exitcode}"]
         faults += _going_on(process)
-        found = _beside(examine, place)
-        if isinstance(found, str):
+        outcome = _beside(examine, place)
+        if isinstance(outcome, str):
             return Outcome(
                 seed, kind, share * usual.seconds, usual.seconds, ended, told, "neither", (outcome,)
             )

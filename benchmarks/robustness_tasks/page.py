@@ -27,11 +27,11 @@ than were run is listed as not met. The databases are learned from the sample da
 UNKNOWN = """## What is not known, and limits
 
 * **A log that was cut short.** Changes that are not yet in the database file are in a log beside it
-  (`.wal`). DuckDB replays the log up to its last whole transaction, and says nothing of what
-  follows. A log that was cut, by a full disk or by copying while a command writes, therefore gives
-  a whole, earlier state; `check` calls it sound. It is tested that no part of a later change is
-  there without the changes before it (`tests/store/test_store_cut_log.py`). That changes were lost
-  cannot be seen from the file. A log with flipped bits is refused.
+  (`.wal`). DuckDB replays the log up to its last complete transaction and does not report what
+  follows. A log that was cut off, by a full disk or by copying while a command writes, therefore
+  gives a consistent earlier state, and `check` reports no fault. A test shows that no part of a
+  later change is present without the changes before it (`tests/store/test_store_cut_log.py`). The
+  file does not show that changes were lost. A log with flipped bits is refused.
 * **A log that is none.** A file of that name that does not begin like a log of DuckDB's is passed
   over by DuckDB, and `check` calls the database sound.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves
@@ -42,10 +42,10 @@ UNKNOWN = """## What is not known, and limits
   started them), otherwise when their own thread has looked, every quarter of a second. A library
   that keeps Python from running delays that on other systems than Linux. On Windows they end with
   the file that they read.
-* **Power failures.** The kills end processes, not the computer; what the disk had written by then
-  is not tried.
-* **The system's temporary folder** is not looked at after kills. Reading C3D files uses it, and so
-  does `rescue` of a database with a damaged log."""
+* **Power failures.** The kills end processes, not the computer. Data that the disk had not yet
+written are not tested.
+* **The system's temporary folder** is not examined after kills. Reading of C3D files uses it, as
+does `rescue` of a database with a damaged log."""
 
 
 def page(folder: Path) -> str:

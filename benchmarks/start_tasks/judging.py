@@ -35,8 +35,8 @@ def judge(
 ) -> dict[str, Any]:
     """Rankings of captures per word, ranks of true words per capture, and "nothing matches".
 
-    A word that is not known ranks all captures by chance; where nothing is known, a capture's words
-    come in an order by chance, and nothing can be said about what is missing.
+    An unknown word ranks all captures at random. If no word is known, the words of a capture are in
+    random order, and absent actions cannot be recognised.
     """
     rng = np.random.default_rng(seed)
     number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}

@@ -137,7 +137,7 @@ def across_studios(data: Path, source: str, seed: int, parts: Parts) -> dict[str
     bare = Folder(ours.captures, ours.words, {}, ours.groups)
     alone = parts.learned(f"{target}-{seed}-bare", lambda: _view(learn(bare, seed)))
     views = {"with start": view_by(knowledge, ours.captures), "without start": alone}
-    found = _curves(ours, views, begin(knowledge, {}), seed, parts.of(source))
+    curves = _curves(ours, views, begin(knowledge, {}), seed, parts.of(source))
     return {
         "source": source,
         "target": target,
@@ -285,11 +285,11 @@ def unseen_performers(data: Path, seed: int, parts: Parts) -> dict[str, Any]:
             judged.append(one)
             print(name, fold, brief(one), flush=True)
         every_measure = measures(judged, draws)
-        found[name] = {
+        results[name] = {
             "queries": sum(len(j["rankings"]) for j in judged),
             **{m: told_interval(v) for m, v in every_measure.items()},
         }
-    return {"seed": seed, "rows": found}
+    return {"seed": seed, "rows": results}
 
 
 def _ask_unseen(

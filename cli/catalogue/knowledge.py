@@ -112,9 +112,7 @@ def print_start(first: Mapping[str, Any]) -> None:
         )
     else:
         typer.echo("No own captions: all words and probabilities are those of the start.")
-        typer.echo(
-            "The probabilities are brought nearer to 0.5: no own caption has checked them."
-        )
+        typer.echo("The probabilities are brought nearer to 0.5: no own caption has checked them.")
     if not first["fits"]:
         typer.echo(
             f"{first['strange_motion']:.0%} of the motion is unlike anything that the symbols of "

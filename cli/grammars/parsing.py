@@ -206,7 +206,7 @@ def _say_like(
         )
     like, _, exact = asked
     note_pattern(grammars, name, like, exact)
-    found = grammars.complete(name, *asked)
+    completed = grammars.complete(name, *asked)
     if json:
         sentences = [
             {"string": list(one.string), "probability": one.probability}

@@ -1,9 +1,9 @@
 """Fitting the judge of motion, and the calibration of its two cues.
 
 The calibration uses real captures in pairs: one whose captions say w, and one of the same performer
-whose captions do not say w nor a word related to it, half of the time one of those that resemble w
-most. Both are judged without the two, each by one or two of its windows, because what is judged
-later is as short. The probability is therefore one at even odds.
+whose captions do not say w nor a word related to it, in half of the pairs one of those that
+resemble w most. Both are judged without the two, each by one or two of its windows, because what is
+judged later is as short. The probability is therefore one at even odds.
 
 A part of a capture of several actions may not show w. So the first of a pair is a capture whose
 captions name one action, unless there are too few of these. No word has more than
@@ -89,7 +89,7 @@ def fit_judge(
 def _draw_pairs(
     table: JudgingTable, performers: Mapping[int, str], rng: np.random.Generator
 ) -> list[tuple[int, int, int]]:
-    """Pairs of captures for the calibration: (word, one that says it, one that does not).
+    """Pairs of captures for the calibration: (word, capture with the word, capture without it).
 
     Of captures of one action where there are enough, otherwise of all.
     """

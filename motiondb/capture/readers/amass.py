@@ -183,7 +183,7 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
 
 
 def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.generic]:
-    """Return the array of a member; its header must fit what the member holds.
+    """Return the array of a member; its header must fit the size of the member.
 
     The member is unpacked piece by piece into the array, so that it is not in memory twice.
 

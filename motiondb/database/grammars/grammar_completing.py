@@ -1,11 +1,11 @@
 """Complete a pattern of words and terminals by sentences of a grammar that its captures can show.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
-them. A word stands for one segment: for one of the terminals in whose segments the word is probable
+them. A word means one segment, with one of the terminals in whose segments the word is probable
 (:mod:`.grammar_words`). A word that no caption holds may be taken as known ones
 (:mod:`motiondb.learning.taken_words`), and is probable where these are. A text without ``?`` and
 ``...`` that does not consist of terminals is a sentence in words: its words follow each other in
-this order, with anything between, before and after. The way is from words to motion symbols (the
+this order, with anything between, before and after. The steps are from words to motion symbols (the
 association), to terminals, to a sentence that obeys the grammar, to motion.
 """
 

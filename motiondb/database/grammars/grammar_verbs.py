@@ -264,7 +264,7 @@ class Grammars(SequenceVerbs):
             used.
         like : str, optional
             A pattern that the sentence must match, see :meth:`complete`. The sentence is drawn from
-            those that match, as probable as they are in the grammar.
+            those that match, by their probabilities in the grammar.
         exact : bool
             As in :meth:`complete`.
 

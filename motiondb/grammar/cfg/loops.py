@@ -1,8 +1,8 @@
 """Show loops as loops: rules that repeat as repetitions, and chains in trees as one node.
 
 The rules of a nonterminal A fall into three kinds: L A, which put something before A, A R, which
-put something after it, and all others, Z. The strings of A are then those of L* Z R*, whatever L, Z
-and R hold, A itself included. If L and Z are the same, this is L+. So is L* beside L.
+put something after it, and all others, Z. The strings of A are then those of L* Z R*, for any L, Z
+and R, which may contain A. If L and Z are the same, this is L+. So is L* beside L.
 """
 
 from __future__ import annotations

@@ -11,14 +11,14 @@ string does not count. A rule is supported if
   above one, in one sentence or in two: so one of several things that may repeat can be rare;
 * the sentences do not stop at a bound. Let C be the most rounds, m the number of sentences with C
   rounds, and q the share of those that went on among all times that a sentence could go on or stop
-  before C. If nothing but chance ends a loop, m sentences all stop at C with probability
-  (1 - q)^m. The rule is refused if this is less than 0.05 and m is at least 3. (Two longest
-  sentences are often equally long by chance where q is high.) Where a sentence may go through the
-  loop several times, or in several ways, 0.01 is asked for.
+  before C. If loops end only by chance, m sentences all stop at C with probability (1 - q)^m. The
+  rule is refused if this is less than 0.05 and m is at least 3. (Two longest sentences are often
+  equally long by chance where q is high.) Where a sentence may go through the loop several times,
+  or in several ways, 0.01 is asked for.
 
 A rule that is not supported is written out: the nonterminals that derive each other are copied once
-for each round, and the last copy lacks the rule. Then the rules are refitted, which drops what is
-not used. What remains is judged again. Loops that are supported must also be used in the same way
+for each round, and the last copy lacks the rule. Then the rules are refitted, which drops unused
+rules. What remains is judged again. Loops that are supported must also be used in the same way
 wherever they stand (:mod:`.context_evidence`).
 """
 

@@ -144,7 +144,7 @@ def find_sentences(
     spent = math.ceil(_WITH_LOOPS * changes)
     looping = improve(strings, improved[0], lengths, rng, spent, loops=True)
     tell(_STEPS - 1, _STEPS)
-    found = _learned(strings, looping.cuts, [looping.rules])
+    sentences = _learned(strings, looping.cuts, [looping.rules])
     tell(_STEPS, _STEPS)
     return sentences
 

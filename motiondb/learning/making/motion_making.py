@@ -58,7 +58,7 @@ class MadeMotion:
     recognised : array (segments,)
         Symbols recognised in the motion.
     question : KnownQuestion
-        The sentence as it was understood.
+        The parsed sentence.
     shown : tuple of JudgedAction
         Per action that was asked for, whether the motion shows it.
     decided : tuple of str
@@ -124,7 +124,7 @@ def make_motion(
     rng: np.random.Generator,
     used: Counter[tuple[int, int]] | None = None,
 ) -> MadeMotion:
-    """Make a motion that shows what a sentence says.
+    """Generate a motion from a sentence.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ def block_faults(path: Path) -> list[str]:
 
 
 def _ask(path: Path, what: str, wait: float) -> list[str]:
-    """Run this module as a program, and read what it says."""
+    """Run this module as a program, and read its output."""
     try:
         ended = _run(what, path, wait)
     except OSError as error:

@@ -198,7 +198,7 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
         )
     is_other = path.is_file() and os.access(path, os.R_OK) and not is_duckdb(path)
     if "not a valid DuckDB" in text or "Is a directory" in text or is_other:
-        found = "a folder" if path.is_dir() else "another kind of file"
+        actual = "a folder" if path.is_dir() else "another kind of file"
         return (
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
