@@ -38,10 +38,10 @@ def main() -> None:
         if told.data is None:
             parser.error("expected --data DIR, found none")
         if task == "unseen":
-            found = unseen_performers(told.data, told.seed, parts)
+            results = unseen_performers(told.data, told.seed, parts)
         else:
-            found = across_studios(told.data, task, told.seed, parts)
-        text = json.dumps(found, indent=1) + "\n"
+            results = across_studios(told.data, task, told.seed, parts)
+        text = json.dumps(results, indent=1) + "\n"
         (RESULTS / f"{task}.json").write_text(text, encoding="utf-8")
         print(text)
 

@@ -60,8 +60,8 @@ def log_probability_of(grammar: Grammar, string: String) -> float:
     return log_probability(compiled_form(grammar), string)
 
 
-def _rank(own: float, drawn: np.ndarray) -> float:
-    if own == -inf:
+def _rank(log_p: float, drawn: np.ndarray) -> float:
+    if log_p == -inf:
         return inf
-    as_probable = drawn[drawn >= own - 1e-9]
+    as_probable = drawn[drawn >= log_p - 1e-9]
     return max(1.0, sum(exp(-one) for one in as_probable.tolist()) / len(drawn))

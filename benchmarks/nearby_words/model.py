@@ -91,7 +91,7 @@ def pair_features(
     moving, senses = _motion(word, lexicon), len(lexicon.wordnet.senses.get(word, ()))
     frequent = np.log1p(lexicon.wordnet.counts.get(word, 0)) / 8.0
     facts = np.array([known.facts[t] for t in targets])
-    own = np.array([frequent, moving, np.sqrt(senses) / 5.0])
+    of_word = np.array([frequent, moving, np.sqrt(senses) / 5.0])
     cosines, total = similarity.cosines(word, targets), np.log(0.02 + channels.sum(axis=1))
     n_kinds = (channels > 0.02).sum(axis=1) / 5.0
     features = np.column_stack([
@@ -102,7 +102,7 @@ def pair_features(
         cosines,
         facts,
         facts[:, 2] * moving,
-        np.broadcast_to(own, (len(targets), 3)),
+        np.broadcast_to(of_word, (len(targets), 3)),
         products(cosines, total, n_kinds, moving),
     ])  # fmt: skip
     return targets, features

@@ -108,7 +108,7 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
     features = db.session.features.of_capture
     asked = []
     for (capture, word), spans in marked.items():
-        found = []
+        asked_parts = []
         for of in (learned, replace(learned, edges=None)):
             try:
                 answer = search_words(
@@ -116,9 +116,9 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
                 )
             except MotionDBError:  # the word is not known
                 break
-            found += [(match.start, match.end) for match in answer.matches[:1]]
-        if len(found) == 2:
-            refined, segments = (closest(spans, told) for told in found)
+            asked_parts += [(match.start, match.end) for match in answer.matches[:1]]
+        if len(asked_parts) == 2:
+            refined, segments = (closest(spans, told) for told in asked_parts)
             asked.append(Asked(capture, word, refined, segments))
     return asked
 

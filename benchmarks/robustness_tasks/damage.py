@@ -40,6 +40,6 @@ class Outcome:
 def run(seeds: Sequence[int], database: Path) -> Iterator[Outcome]:
     """Damage, check and ask; five kinds for each seed."""
     kinds = damage_runs.KINDS
-    for found in damage_runs.runs(database, seeds, kinds):
-        said = "refused" if found.faults is None else "faults" if found.faults else "sound"
-        yield Outcome(found.seed, found.kind, said, found.wrong or "as before")
+    for runs in damage_runs.runs(database, seeds, kinds):
+        said = "refused" if runs.faults is None else "faults" if runs.faults else "sound"
+        yield Outcome(runs.seed, runs.kind, said, runs.wrong or "as before")

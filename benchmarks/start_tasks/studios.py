@@ -163,10 +163,10 @@ def _curves(
     queries: list[int] = []
 
     def ask(
-        used: str, own: NDArray[np.int64], gallery: NDArray[np.int64], asked: Sequence[str]
+        used: str, chosen: NDArray[np.int64], gallery: NDArray[np.int64], asked: Sequence[str]
     ) -> dict[str, Any]:
         start = started if used == "with start" else None
-        answers = answer(ours, views[used], own, gallery, start)
+        answers = answer(ours, views[used], chosen, gallery, start)
         return judge(ours.words, answers, gallery, asked, seed)
 
     for fold in np.unique(folds):
@@ -177,15 +177,15 @@ def _curves(
         order = np.random.default_rng(seed).permutation(others)
 
         for n in CAPTIONED:
-            own = np.sort(order[:n])
-            aside = is_set_aside(views["with start"].table, len(own))
+            chosen = np.sort(order[:n])
+            aside = is_set_aside(views["with start"].table, len(chosen))
             for name in views:
                 used = "without start" if aside else name
                 judged = parts.judged(
-                    f"{seed}-{fold}-{used}-{n}", partial(ask, used, own, gallery, asked)
+                    f"{seed}-{fold}-{used}-{n}", partial(ask, used, chosen, gallery, asked)
                 )
                 gathered.setdefault((name, n), []).append(judged)
-                print(fold, name, len(own), brief(judged), flush=True)
+                print(fold, name, len(chosen), brief(judged), flush=True)
     rows = []
     for n in CAPTIONED:
         each = {name: measures(gathered[name, n], draws) for name in views}

@@ -108,8 +108,8 @@ def _pairs_of(
     first: frozenset[int],
 ) -> list[tuple[int, int, int]]:
     """Pairs of which the first capture is one of ``first``."""
-    own = table.vectors @ judge_all(table)
-    scores = {c: own[table.owners == c].mean(axis=0) for c in table.said}
+    evidence = table.vectors @ judge_all(table)
+    scores = {c: evidence[table.owners == c].mean(axis=0) for c in table.said}
     pairs = []
     for word in np.flatnonzero(np.diag(table.together) >= 2.0).tolist():
         related = table.related(word)

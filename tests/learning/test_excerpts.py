@@ -27,8 +27,8 @@ def test_a_long_stretch_is_cut_into_windows() -> None:
 
 
 def test_a_short_segment_is_extended() -> None:
-    found = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150, np.random.default_rng(0))
-    assert found[0].end - found[0].start == SHORTEST
+    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150, np.random.default_rng(0))
+    assert actual[0].end - actual[0].start == SHORTEST
 
 
 def _wave(n_frames: int, period: int) -> np.ndarray:

@@ -109,20 +109,22 @@ def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Pat
 
 def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
     """Draw the trees of a capture's sentences, at least one."""
-    found = [
+    tree_pictures = [
         pictures.TreePicture(f"sentence {n}", with_loops(tree))
         for n, tree in enumerate(trees, start=1)
     ]
-    return pictures.draw_trees(found, path, material.learned.name, colours(material.learned))
+    return pictures.draw_trees(
+        tree_pictures, path, material.learned.name, colours(material.learned)
+    )
 
 
 def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
     """Draw the edited tree and those with the alternatives, with the region marked in each."""
     trees = [edited.before, *(edited.tree(n) for n in range(len(edited.alternatives)))]
     captions = ["as it is", *(str(n + 1) for n in range(len(edited.alternatives)))]
-    found = [
+    tree_pictures = [
         pictures.TreePicture(caption, *with_loops_around(tree, edited.region.path))
         for caption, tree in zip(captions, trees)
     ]
     title = f"{material.learned.name}: what {edited.region.symbol} may derive"
-    return pictures.draw_trees(found, path, title, colours(material.learned))
+    return pictures.draw_trees(tree_pictures, path, title, colours(material.learned))

@@ -130,30 +130,30 @@ class _Said:
 
 def _load_captions(session: Session, synonyms: Mapping[str, str]) -> list[_Said]:
     captions = store.load_captions(session.store)
-    found = []
+    loaded = []
     for info in store.load_captures(session.store):
         of_one = captions.get(info.capture_id, ())
         timed = any(caption.start is not None for caption in of_one)
         for caption in of_one:
             part = ShownAction(info.name, caption.start, caption.end)
             may_cut = caption.start is not None or not timed
-            found.append(_Said(part, _named_actions(caption.words, synonyms), may_cut))
-    return found
+            loaded.append(_Said(part, _named_actions(caption.words, synonyms), may_cut))
+    return loaded
 
 
 def _shown(
     captions: Iterable[_Said], asked: Mapping[str, tuple[_Words, _Words]], thrown: set[str]
 ) -> dict[str, tuple[ShownAction, ...]]:
     """Return for every terminal the parts that captions say show it."""
-    found: dict[str, dict[ShownAction, None]] = {name: {} for name in asked}
+    parts_of: dict[str, dict[ShownAction, None]] = {name: {} for name in asked}
     for one in captions:
         for name, (phrases, without) in asked.items():
             if _all_show(one.named, phrases, without):
-                found[name][one.part] = None
+                parts_of[name][one.part] = None
         if one.may_cut:
             for name, stretch in _about_a_throw(one.named, asked, thrown):
-                found[name][replace(one.part, stretch=stretch)] = None
-    return {name: tuple(parts) for name, parts in found.items()}
+                parts_of[name][replace(one.part, stretch=stretch)] = None
+    return {name: tuple(parts) for name, parts in parts_of.items()}
 
 
 def _about_a_throw(

@@ -69,9 +69,9 @@ def take_phrases(
             for phrase in asked[name] for word in sorted(phrase - known)
             if (taking := _sure(take_word(word, takeable, table))).words
         }  # fmt: skip
-        found = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
-        if found:
-            phrases[name] = tuple(found)
+        replaced = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
+        if replaced:
+            phrases[name] = tuple(replaced)
             takings |= here
     return TakenPhrases(phrases, takings)
 

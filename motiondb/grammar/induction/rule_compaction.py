@@ -205,11 +205,11 @@ class Search:
             _keep(pool, anneal(begun, self.rng, tries=tries, warmest=warmest))
             return
         new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
-        found = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
-        bits = round(found.bits(), 6)
+        annealed = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
+        bits = round(annealed.bits(), 6)
         if bits not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
             self.judged.add(bits)
-            kept = keep_supported(refit_fully(found, self.flat), self.flat, self.rounds)
+            kept = keep_supported(refit_fully(annealed, self.flat), self.flat, self.rounds)
             if kept is not None:
                 _keep(pool, kept)
 
@@ -265,17 +265,17 @@ def _search_shortest(pool: Pool, search: Search, first_tries: int) -> None:
     """
     flat, n = search.flat, len(search.flat.rules[search.flat.start])
     number = min(n, _fitting(flat, _FIRST_SIZE, search.rng))
-    found = shortest(flat, number)
+    best = shortest(flat, number)
     tries, warmest = first_tries, WARMEST
     while number < n:
-        found = anneal(found, search.rng, tries=tries * _size(found), warmest=warmest)
+        best = anneal(best, search.rng, tries=tries * _size(best), warmest=warmest)
         number, tries, warmest = min(n, 1 + number * 3 // 2), _TRIES_A_SYMBOL, REWARMED
-        refitted = refit(found, shortest(flat, number))
+        refitted = refit(best, shortest(flat, number))
         if refitted is None:
             return
-        found = refitted
-    tries = max(search.effort.tries, tries * _size(found))
-    search.anneal(pool, found, tries, warmest)
+        best = refitted
+    tries = max(search.effort.tries, tries * _size(best))
+    search.anneal(pool, best, tries, warmest)
 
 
 def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:

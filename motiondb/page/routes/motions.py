@@ -62,11 +62,11 @@ def router(page: Page) -> APIRouter:
     @routes.post("/api/motions", response_class=Response, responses=_CONTAINER)
     def motions(body: MotionsBody) -> Response:
         """Several motions in one container, in the order asked for."""
-        found: list[Track] = []
+        tracks: list[Track] = []
         with page.held.use() as db, db.session.reading():
             for part in body.items:
-                found += tracks_of(page, db, part, body.fps)
-        return _binary(found)
+                tracks += tracks_of(page, db, part, body.fps)
+        return _binary(tracks)
 
     @routes.get("/api/thumbs", response_class=Response, responses=_CONTAINER)
     def thumbs(
