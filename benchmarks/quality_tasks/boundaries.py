@@ -36,6 +36,7 @@ SHORT = (
 NEAR = 0.3
 """Seconds within which a boundary is right."""
 N_DRAWS = 2000
+"""Bootstrap samples of an interval. Chosen by hand; not tuned."""
 
 Span = tuple[float, float]
 Marked = Mapping[tuple[str, str], Sequence[Span]]

@@ -30,6 +30,7 @@ _CONTAINER: dict[int | str, dict[str, Any]] = {
         "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
 }
+"""OpenAPI description of binary motion."""
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 

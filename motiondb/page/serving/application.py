@@ -36,6 +36,7 @@ _ROUTES = (
     upload_routes, job_routes,
 )  # fmt: skip
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
+"""Kind of error by HTTP status."""
 _ERROR = {
     "type": "object",
     "required": ["error"],
@@ -102,6 +103,7 @@ _STATUSES = {
     422: "A parameter is missing or of another type.",
     503: "Another process holds the database.",
 }
+"""Description of each HTTP status of errors, for OpenAPI."""
 
 
 def _error_handlers(application: FastAPI, folder: Path) -> None:
