@@ -41,7 +41,7 @@ class Parts:
         if not path.exists():
             _write(path, pickle.dumps(make()))
         with path.open("rb") as file:
-            return pickle.load(file)  # type: ignore[no-any-return]  # what make() made
+            return pickle.load(file)
 
     def judged(self, name: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Judged answers, from the folder or made now; keys are captures, as ``judge`` makes."""
