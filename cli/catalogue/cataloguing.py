@@ -37,10 +37,7 @@ if TYPE_CHECKING:
     from motiondb import Relation
 
 Unit = Annotated[
-    str | None,
-    typer.Option(
-        "--unit", help="Length unit of the files: m, cm, mm, inch, or a number of metres."
-    ),
+    str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
 ]
 
 
@@ -89,16 +86,10 @@ def add(
         bool, typer.Option("--skip-bad-frames", help="Leave out frames that cannot be read.")
     ] = False,
     keep_implausible: Annotated[
-        bool,
-        typer.Option(
-            "--keep-implausible", help="Also add captures that move faster than people can."
-        ),
+        bool, typer.Option("--keep-implausible", help="Also add motion too fast for people.")
     ] = False,
     outside_skeletons: Annotated[
-        bool,
-        typer.Option(
-            "--outside-skeletons", help="Allow a sheet to name ASF files outside the added folder."
-        ),
+        bool, typer.Option("--outside-skeletons", help="Let sheets name ASF files outside FOLDER.")
     ] = False,
     time_limit: Annotated[
         float,

@@ -188,8 +188,7 @@ def read_grammar(text: str, where: str = "grammar") -> Grammar:
     Raises
     ------
     GrammarError
-        A line is not a rule, a name is not valid, or there is no rule; the message has the number
-        of the line.
+        A line is not a rule, a name is not valid, or there is no rule; with the line number.
     """
     alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
     for number, line in enumerate(text.splitlines(), start=1):

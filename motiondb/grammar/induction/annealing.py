@@ -3,9 +3,9 @@
 From a rule set, changes are tried at random:
 
 * *exchange*: two right sides of one nonterminal become one, and their differing parts become the
-alternatives of a nonterminal;
+  alternatives of a nonterminal;
 * *class*: two parts that occur between the same neighbours become alternatives, in these two places
-or wherever they occur; one may be empty;
+  or wherever they occur; one may be empty;
 * *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one; where loops are
   allowed, it may join a nonterminal that it holds;
 * *fold*: an alternative is replaced by its nonterminal elsewhere;

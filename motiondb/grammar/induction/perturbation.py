@@ -5,7 +5,7 @@ Annealing ends in rules from which no small change saves bits. Five larger chang
 * *plant*: some nonterminals are put into the plain sentences (:mod:`.planting`);
 * *forget*: some rules are removed, and new rules made for the sentences that used them;
 * *split one*, *split all*: a nonterminal that occurs in several places is copied for one of them,
-or for each, so that symbols that were merged too early can become different;
+  or for each, so that symbols that were merged too early can become different;
 * *sample*: the rules are annealed on some of the sentences only, without the constraints of others.
 
 After each change the sentences are parsed again (:mod:`.refitting`), so that copies keep only the

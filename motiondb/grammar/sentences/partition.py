@@ -9,7 +9,7 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
 3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
-rules (``reparsing``), or cuts of one kind are changed (``borders``). Then rules are annealed again.
+   rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
 5. *Result.* The grammar of the best partition is learned in full.

@@ -5,7 +5,7 @@ tested performers in the word map (its sums are additive, so words are left out 
 Whether an answer is right follows from the captions:
 
 * by words: performers are divided into folds; every word of the other folds is searched in the
-captures of one fold;
+  captures of one fold;
 * by example: a described interval is the example; the captures of all other performers are
   searched, each by its window that moves most like the example. An answer is right if both captions
   name the same action, that is, a word that is not a direction, a part of the body or a manner

@@ -4,9 +4,9 @@ Captures have no ball. The actions determine the holder: at first the first play
 shoots, from a catch on the receiver of the pass, and no player after a shot. It moves
 
 * in the hands: between the palms; if these are far apart, in front of the chest, and the hands are
-moved to it;
+  moved to it;
 * dribbled: under the palm of the clip's hand, and between its release and its catch down to the
-floor and up again, each way a fall under gravity in the given time;
+  floor and up again, each way a fall under gravity in the given time;
 * passed: at constant horizontal speed, with gravity, in the time from release to catch;
 * shot: so that it enters the ring from above at 45 degrees; then it falls and bounces.
 

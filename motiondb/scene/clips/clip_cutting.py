@@ -5,11 +5,11 @@ unit action, such as half a cycle of walking. So that actions can be chained and
 
 * the still frames before and after the action are dropped;
 * an action that travels and has no event is cut where feet strike the ground; a first step from
-rest and a last one to rest are pieces of their own kinds;
+  rest and a last one to rest are pieces of their own kinds;
 * an action that continues in place (dribbling, guarding, waiting) is cut where hands catch the
-ball, or else into equal pieces;
+  ball, or else into equal pieces;
 * pieces of one and of two spans between cuts are made (in place also of four), so that there are
-long ones too;
+  long ones too;
 * an action with an event (the release of a shot), a turn and a short action stay whole.
 
 Cuts are taken from annotated events, or else from the contacts of the feet

@@ -5,7 +5,7 @@ DuckDB then closes every connection to it. Two rules keep a thread from meeting 
 
 * a statement, and the fetching of its answer, each keep the file open while they run;
 * a statement that ran outside a block that keeps the file open, and whose answer is not yet fetched
-when the file is released, is run again on the reopened file.
+  when the file is released, is run again on the reopened file.
 
 Nothing is done twice: changes of the database run in a transaction, which keeps the file open
 from its first statement to its last.

@@ -14,7 +14,7 @@ the grammar:
 * A list takes the meaning of its last connective: "walk, run or jump" is any of three, "walk, turn
   and sit" is an order of three.
 * "and" between two actions leaves open whether they come at once or in order (``Both``); with
-"while" or "at the same time" they are simultaneous.
+  "while" or "at the same time" they are simultaneous.
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
   forward and backward", "walk, twice"); after "or" and "then" the action is said again ("turn left
   or right" is turn left or turn right).
