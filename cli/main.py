@@ -75,10 +75,10 @@ def _run() -> int:
     try:
         _run_command()
     except (QueryError, NotLearnedError) as error:
-        typer.echo(f"error: {error}", err=True)
+        _tell(error)
         return 2
     except MotionDBError as error:
-        typer.echo(f"error: {error}", err=True)
+        _tell(error)
         return 1
     except OSError as error:
         if error.filename is not None or error.errno not in _NO_OUTPUT:
@@ -88,6 +88,11 @@ def _run() -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0
+
+
+def _tell(error: Exception) -> None:
+    """Print the message of an error, also where a file name in it is no text."""
+    typer.echo(f"error: {error}".encode("utf-8", "backslashreplace").decode(), err=True)
 
 
 def _run_command() -> None:

@@ -36,14 +36,33 @@ def is_folder(name: str | os.PathLike[str]) -> bool:
         return False
 
 
+def plain_name(path: Path) -> str:
+    """Return the name of a file so that DuckDB takes it for no more than that.
+
+    DuckDB keeps a database called ``:memory:`` nowhere, and looks for one called ``md:x`` or
+    ``sqlite:x`` at other programs.
+
+    >>> plain_name(Path(":memory:")), plain_name(Path("/data/a.duckdb"))
+    ('./:memory:', '/data/a.duckdb')
+    """
+    return os.path.join(".", path)  # noqa: PTH118  pathlib drops the dot
+
+
 def check_file_name(path: Path) -> None:
     """Refuse the name of a database that the system cannot have.
 
     Raises
     ------
     StoreError
-        The name is too long, or leads through a file or a folder that may not be read.
+        The name is too long, is no text, or leads through a file or a folder that may not be read.
     """
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        shown = os.fsencode(path).decode("utf-8", "backslashreplace")
+        raise StoreError(
+            f"{shown}: expected a file name in UTF-8, found other bytes. Give another name."
+        ) from None
     try:
         path.exists()
         path.with_name(f".{path.name}.{os.getpid()}.compact").exists()  # of drafts beside it

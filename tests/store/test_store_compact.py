@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import sys
+from contextlib import ExitStack
 from pathlib import Path
+from subprocess import PIPE, Popen
 from types import ModuleType
 
 import duckdb
@@ -9,6 +12,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
+from motiondb.store.checking import compaction
 
 
 def test_compacting_gives_the_room_back_and_loses_nothing(
@@ -69,3 +73,59 @@ def test_compacting_nothing_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match="found no such file"):
         store.compact(tmp_path / "m.duckdb")
     assert list(tmp_path.iterdir()) == []
+
+
+HOLDS = """
+import sys, time, duckdb
+connection = duckdb.connect(sys.argv[1])
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_compact_beside_another_is_refused(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    content = database.path.read_bytes()
+    draft = database.path.with_name(".motions.duckdb.compact")
+    identity = compaction._identity
+    with ExitStack() as others:
+
+        def begin_another(path: Path) -> tuple[int, int]:
+            """Another process begins after this one has swept what killed ones left."""
+            program = [sys.executable, "-c", HOLDS, str(draft)]
+            other = others.enter_context(Popen(program, stdin=PIPE, stdout=PIPE, text=True))
+            assert other.stdout is not None
+            assert other.stdout.readline() == "held\n"
+            return identity(path)
+
+        monkeypatch.setattr(compaction, "_identity", begin_another)
+        with pytest.raises(StoreError) as error:
+            store.compact(database.path)
+        assert str(error.value) == (
+            f"{database.path}: expected no other process that compacts it, found one at work. "
+            "Nothing was changed; wait until it has ended."
+        )
+        assert draft.exists()
+    assert database.path.read_bytes() == content
+
+
+def test_a_file_that_took_the_name_meanwhile_is_not_overwritten(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    attach, path = compaction._attach, database.path
+
+    def put_another(opened: store.Store, new: Path) -> None:
+        attach(opened, new)
+        path.with_name("other").write_bytes(b"another")
+        path.with_name("other").replace(path)
+
+    monkeypatch.setattr(compaction, "_attach", put_another)
+    with pytest.raises(StoreError, match="found that another program put one in its place"):
+        store.compact(path)
+    assert path.read_bytes() == b"another"
+    assert [item.name for item in path.parent.iterdir()] == ["motions.duckdb"]

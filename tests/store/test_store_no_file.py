@@ -57,3 +57,32 @@ def test_a_missing_file_cannot_be_rescued(tmp_path: Path) -> None:
         f"{tmp_path}/none: expected a database, found no such file. Name another file."
     )
     assert list(tmp_path.iterdir()) == []
+
+
+def kept(opened: store.Store) -> tuple[str, ...] | None:
+    """What was kept under a key of the test's."""
+    return opened.connection.execute("SELECT value FROM meta WHERE key = 'kept'").fetchone()
+
+
+@pytest.mark.parametrize("name", [":memory:", "md:x", "sqlite:x", "a'b\".duckdb", "[a]*?"])
+def test_every_name_is_that_of_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with store.open_store(name) as opened:
+        opened.connection.execute("INSERT INTO meta VALUES ('kept', 'yes')")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    with store.open_store(name, read_only=True) as opened:
+        assert kept(opened) == ("yes",)
+    store.compact(name)
+    with store.open_store(name, read_only=True) as opened:
+        assert kept(opened) == ("yes",)
+
+
+def test_a_name_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StoreError) as caught:
+        store.open_store(tmp_path / os.fsdecode(b"caf\xe9.duckdb"))
+    assert str(caught.value) == (
+        f"{tmp_path}/caf\\xe9.duckdb: expected a file name in UTF-8, found other bytes. "
+        "Give another name."
+    )

@@ -7,6 +7,10 @@ again.
 
 from __future__ import annotations
 
+import glob
+import os
+import re
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +20,7 @@ from motiondb.errors import MotionDBError, StoreError
 from motiondb.file_names import check_file_name
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
+from motiondb.whole_files import is_running
 
 
 @dataclass(frozen=True)
@@ -74,10 +79,9 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
             "Give another name with -o."
         )
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
-        draft = output.with_name(f".{output.name}.rescue")
+        _sweep(output)
+        draft = output.with_name(f".{output.name}.{os.getpid()}.rescue")
         log = draft.with_name(f"{draft.name}.wal")
-        for left in (draft, log):  # by a kill
-            left.unlink(missing_ok=True)
         try:
             with store.open_store(draft) as new:
                 report = _save_all(damaged, new, output, lost)
@@ -86,11 +90,31 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
                     f"{output}: expected room for a new database, found too little. "
                     "Nothing was written; look at the disk."
                 )
+            if output.exists():
+                raise StoreError(
+                    f"{output}: expected the name of a new file, found one that was made meanwhile."
+                    " Give another name with -o."
+                )
             draft.replace(output)
+        except OSError as error:
+            found = error.strerror or str(error)
+            raise StoreError(
+                f"{output}: expected a file that can be written, found {found}."
+            ) from error
         finally:
             for left in (draft, log):
-                left.unlink(missing_ok=True)
+                with suppress(OSError):
+                    left.unlink(missing_ok=True)
     return report
+
+
+def _sweep(output: Path) -> None:
+    """Delete what killed processes left that were to make this file."""
+    for left in output.parent.glob(f".*{glob.escape(output.name)}.*.rescue*"):
+        maker = re.search(r"\.(\d+)\.rescue", left.name)
+        if maker is not None and not is_running(int(maker[1])):
+            with suppress(OSError):
+                left.unlink()
 
 
 def _save_all(

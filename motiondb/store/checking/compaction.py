@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import duckdb
 
 from motiondb.errors import StoreError
+from motiondb.file_names import plain_name
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.holder import is_lock
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.statements import Connection
 
@@ -41,9 +44,8 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     """
     path = Path(path)
     new = path.with_name(f".{path.name}.compact")
-    log = new.with_name(f"{new.name}.wal")
     open_store(path, create=False, wait=wait).close()  # brings the log into the file
-    before = path.stat().st_size
+    before, identity = path.stat().st_size, _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if path.with_name(f"{path.name}.wal").exists():
             raise StoreError(
@@ -51,11 +53,15 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
                 f"({path.name}.wal): another program is writing, or the disk has no room to bring "
                 "them in. Wait until it has ended, and look at the disk."
             )
+        _attach(store, new)  # from here on no other process compacts
         try:
-            for left in (new, log):
-                left.unlink(missing_ok=True)
-            _copy(store, new)
-            if log.exists():  # not brought into the copy, which would lack it in its place
+            if _identity(path) != identity:
+                raise StoreError(
+                    f"{path}: expected the file that was opened, found that another program put "
+                    "one in its place. Nothing was changed; run the command again."
+                )
+            _copy(store)
+            if new.with_name(f"{new.name}.wal").exists():  # what it holds would be missing
                 raise StoreError(
                     f"{path}: expected room for a copy beside it, found too little. "
                     "The old file was kept; look at the disk."
@@ -65,15 +71,49 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
             cause = error if isinstance(error, duckdb.Error) else error.__cause__
             if not isinstance(cause, duckdb.Error) or is_damage(cause):
                 raise
-            reason = first_sentence(cause)
-            raise StoreError(
-                f"{path}: expected room for a copy beside it, found: {reason} "
-                "The old file was kept; look at the disk."
-            ) from error
+            raise StoreError(_no_room(path, cause)) from error
+        except OSError as error:
+            raise StoreError(_no_room(path, error)) from error
         finally:
-            for left in (new, log):
-                left.unlink(missing_ok=True)
+            for left in (new, new.with_name(f"{new.name}.wal")):
+                with suppress(OSError):
+                    left.unlink(missing_ok=True)
     return before, path.stat().st_size
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    """Return what tells a file from one that takes its name later: its device and its number."""
+    found = path.stat()
+    return found.st_dev, found.st_ino
+
+
+def _attach(store: Store, new: Path) -> None:
+    """Make the copy's file and attach it, which keeps every other process from it.
+
+    Raises
+    ------
+    StoreError
+        Another process is at it, or there is no room for it.
+    """
+    target = plain_name(new).replace("'", "''")
+    try:
+        store.connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
+    except (StoreError, duckdb.Error) as error:
+        cause = error if isinstance(error, duckdb.Error) else error.__cause__
+        if isinstance(cause, duckdb.Error) and is_lock(cause):
+            raise StoreError(
+                f"{store.path}: expected no other process that compacts it, found one at work. "
+                "Nothing was changed; wait until it has ended."
+            ) from error
+        raise StoreError(_no_room(store.path, cause or error)) from error
+
+
+def _no_room(path: Path, cause: BaseException) -> str:
+    """What to say when the copy cannot be written."""
+    return (
+        f"{path}: expected room for a copy beside it, found: {first_sentence(cause)} "
+        "The old file was kept; look at the disk."
+    )
 
 
 def count_rows(store: Store) -> dict[str, int]:
@@ -81,11 +121,11 @@ def count_rows(store: Store) -> dict[str, int]:
     return _count(store.connection, "current_database()")
 
 
-def _copy(store: Store, new: Path) -> None:
+def _copy(store: Store) -> None:
+    """Copy everything into the attached file, compare the numbers of rows, and detach it."""
     connection = store.connection
     row = connection.execute("SELECT current_database()").fetchone()
-    source, target = str(row[0]).replace('"', '""') if row else "", str(new).replace("'", "''")
-    connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
+    source = str(row[0]).replace('"', '""') if row else ""
     connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
     expected, copied = count_rows(store), _count(connection, "'compacted'")
     connection.execute("DETACH compacted")
@@ -103,6 +143,7 @@ def _count(connection: Connection, database: str) -> dict[str, int]:
     ).fetchall()
     counts: dict[str, int] = {}
     for name, table in tables:
+        name = str(name).replace('"', '""')
         row = connection.execute(f'SELECT count(*) FROM "{name}".main."{table}"').fetchone()
         counts[table] = int(row[0]) if row else 0
     return counts

@@ -18,7 +18,7 @@ from typing import Any
 import duckdb
 
 from motiondb.errors import HeldError, StoreError
-from motiondb.file_names import check_file_name
+from motiondb.file_names import check_file_name, plain_name
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
@@ -110,7 +110,7 @@ def _create(path: Path) -> None:
     _sweep_drafts(path)
     log = new.with_name(f"{new.name}.wal")
     try:
-        with duckdb.connect(str(new), config=_CONFIG) as connection:
+        with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
             migrations.migrate(connection, 0)
         if log.exists():
             raise OSError("too little room on the disk.")
@@ -174,7 +174,7 @@ def connect(
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
         try:
-            return duckdb.connect(str(path), read_only=read_only, config=_CONFIG)
+            return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
         except duckdb.Error as error:
             left = deadline - time.monotonic()
             is_other_mode = "different configuration" in str(error)
