@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 
 from grammar_tasks.completion import completion_rows
+from grammar_tasks.long_takes import PERFORMERS, more_terminals_rows
 from grammar_tasks.number import number_rows
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
@@ -29,11 +30,13 @@ from grammar_tasks.truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
-    "speed", "truth", "recursive", "development", "completion", "number", "real", "pictures",
+    "speed", "truth", "motion", "recursive", "development", "completion", "number", "real",
+    "pictures",
 )  # fmt: skip
-WITHOUT_DATA = ("truth", "recursive", "development", "completion", "number")
+WITHOUT_DATA = ("truth", "motion", "recursive", "development", "completion", "number")
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
+MORE = "Known truth: languages of long takes, more terminals"
 COMPLETION = "Completion of patterns"
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
@@ -50,6 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--task", nargs="+", choices=TASKS, default=TASKS)
     parser.add_argument("--style", nargs="+", choices=tuple(STYLES), default=tuple(STYLES))
     parser.add_argument("--language", nargs="+", choices=(*LANGUAGES, *DEVELOPMENT))
+    parser.add_argument(
+        "--grammar", nargs="+", choices=tuple(PERFORMERS), default=tuple(PERFORMERS)
+    )
     parser.add_argument("--sentences", nargs="+", type=int, choices=SIZES, default=SIZES)
     parser.add_argument("--output", type=Path, default=Path("docs"))
     chosen = parser.parse_args(arguments)
@@ -69,6 +75,10 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
     for part in PARTS if "truth" in chosen.task else ():
         command = "python benchmarks/grammar.py --task truth"
         jobs[f"Known truth: {part}"] = command, partial(truth, part)
+    if "motion" in chosen.task:
+        command = "python benchmarks/grammar.py --task motion"
+        names = list(chosen.grammar)
+        jobs[MORE] = command, partial(more_terminals_rows, names, known.get(MORE, ""))
     for n in chosen.sentences if "recursive" in chosen.task else ():
         names = [name for name in LANGUAGES if name in (chosen.language or LANGUAGES)]
         title = f"{RECURSIVE}, {n} sentences"

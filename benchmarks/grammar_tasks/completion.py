@@ -19,7 +19,7 @@ from motiondb.grammar.cfg.context_free import Grammar, read_grammar
 from motiondb.grammar.cfg.parse import compiled_form
 from motiondb.grammar.derivation.complete import complete, sample_completion
 from motiondb.grammar.derivation.derive import derive
-from motiondb.grammar.derivation.pattern import ANY, GAP, read_pattern
+from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, read_pattern
 
 PATTERNS, STRINGS, LONGEST = 20, 5, 14
 """Patterns of each grammar, completions of each pattern, and places of the longest one. Chosen by
@@ -41,7 +41,7 @@ def completion_rows() -> str:
 def _times(grammar: Grammar) -> list[str]:
     rng = np.random.default_rng(1)
     compiled = compiled_form(grammar)
-    patterns = []
+    patterns: list[Pattern] = []
     while len(patterns) < PATTERNS:
         string = derive(grammar, rng, length=int(rng.integers(4, LONGEST))).leaves()
         if string:

@@ -48,7 +48,7 @@ def recursive_rows(n: int, names: Sequence[str], known: str) -> str:
 
     Rows of other languages are taken from ``known``, the section as it is.
     """
-    rows = {row[0]: [] for row in table_rows(known)}
+    rows: dict[str, list[list[str]]] = {row[0]: [] for row in table_rows(known)}
     for row in table_rows(known):
         rows[row[0]].append(row)
     for name in names:

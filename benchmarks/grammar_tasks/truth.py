@@ -259,10 +259,11 @@ def true_strings(takes: Sequence[TrueTake]) -> Strings:
     return "true labels", labels, [take.cuts[:-1] for take in takes], strings
 
 
-def found_strings(takes: Sequence[TrueTake]) -> Strings:
-    """Terminals found in the motion, as many as labels, and the labels that each represents."""
+def found_strings(takes: Sequence[TrueTake], share: float = 1.0) -> Strings:
+    """Terminals found in the motion, ``share`` times as many as labels, and the labels of each."""
     motions = [take.motion for take in takes]
-    terminals = find_terminals(motions, len(label_names(takes)), np.random.default_rng(0))
+    number = round(share * len(label_names(takes)))
+    terminals = find_terminals(motions, number, np.random.default_rng(0))
     starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]
     strings = list(strings_of(terminals))
     held: dict[str, Counter[tuple[str, ...]]] = {name: Counter() for name in terminals.names}
