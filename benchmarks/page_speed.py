@@ -24,6 +24,7 @@ import urllib.request
 from dataclasses import replace
 from pathlib import Path
 
+import duckdb
 import numpy as np
 
 import motiondb
@@ -34,6 +35,19 @@ from motiondb.records import Caption, CaptureInfo
 ROOT = Path(__file__).resolve().parents[1]
 AGAIN = 10
 """Requests after the first one, whose median counts. Chosen by hand; not tuned."""
+SAVED = 100
+_NEXT = f"SELECT capture_id + {SAVED} * n"
+REPEAT = (
+    "INSERT INTO source SELECT sha256(concat(sha256, n)), t.* EXCLUDE (sha256)"
+    " FROM source t, repeats",
+    f"INSERT INTO capture {_NEXT}, concat(name, '_', n), sha256(concat(sha256, n)),"
+    " t.* EXCLUDE (capture_id, name, sha256) FROM capture t, repeats",
+    *(
+        f"INSERT INTO {table} {_NEXT}, t.* EXCLUDE (capture_id) FROM {table} t, repeats"
+        for table in ("motion_frame", "capture_tag", "caption")
+    ),
+)
+"""Statements that repeat all captures under other numbers and names."""
 
 
 def make_captures(folder: Path, count: int, seed: int = 0) -> Path:
@@ -63,14 +77,18 @@ def make_captures(folder: Path, count: int, seed: int = 0) -> Path:
 
 
 def fill_catalogue(database: Path, count: int, seed: int = 0) -> None:
-    """Save captures without reading files: parts of the sample data's motions, a second or two."""
+    """Save captures without reading files: parts of the sample data's motions, a second or two.
+
+    The first :data:`SAVED` are saved; the others, a whole multiple, repeat their rows under other
+    names.
+    """
     rng = np.random.default_rng(seed)
     sources = sorted((ROOT / "sample_data" / "captures").rglob("*.bvh"))[:20]
     with motiondb.open(database) as db:
         motions = [db.motion(path) for path in sources]
         with store.transaction(db.store):
             run = store.start_run(db.store, "add", {})
-            for number in range(count):
+            for number in range(min(count, SAVED)):
                 which = int(rng.integers(len(motions)))
                 motion, length = motions[which], int(rng.integers(45, 75))
                 part = replace(
@@ -88,6 +106,12 @@ def fill_catalogue(database: Path, count: int, seed: int = 0) -> None:
                 caption = Caption(f"a person does {action.replace('_', ' ')}")
                 store.save_capture(db.store, info, part, packed, [caption])
             store.finish_run(db.store, run)
+    with duckdb.connect(str(database)) as connection:
+        connection.execute(
+            "CREATE TEMP TABLE repeats AS SELECT unnest(range(1, ?)) AS n", [count // SAVED]
+        )
+        for statement in REPEAT:
+            connection.execute(statement)
 
 
 def make_database(database: Path, count: int, learned: int) -> None:
@@ -179,7 +203,7 @@ def main() -> None:
             assert server.stdout is not None
             address = server.stdout.readline().removeprefix("The page is at ").split()[0]
             try:
-                for row in measure(address, chosen.learn or chosen.db is not None):
+                for row in measure(address, chosen.learn):
                     print(json.dumps(row), flush=True)
             finally:
                 server.terminate()

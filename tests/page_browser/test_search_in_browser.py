@@ -70,8 +70,8 @@ def test_the_reason_is_told_word_by_word(asked_server, new_page):
         for text in rows.locator(".number-cell").all_inner_texts()
     ]
     caption = answer.locator(".reasons caption").inner_text()
-    total = float(re.search(r"together ([+−][\d.]+)", caption).group(1).replace("−", "-"))
-    assert abs(sum(amounts) - total) < 0.03
+    total = float(re.search(r"log-odds ([+−][\d.]+)", caption).group(1).replace("−", "-"))
+    assert abs(sum(amounts) - total) < 0.003
     assert "usual" in answer.locator(".reason-detail").first.inner_text()
 
 

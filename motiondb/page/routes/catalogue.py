@@ -19,6 +19,7 @@ from motiondb.page.facts.capture_facts import (
 )
 from motiondb.page.parameters import Body, Limit, Name, Seconds, Text, Where
 from motiondb.page.schemas import catalogue_schemas
+from motiondb.page.session.held import database_facts
 from motiondb.page.session.state import Page, WordEdit
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.records import Caption
@@ -218,8 +219,7 @@ _LEARNED = ("symbols", "clusters", "words", "current", "not_yet_learned")
 
 
 def _status(page: Page, db: MotionDB) -> dict[str, Any]:
-    facts = db.info()
-    drift = db.drift() if facts["learned"] else None
+    facts, drift = database_facts(db)
     limits = page.settings.limits
     return {
         **dict.fromkeys(_LEARNED),

@@ -10,8 +10,20 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from motiondb.database import MotionDB
+from motiondb.learning.drift import Drift
+
+
+def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
+    """Return what ``info`` and ``drift`` say of a database, computed once for every revision."""
+
+    def load() -> tuple[dict[str, Any], Drift | None]:
+        facts = db.info()
+        return facts, db.drift() if facts["learned"] else None
+
+    return db.session.kept("facts of the page", load)
 
 
 class HeldDatabase:
@@ -54,6 +66,7 @@ class HeldDatabase:
         try:
             with self.use() as db:
                 db.browse()
+                database_facts(db)
                 if db.is_learned() and db.learned.has_words:
                     db.search(db.vocabulary()[0], limit=1)
         except MotionDBError:  # the first request will tell

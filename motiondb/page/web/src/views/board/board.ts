@@ -190,8 +190,12 @@ function open(host: HTMLElement, context: Context): OpenView {
     keepDraft(name, diagram);
     clearTimeout(timer);
     timer = window.setTimeout(() => {
+      const follows = update && warm.checked;
+      // After a drag nearly every board that could be played still can: do not wait for the answer.
+      const atOnce = follows && pause === 0 && board?.feasible;
+      if (atOnce) making.update({ diagram });
       void check({ diagram }, false).then(() => {
-        if (update && warm.checked && board?.feasible) making.update(board.text);
+        if (follows && !atOnce && board?.feasible) making.update({ text: board.text });
       });
     }, pause);
   }

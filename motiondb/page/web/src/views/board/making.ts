@@ -11,7 +11,7 @@ import { makePlayer } from "../../player/player.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
 import { ruleReport } from "./rules.ts";
-import type { SceneFacts } from "./types.ts";
+import type { Diagram, SceneFacts } from "./types.ts";
 
 export interface Making {
   readonly element: HTMLElement;
@@ -19,7 +19,7 @@ export interface Making {
   readonly scene: string | null;
   make(text: string, seed: number): void;
   /** Go on from the present scene with a changed diagram; nothing happens without a scene. */
-  update(text: string): void;
+  update(board: { text: string } | { diagram: Diagram }): void;
   /** Show a scene, or watch a job that makes one. */
   open(scene: string | null, job: string | null): void;
   close(): void;
@@ -198,8 +198,8 @@ export function makeMaking(
       curve.show([]);
       void begin("/api/scenes", { text, seed });
     },
-    update(text) {
-      if (scene) void begin("/api/scenes/update", { scene: scene.replace(/^\w+:/, ""), text });
+    update(board) {
+      if (scene) void begin("/api/scenes/update", { scene, ...board });
     },
     open(ref, job) {
       if (job && job !== watched?.id) watch(job);
