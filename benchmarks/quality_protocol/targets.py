@@ -103,6 +103,7 @@ def targets(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     for row in ("words of whole captures", "words of the parts of the other takes"):
         cell = tables_of["By word"].cell("R@1, IoU 0.5", row)
         yield f"by word, {row}, R@1, IoU 0.5: at least 0.6", *reached(cell, 0.6), "By word"
+    yield from _places(tables_of)
     name = "Segmentation without labels"
     for row, column, least in (
         ("true number", "frame accuracy", 0.88), ("own number", "frame accuracy", 0.82),
@@ -117,6 +118,21 @@ def targets(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
         asked = f"{cells[0]} words: at least twice as many usable as by the plain bigram"
         yield asked, *reached(cells[4], 2.0), name
     yield from _generation(tables_of["Generation"])
+
+
+def _places(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
+    """Places by captions of whole takes, with one label, and boundaries."""
+    column, row = "R@1, IoU 0.5", "the same, words that the take's own captions say"
+    cell = tables_of["By word"].cell(column, row)
+    yield f"by word, {row}, {column}: at least 0.7", *reached(cell, 0.7), "By word"
+    name = "By word, with one part labelled"
+    cell = tables_of[name].cell(column, "the suggested part, as suggested")
+    yield f"by word, the suggested part labelled, {column}: at least 0.7", *reached(cell, 0.7), name
+    name = "Boundaries of short actions"
+    for row in ("real captures", "sample data (synthetic)"):
+        cell = tables_of[name].cell("median error, s", row)
+        met = LEVEL if number(cell) <= 0.3 else MISSED
+        yield f"boundaries, {row}: within 0.3 s in the median", cell, met, name
 
 
 def _times(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:

@@ -107,10 +107,11 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
     learned = db.learned
     numbers = {info.name: capture for capture, info in learned.captures.items()}
     features = db.session.features.of_capture
+    both = (learned, replace(learned, edges=None))
     asked = []
     for (capture, word), spans in marked.items():
         asked_parts = []
-        for of in (learned, replace(learned, edges=None)):
+        for of in both:
             try:
                 answer = search_words(
                     of, word, [numbers[capture]], 1, written=False, features=features

@@ -1,0 +1,100 @@
+"""Places of words when one part of one take is labelled, the part that ``words suggest`` names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import motiondb
+from motiondb.learning.answers.part_suggestions import PartSuggestion, suggest_parts
+from motiondb.learning.answers.word_answers import search_words
+from motiondb.learning.learned import Learned
+from motiondb.learning.place_fitting import Written, find_places
+from motiondb.records import Caption
+from quality_protocol.captures import load_cmu
+from quality_protocol.confidence import mean_of
+from quality_protocol.learned_database import learned_database
+from quality_protocol.report import Measure, TaskReport
+from quality_protocol.takes import LongTake, load_takes, union_share
+from quality_tasks.interval import SHARES, WORDS, best_share
+
+MOST = 40
+"""Suggestions looked through for one in a long take."""
+
+
+def run(data: Path, seed: int) -> TaskReport:
+    """The questions of *By word*, before and after one label."""
+    return measure(learned_database(data, seed), data, seed)
+
+
+def measure(database: Path, data: Path, seed: int) -> TaskReport:
+    """The same on a database that has learned."""
+    takes = load_takes(data, load_cmu(data))
+    names = {take.capture.name for take in takes}
+    with motiondb.open(database, read_only=True) as db:
+        learned = db.learned
+        offered = [one for one in suggest_parts(learned, MOST) if one.capture in names]
+        rows = [("no label", "", *_row(learned, takes, seed))]
+        if offered:
+            label, interval = _truth(takes, offered[0])
+            for what, span in (
+                ("as suggested", (offered[0].start, offered[0].end)), ("as true", interval)
+            ):  # fmt: skip
+                after = _labelled(learned, offered[0].capture, label, span)
+                shown = f"{label}, {offered[0].capture} {span[0]:.1f}-{span[1]:.1f} s"
+                rows.append((f"the suggested part, {what}", shown, *_row(after, takes, seed)))
+                rows.append((f"the suggested part, {what}, its own label counts", shown,
+                             *_row(after, takes, seed, offered[0].capture)))  # fmt: skip
+    return TaskReport(
+        "By word, with one part labelled",
+        "The questions of *By word*, boundaries of segments. One part of one long take is labelled "
+        "with the words of its true label: the part that `words suggest --parts` names first of "
+        f"those in the long takes (rank {offered[0].rank if offered else '-'} of all parts of the "
+        "database), with the times that were suggested and with the true ones. What is written of "
+        "the asked take is not used as evidence, so that the labelled part is not given away when "
+        "it is asked; *its own label counts*: it is used for the take that was labelled.",
+        ("labelled", "part", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
+        tuple(rows),
+    )  # fmt: skip
+
+
+def _truth(takes: Sequence[LongTake], part: PartSuggestion) -> tuple[str, tuple[float, float]]:
+    """Label and times of the true part that a suggested one shares most with."""
+    (take,) = (take for take in takes if take.capture.name == part.capture)
+    start, end, label = max(
+        take.parts, key=lambda true: union_share(true[:2], (part.start, part.end))
+    )
+    return label, (start, end)
+
+
+def _labelled(learned: Learned, capture: str, label: str, span: tuple[float, float]) -> Learned:
+    """What would have been learned with one more caption; the vocabulary stays."""
+    number = next(n for n, info in learned.captures.items() if info.name == capture)
+    captions = {**learned.captions}
+    captions[number] = (*captions.get(number, ()), Caption(WORDS[label], *span))
+    written = Written(captions, learned.synonyms, learned.lemmas, learned.word_numbers)
+    places = find_places(learned.segments, learned.standardised, written)
+    return replace(learned, captions=captions, places=places)
+
+
+def _shares(learned: Learned, takes: Sequence[LongTake], own: str = "") -> list[float]:
+    """Intersection over union of every question; what is written counts in the take ``own``."""
+    numbers = {info.name: capture for capture, info in learned.captures.items()}
+    shares = []
+    for take in takes:
+        name = take.capture.name
+        for label in sorted({label for _, _, label in take.parts}):
+            found = search_words(
+                learned, WORDS[label], [numbers[name]], 1, written=name == own
+            ).matches
+            told = [(match.start, match.end) for match in found]
+            shares.append(best_share(take, label, told[0]) if told else 0.0)
+    return shares
+
+
+def _row(
+    learned: Learned, takes: Sequence[LongTake], seed: int, own: str = ""
+) -> tuple[Measure | int, ...]:
+    shares = _shares(learned, takes, own)
+    return (*(mean_of([float(v >= s) for v in shares], seed) for s in SHARES), len(shares))
