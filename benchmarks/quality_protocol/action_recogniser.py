@@ -29,7 +29,8 @@ class Recogniser:
     """Windows of the real captures and the words of their captions.
 
     windows : array (windows, values), standardised. owners : array (windows,), number of the
-    capture. said : array (captures, words). folds : array (captures,). space : whitening.
+    capture. said : array (captures, words). one_action : array (captures, words, words), whether
+    a caption names one action by both words. space : whitening.
     """
 
     names: tuple[str, ...]
@@ -38,6 +39,7 @@ class Recogniser:
     windows: FloatArray
     owners: IntArray
     said: NDArray[np.bool_]
+    one_action: NDArray[np.bool_]
     space: FeatureSpace
     mean: FloatArray
     spread: FloatArray
@@ -81,6 +83,7 @@ def make_recogniser(
     kept = [c for c in captures if c.captions]
     texts = [re.sub(r"([a-z])([A-Z])", r"\1 \2", " ".join(c.captions)).lower() for c in kept]
     said = np.array([[bool(re.search(p, text)) for _, p in words] for text in texts])
+    one_action = np.array([_names_of_one_action(c.captions, words) for c in kept])
     rows, owners = [], []
     for number, capture in enumerate(kept):
         for part in cut(space.project(capture.features)):
@@ -91,8 +94,39 @@ def make_recogniser(
     return Recogniser(
         tuple(c.name for c in kept), tuple(c.performer for c in kept),
         tuple(word for word, _ in words), (windows - mean) / spread, np.array(owners), said,
-        space, mean, spread,
+        one_action, space, mean, spread,
     )  # fmt: skip
+
+
+def one_action_phrases(caption: str) -> list[str]:
+    """The parts of a description that each name one action.
+
+    Descriptions of the index are lists with commas, under a heading before a dash. Those in
+    capitals ("Run Jump Stop") list actions without commas, and sentences tell several: neither is
+    split.
+
+    >>> one_action_phrases("dance - small jetes, attitude/arabesque")
+    ['dance small jetes', 'dance attitude/arabesque']
+    >>> one_action_phrases("run/jog, veer left"), one_action_phrases("Run Duck Underneath")
+    (['run/jog', 'veer left'], [])
+    """
+    if caption != caption.lower():
+        return []
+    heading, _, rest = caption.partition(" - ")
+    if not rest:
+        return [part.strip() for part in heading.split(",")]
+    return [f"{heading} {part.strip()}" for part in rest.split(",")]
+
+
+def _names_of_one_action(
+    captions: Sequence[str], words: Sequence[tuple[str, str]]
+) -> NDArray[np.bool_]:
+    """Whether a caption names one action by both words: array (words, words)."""
+    found = np.zeros((len(words), len(words)), dtype=bool)
+    for phrase in (p for caption in captions for p in one_action_phrases(caption)):
+        there = np.array([bool(re.search(pattern, phrase)) for _, pattern in words])
+        found |= there[:, None] & there[None]
+    return found
 
 
 def fold_models(of: Recogniser, folds: IntArray) -> list[Models]:

@@ -76,3 +76,9 @@ def test_a_short_segment_is_extended_to_its_better_side() -> None:
 def test_a_capture_that_is_too_short_is_used_whole() -> None:
     best = find_excerpts([_source([3.0, -9.0], frames=20)], 150, np.random.default_rng(0))[0]
     assert (best.start, best.end) == (0, 40)
+
+
+def test_the_approach_is_no_excerpt_of_its_own() -> None:
+    source = _source([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], frames=90)
+    found = find_excerpts([source], 150, np.random.default_rng(0))
+    assert {(e.start, e.end) for e in found} == {(270, 360), (450, 540)}

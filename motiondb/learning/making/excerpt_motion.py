@@ -45,7 +45,7 @@ WORST = 6.0
 """Nats by which a candidate may be worse than the best. Chosen by hand; not tuned."""
 CUTS = (0, 5, 10, 15)
 """Frames by which a cut is moved inwards, to where a seam fits. Chosen by hand."""
-SPEED_WEIGHT = 3.0
+SPEED_WEIGHT = 6.0
 """Cost of a factor e between the speed of an excerpt and the one asked for. Chosen by hand; not
 tuned."""
 USED_COST = 2.0

@@ -36,6 +36,9 @@ MOVED = 8
 """Frames by which chance moves a cut. Chosen by hand."""
 MOST_OF_A_CAPTURE = 3
 """Excerpts of one capture. Chosen by hand; not tuned."""
+FAR_BELOW = 2.0
+"""Nats by which a further excerpt of a capture may be worse than its best: worse ones are approach
+and waiting. Chosen by hand; not tuned."""
 LEAST_CYCLIC = 90
 """Frames (3 s) that a periodic movement lasts at least. Chosen by hand."""
 SLACK = 20
@@ -94,6 +97,8 @@ def find_excerpts(
             if not free.any():
                 break
             peak = int(np.argmax(np.where(free, source.values, -np.inf)))
+            if source.values[peak] < source.values.max() - FAR_BELOW:
+                break
             first, behind = _grow(source.values, free, peak)
             free[first:behind] = False
             excerpts += _cut(source, first, behind, longest, rng)
@@ -213,7 +218,8 @@ def lay_out(
     excess = sum(b - a for a, b in parts) - wanted
     if period is not None and excess > 0:
         parts[-1] = (parts[-1][0], max(parts[-1][1] - excess, parts[-1][0] + 1))
-    said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {more} times" if more else ""
+    often = "once" if more == 1 else f"{more} times"
+    said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {often}" if more else ""
     return Layout(tuple(parts), said)
 
 
