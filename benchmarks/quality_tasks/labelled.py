@@ -79,7 +79,7 @@ def _labelled(learned: Learned, capture: str, label: str, span: tuple[float, flo
 
 
 def _shares(learned: Learned, takes: Sequence[LongTake], labelled: str = "") -> list[float]:
-    """Intersection over union of every question; what is written counts in the take ``labelled``."""
+    """Intersection over union of every question; captions count in the take ``labelled``."""
     numbers = {info.name: capture for capture, info in learned.captures.items()}
     shares = []
     for take in takes:
