@@ -8,10 +8,12 @@ Basketball's captures are one sentence each, as the clips of the paper are.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from grammar_tasks.foreseen import Learn, foreseen_rows
 from grammar_tasks.tables import table
 from grammar_tasks.truth import KINDS
 from motiondb.grammar.baselines.finite_state import finite_state_grammar
@@ -69,6 +71,12 @@ def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Seq
              "string bits", "grammar bits", "all bits", "F"]  # fmt: skip
     said = f"{len(captures)} captures, {n_frames:,} frames ({n_frames / 30:.0f} s)."
     parts = [said, table(heads, rows), f"With {best} terminals:", kind_rows(choice.sentences)]
+    learners: dict[str, Learn] = {
+        "motiondb": induce,
+        "without loops": partial(induce, loops=False),
+        "finite state machine": finite_state_grammar,
+    }
+    parts += [foreseen_rows(learners, choice.sentences.sentences, FOLDS)]
     if are_sentences:
         parts += [shot_rows(captures, tried)]
     return "\n\n".join(parts)
