@@ -150,7 +150,8 @@ def capture_facts(db: MotionDB, row: BrowsedCapture) -> dict[str, Any]:
         provenance = db.provenance(name)
         facts["sources"], facts["stretches"] = source_facts(provenance), stretch_facts(provenance)
         shown = db.show(name)
-        facts["grammar"], facts["string"] = shown.get("grammar"), shown.get("string")
+        if "string" in shown:
+            facts["grammar"], facts["string"] = shown["grammar"], shown["string"].split()
     return facts
 
 
