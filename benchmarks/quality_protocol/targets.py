@@ -126,13 +126,15 @@ def _places(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     cell = tables_of["By word"].cell(column, row)
     yield f"by word, {row}, {column}: at least 0.7", *reached(cell, 0.7), "By word"
     name = "By word, with one part labelled"
-    cell = tables_of[name].cell(column, "the suggested part, as suggested")
-    yield f"by word, the suggested part labelled, {column}: at least 0.7", *reached(cell, 0.7), name
+    if name in tables_of:
+        cell = tables_of[name].cell(column, "the suggested part, as suggested")
+        asked = f"by word, the suggested part labelled, {column}: at least 0.7"
+        yield asked, *reached(cell, 0.7), name
     name = "Boundaries of short actions"
-    for row in ("real captures", "sample data (synthetic)"):
-        cell = tables_of[name].cell("median error, s", row)
-        met = LEVEL if number(cell) <= 0.3 else MISSED
-        yield f"boundaries, {row}: within 0.3 s in the median", cell, met, name
+    for cells in tables_of[name].rows if name in tables_of else ():
+        if cells[0] in ("real captures", "sample data (synthetic)"):
+            met = LEVEL if number(cells[2]) <= 0.3 else MISSED
+            yield f"boundaries, {cells[0]}: within 0.3 s in the median", cells[2], met, name
 
 
 def _times(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
