@@ -70,7 +70,7 @@ def measure(database: Path, seed: int) -> TaskReport:
         db.add(SAMPLE / "captures", SAMPLE / "captions.tsv")
         db.learn(LearnSettings(seed=seed))
         made = ask(db, _sample_marks())
-    rows = [("real captures", *_row(real, seed))]
+    rows: list[tuple[str | float | Measure, ...]] = [("real captures", *_row(real, seed))]
     rows += _grouped("performer", real, lambda one: one.capture.split("/")[0], seed)
     rows += _grouped("word", real, lambda one: one.word, seed)
     rows.append(("sample data (synthetic)", *_row(made, seed)))

@@ -339,7 +339,7 @@ def _complete_labels(labelled: FloatArray, listed: Sequence[int]) -> None:
     beside[1:] |= shown[:-1]
     beside[:-1] |= shown[1:]
     labelled[beside & np.isnan(labelled)] = 0.0
-    inside = np.ix_(np.flatnonzero(shown.any(axis=1)), list(listed))
+    inside = np.ix_(np.flatnonzero(shown.any(axis=1)), np.array(listed, dtype=np.int64))
     labelled[inside] = np.nan_to_num(labelled[inside])
 
 
