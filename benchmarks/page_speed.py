@@ -34,6 +34,7 @@ from motiondb.records import Caption, CaptureInfo
 
 ROOT = Path(__file__).resolve().parents[1]
 AGAIN = 10
+"""Requests after the first one, whose median counts. Chosen by hand; not tuned."""
 SAVED = 100
 _NEXT = f"SELECT capture_id + {SAVED} * n"
 REPEAT = (

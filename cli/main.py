@@ -83,8 +83,8 @@ def _run() -> int:
     except OSError as error:
         if error.filename is not None or error.errno not in _NO_OUTPUT:
             raise
-        found = (error.strerror or "an error").lower()
-        typer.echo(f"error: output: expected to write all of it, found: {found}.", err=True)
+        reason = (error.strerror or "an error").lower()
+        typer.echo(f"error: output: expected to write all of it, found: {reason}.", err=True)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0

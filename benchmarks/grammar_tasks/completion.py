@@ -22,6 +22,8 @@ from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, read_pattern
 
 PATTERNS, STRINGS, LONGEST = 20, 5, 14
+"""Patterns of each grammar, completions of each pattern, and places of the longest one. Chosen by
+hand; not tuned."""
 NAMES = ("nested play", "arithmetic", "two brackets", "steps and kicks")
 
 

@@ -22,7 +22,9 @@ from motiondb.grammar.cfg.parse import compiled_form, log_probability
 String = tuple[str, ...]
 Learn = Callable[[Sequence[String]], Grammar]
 SIZES = (100, 10_000, 1_000_000)
+"""Numbers of most probable strings among which a held-out sentence is counted. Chosen by hand."""
 DRAWN, MOST = 300, 40.0
+"""Strings drawn, and their largest mean length. Chosen by hand; not tuned."""
 
 
 def foreseen_rows(learners: dict[str, Learn], sentences: Sequence[String], folds: int) -> str:
@@ -60,8 +62,8 @@ def log_probability_of(grammar: Grammar, string: String) -> float:
     return log_probability(compiled_form(grammar), string)
 
 
-def _rank(own: float, drawn: np.ndarray) -> float:
-    if own == -inf:
+def _rank(log_p: float, drawn: np.ndarray) -> float:
+    if log_p == -inf:
         return inf
-    as_probable = drawn[drawn >= own - 1e-9]
+    as_probable = drawn[drawn >= log_p - 1e-9]
     return max(1.0, sum(exp(-one) for one in as_probable.tolist()) / len(drawn))

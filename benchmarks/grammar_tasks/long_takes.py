@@ -79,13 +79,12 @@ def more_terminals_rows(names: Sequence[str], before: str) -> str:
     for name in names:
         takes, _ = long_takes(name)
         _, strings, _, meaning = known.found_strings(takes, MORE)
-        found = find_sentences(strings, np.random.default_rng(0))
+        result = find_sentences(strings, np.random.default_rng(0))
         for kind in ("motiondb", "finite state machine"):
-            own = kind == "motiondb"
-            learned = found.grammar if own else known.KINDS[kind](found.sentences)
+            learned = result.grammar if kind == "motiondb" else known.KINDS[kind](result.sentences)
             labelled = known.as_labels(learned, meaning, grammars[name])
             row = [name, kind, *known.match_row([labelled], grammars[name])]
-            rows.append([*row, str(len(found.sentences))])
+            rows.append([*row, str(len(result.sentences))])
             print(" ", *rows[-1], flush=True)
     heads = ["takes", "grammar", "precision", "recall", "F1", "sentences found (20 true)"]
     return table(heads, sorted(rows, key=lambda row: row[0]))

@@ -32,8 +32,12 @@ from motiondb.grammar.rules.description_length import description_length
 
 String = tuple[str, ...]
 SIZES = (20, 50)
+"""Numbers of sentences given. Chosen by hand; not tuned."""
 LONGEST, STRINGS, MEAN = 60, 300, 40.0
+"""Symbols of the longest sentence, strings drawn to compare languages, and their mean length.
+Chosen by hand; not tuned."""
 SEEDS, DEVELOPMENT_SEEDS = 2, 3
+"""Draws of sentences for the table, and for the languages of development. Chosen by hand."""
 LOOPS, NO_LOOPS = "motiondb", "without loops"
 HEADS = ["language", "learner", "precision", "recall", "unseen", "bits", "true rules",
          "processor seconds", "times without loops"]  # fmt: skip

@@ -260,8 +260,7 @@ def true_strings(takes: Sequence[TrueTake]) -> Strings:
 
 
 def found_strings(takes: Sequence[TrueTake], share: float = 1.0) -> Strings:
-    """Terminals found in the motion, ``share`` times as many as labels, and what each stands for:
-    labels."""
+    """Terminals found in the motion, ``share`` times as many as labels, and the labels of each."""
     motions = [take.motion for take in takes]
     number = round(share * len(label_names(takes)))
     terminals = find_terminals(motions, number, np.random.default_rng(0))

@@ -122,11 +122,11 @@ def _names_of_one_action(
     captions: Sequence[str], words: Sequence[tuple[str, str]]
 ) -> NDArray[np.bool_]:
     """Whether a caption names one action by both words: array (words, words)."""
-    found = np.zeros((len(words), len(words)), dtype=bool)
+    together = np.zeros((len(words), len(words)), dtype=bool)
     for phrase in (p for caption in captions for p in one_action_phrases(caption)):
         there = np.array([bool(re.search(pattern, phrase)) for _, pattern in words])
-        found |= there[:, None] & there[None]
-    return found
+        together |= there[:, None] & there[None]
+    return together
 
 
 def fold_models(of: Recogniser, folds: IntArray) -> list[Models]:

@@ -36,6 +36,7 @@ SHORT = (
 NEAR = 0.3
 """Seconds within which a boundary is right."""
 N_DRAWS = 2000
+"""Bootstrap samples of an interval. Chosen by hand; not tuned."""
 
 Span = tuple[float, float]
 Marked = Mapping[tuple[str, str], Sequence[Span]]
@@ -109,7 +110,7 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
     both = (learned, replace(learned, edges=None))
     asked = []
     for (capture, word), spans in marked.items():
-        found = []
+        asked_parts = []
         for of in both:
             try:
                 answer = search_words(
@@ -117,9 +118,9 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
                 )
             except MotionDBError:  # the word is not known
                 break
-            found += [(match.start, match.end) for match in answer.matches[:1]]
-        if len(found) == 2:
-            refined, segments = (closest(spans, told) for told in found)
+            asked_parts += [(match.start, match.end) for match in answer.matches[:1]]
+        if len(asked_parts) == 2:
+            refined, segments = (closest(spans, told) for told in asked_parts)
             asked.append(Asked(capture, word, refined, segments))
     return asked
 

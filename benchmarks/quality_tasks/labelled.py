@@ -78,23 +78,23 @@ def _labelled(learned: Learned, capture: str, label: str, span: tuple[float, flo
     return replace(learned, captions=captions, places=places)
 
 
-def _shares(learned: Learned, takes: Sequence[LongTake], own: str = "") -> list[float]:
-    """Intersection over union of every question; what is written counts in the take ``own``."""
+def _shares(learned: Learned, takes: Sequence[LongTake], labelled: str = "") -> list[float]:
+    """Intersection over union of every question; captions count in the take ``labelled``."""
     numbers = {info.name: capture for capture, info in learned.captures.items()}
     shares = []
     for take in takes:
         name = take.capture.name
         for label in sorted({label for _, _, label in take.parts}):
-            found = search_words(
-                learned, WORDS[label], [numbers[name]], 1, written=name == own
+            matches = search_words(
+                learned, WORDS[label], [numbers[name]], 1, written=name == labelled
             ).matches
-            told = [(match.start, match.end) for match in found]
+            told = [(match.start, match.end) for match in matches]
             shares.append(best_share(take, label, told[0]) if told else 0.0)
     return shares
 
 
 def _row(
-    learned: Learned, takes: Sequence[LongTake], seed: int, own: str = ""
+    learned: Learned, takes: Sequence[LongTake], seed: int, labelled: str = ""
 ) -> tuple[Measure | int, ...]:
-    shares = _shares(learned, takes, own)
+    shares = _shares(learned, takes, labelled)
     return (*(mean_of([float(v >= s) for v in shares], seed) for s in SHARES), len(shares))

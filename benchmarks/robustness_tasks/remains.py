@@ -41,22 +41,22 @@ def row_sums(place: Path) -> dict[str, str]:
     with duckdb.connect(str(place / DB), read_only=True) as connection:
         run = connection.execute
         names = [name for (name,) in run("SELECT table_name FROM duckdb_tables()").fetchall()]
-        found = {}
+        sum_of_table = {}
         for name in names:
             source = sources.get(name, f'SELECT * FROM "{name}"')
             sums = "SELECT count(*), bit_xor(hash(row)), sum(hash(row))"
-            found[name] = repr(run(f"{sums} FROM ({source}) AS row").fetchone())
-        return found
+            sum_of_table[name] = repr(run(f"{sums} FROM ({source}) AS row").fetchone())
+        return sum_of_table
 
 
 def all_files(place: Path) -> set[str]:
     """Files of a case, but whole parts of the cache."""
-    found = set()
+    names = set()
     for path in place.rglob("*"):
         name = path.relative_to(place).as_posix()
         if path.is_file() and not _is_cached(path):
-            found.add(name)
-    return found
+            names.add(name)
+    return names
 
 
 def _is_cached(path: Path) -> bool:

@@ -35,8 +35,8 @@ def judge(
 ) -> dict[str, Any]:
     """Rankings of captures per word, ranks of true words per capture, and "nothing matches".
 
-    A word that is not known ranks all captures by chance; where nothing is known, a capture's words
-    come in an order by chance, and nothing can be said about what is missing.
+    An unknown word ranks all captures at random. If no word is known, the words of a capture are in
+    random order, and absent actions cannot be recognised.
     """
     rng = np.random.default_rng(seed)
     number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}
@@ -68,9 +68,9 @@ def judge(
             answers.described[place, number[w]] if answers is not None and w in number else -1e9
             for w in asked
         ])  # fmt: skip
-        found = true[np.lexsort([noise, -scores])]
-        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(found)))
-        share[int(capture)] = float(found[: true.sum()].mean())
+        hits = true[np.lexsort([noise, -scores])]
+        reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(hits)))
+        share[int(capture)] = float(hits[: true.sum()].mean())
     return {"rankings": rankings, "reciprocal": reciprocal, "f1": share, "told": told,
             "calibration": calibration}  # fmt: skip
 
@@ -85,19 +85,19 @@ def measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatA
             share = hits / np.maximum(np.cumsum(weight, axis=1), 1e-12)
             total += (weight * np.array(right) * share).sum(axis=1) / np.maximum(hits[:, -1], 1e-12)
             count += hits[:, -1] > 0
-    found = {"words to motion, mAP": total / np.maximum(count, 1)}
+    value_of = {"words to motion, mAP": total / np.maximum(count, 1)}
     for name, key in (
         ("reciprocal", "motion to words, reciprocal rank"),
         ("f1", "motion to words, F1"),
     ):
         values = {c: v for fold in folds for c, v in fold[name].items()}
         weight = draws[:, list(values)]
-        found[key] = (
+        value_of[key] = (
             weight @ np.array(list(values.values())) / np.maximum(weight.sum(axis=1), 1e-12)
         )
     told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
     some = weighted_draws(len(told), 0, len(draws) - 1)
-    found["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
+    value_of["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
     pairs = [pair for fold in folds for pair in fold["calibration"]]
     if pairs:
         said, right = np.array(pairs, dtype=float).T
@@ -106,8 +106,8 @@ def measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatA
         error = float(np.sum(gaps) / len(said))
     else:
         error = float("nan")
-    found["calibration error of the first five answers"] = np.full(len(draws), error)
-    return found
+    value_of["calibration error of the first five answers"] = np.full(len(draws), error)
+    return value_of
 
 
 def told_interval(values: FloatArray) -> list[float] | None:

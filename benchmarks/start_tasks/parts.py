@@ -50,10 +50,10 @@ class Parts:
         path = self.folder / f"{self.task}-{name}.json".replace(" ", "-")
         if not path.exists():
             _write(path, json.dumps(make()).encode())
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        judgement: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         for key in ("reciprocal", "f1"):
-            found[key] = {int(capture): value for capture, value in found[key].items()}
-        return found
+            judgement[key] = {int(capture): value for capture, value in judgement[key].items()}
+        return judgement
 
 
 def _write(path: Path, content: bytes) -> None:

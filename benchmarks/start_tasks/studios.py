@@ -163,10 +163,10 @@ def _curves(
     queries: list[int] = []
 
     def ask(
-        used: str, own: NDArray[np.int64], gallery: NDArray[np.int64], asked: Sequence[str]
+        used: str, chosen: NDArray[np.int64], gallery: NDArray[np.int64], asked: Sequence[str]
     ) -> dict[str, Any]:
         start = started if used == "with start" else None
-        answers = answer(ours, views[used], own, gallery, start)
+        answers = answer(ours, views[used], chosen, gallery, start)
         return judge(ours.words, answers, gallery, asked, seed)
 
     for fold in np.unique(folds):

@@ -150,11 +150,11 @@ def suggest(
 
 def _suggest_parts(limit: int, db: Path, json: bool) -> None:
     with database(db) as base:
-        found = base.suggest_parts(limit)
+        parts = base.suggest_parts(limit)
     if json:
-        print_json([asdict(one) for one in found])
+        print_json([asdict(one) for one in parts])
         return
-    if not found:
+    if not parts:
         typer.echo("no part would gain from a label: no caption lists several actions")
         return
     print_table(
@@ -166,6 +166,6 @@ def _suggest_parts(limit: int, db: Path, json: bool) -> None:
                 ", ".join(one.listed),
                 ", ".join(one.like[:3]) + (", ..." if len(one.like) > 3 else ""),
             ]
-            for one in found
+            for one in parts
         ],
     )  # fmt: skip

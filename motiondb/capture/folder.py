@@ -135,7 +135,7 @@ def printable(path: Path | str) -> str:
     'walk.bvh'
     """
     text = os.fsencode(path).decode("utf-8", errors="backslashreplace")
-    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    return _CONTROL.sub(lambda character: character[0].encode("unicode_escape").decode(), text)
 
 
 def name_fault(path: Path | str) -> str:

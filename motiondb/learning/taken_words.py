@@ -183,7 +183,7 @@ def made_of_unknown(learned: Learned, text: str, table: NearbyTable) -> dict[str
     text : str
         The question; the user's synonyms come first.
     table : NearbyTable
-        What words may be taken as.
+        The table of replacements of words.
     """
     if learned.fitted_word_map is None:
         _ = learned.word_map  # raises: no words were learned

@@ -55,8 +55,8 @@ def test_the_gain_beside_a_slow_twin() -> None:
         alike = []
         for n in range(30):
             if n != 3:
-                own = vectors[firsts[n] : firsts[n] + lengths[n]]
-                cosine = max(float(v @ query / np.linalg.norm(query)) for v in own)
+                vectors_of_capture = vectors[firsts[n] : firsts[n] + lengths[n]]
+                cosine = max(float(v @ query / np.linalg.norm(query)) for v in vectors_of_capture)
                 alike.append((max(cosine, 0.0), n))
         alike.sort(key=lambda pair: -pair[0])
         total = sum(cosine for cosine, _ in alike[:NEIGHBOURS])

@@ -80,5 +80,5 @@ def test_a_capture_that_is_too_short_is_used_whole() -> None:
 
 def test_the_approach_is_no_excerpt_of_its_own() -> None:
     source = _source([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], frames=90)
-    found = find_excerpts([source], 150, np.random.default_rng(0))
-    assert {(e.start, e.end) for e in found} == {(270, 360), (450, 540)}
+    excerpts = find_excerpts([source], 150, np.random.default_rng(0))
+    assert {(e.start, e.end) for e in excerpts} == {(270, 360), (450, 540)}

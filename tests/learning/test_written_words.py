@@ -1,4 +1,4 @@
-"""Words that were not learned but are written: in captions that came later, and in tags."""
+"""Words that were not learned but are written: in later captions, and in tags."""
 
 from __future__ import annotations
 

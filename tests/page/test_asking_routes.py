@@ -109,9 +109,9 @@ def test_symbols_have_a_place_and_their_segments(client: TestClient) -> None:
     space = get(client, "/api/symbols")
     assert all(len(s["at"]) == space["dimensions"] for s in space["symbols"])
     first = space["symbols"][0]
-    own = get(client, "/api/symbol", symbol=0, limit=1000)
-    assert own["total"] == first["count"] == len(own["segments"])
-    likely = [s["log_likelihood"] for s in own["segments"]]
+    facts = get(client, "/api/symbol", symbol=0, limit=1000)
+    assert facts["total"] == first["count"] == len(facts["segments"])
+    likely = [s["log_likelihood"] for s in facts["segments"]]
     assert likely == sorted(likely, reverse=True)
     assert "expected 0 to" in refused(client, "/api/symbol", 400, symbol=9999)
 
@@ -185,6 +185,6 @@ def test_downloads_are_files_or_a_zip(client: TestClient, samples_folder: Path) 
         assert archive.namelist() == ["ana_walk_1.glb", "ana_walk_1_0.50-1.00.glb"]
         assert archive.read("ana_walk_1.glb")[:4] == b"glTF"
     made = post(client, "/api/generate", {"words": "jump"})["variants"][0]
-    own = client.get("/api/download", params={"ref": made["ref"]})
-    with zipfile.ZipFile(io.BytesIO(own.content)) as archive:
+    downloaded = client.get("/api/download", params={"ref": made["ref"]})
+    with zipfile.ZipFile(io.BytesIO(downloaded.content)) as archive:
         assert [name.partition(".")[2] for name in archive.namelist()] == ["bvh", "provenance.json"]

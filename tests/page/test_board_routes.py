@@ -118,8 +118,8 @@ def test_a_board_is_saved_as_the_file_that_the_command_line_reads(
     path = learned_copy.parent / "boards" / "my-drill.tactics"
     assert path.read_text() == DRILL
     assert read_diagram(path.read_text(), str(path)).name == "Drill"
-    own = [board for board in get(client, "/api/boards")["boards"] if not board["shipped"]]
-    assert own == [{"name": "my-drill", "title": "Drill", "shipped": False}]
+    drawn = [board for board in get(client, "/api/boards")["boards"] if not board["shipped"]]
+    assert drawn == [{"name": "my-drill", "title": "Drill", "shipped": False}]
     assert get(client, "/api/board", name="my-drill")["text"] == DRILL
     assert client.delete("/api/board", params={"name": "my-drill"}).status_code == 200
     assert not path.exists()

@@ -57,8 +57,8 @@ def test_facets_count_every_capture_and_their_filters_hold(client: TestClient) -
     performers = next(f for f in facts["facets"] if f["column"] == "performer")
     assert sum(v["count"] for v in performers["values"]) + performers["missing"] == facts["total"]
     for value in performers["values"][:3]:
-        found = get(client, "/api/captures", where=value["where"], limit=1)
-        assert found["total"] == value["count"]
+        actual = get(client, "/api/captures", where=value["where"], limit=1)
+        assert actual["total"] == value["count"]
 
 
 def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: Path) -> None:

@@ -89,12 +89,12 @@ def test_looking_at_many_alternatives_keeps_the_sequences_of_undo(editor: TestCl
 def test_an_alternative_is_a_sequence_whose_parent_is_the_edited_one(editor: TestClient) -> None:
     made = post(editor, "/api/sequences", {"grammar": "play", "seed": 2})
     body = {"id": made["id"], "at": 1}
-    found = post(editor, "/api/sequences/alternatives", body)
-    region = found["region"]
+    actual = post(editor, "/api/sequences/alternatives", body)
+    region = actual["region"]
     assert region["start"] <= 1 < region["end"]
-    assert found["can_widen"] == (len(region["path"]) > 0)
-    assert found["alternatives"]
-    for other in found["alternatives"]:
+    assert actual["can_widen"] == (len(region["path"]) > 0)
+    assert actual["alternatives"]
+    for other in actual["alternatives"]:
         assert other["parent"] == made["id"]
         string = made["string"]
         expected = string[: region["start"]] + other["region"] + string[region["end"] :]
@@ -103,7 +103,7 @@ def test_an_alternative_is_a_sequence_whose_parent_is_the_edited_one(editor: Tes
         assert other["string"][edited["start"] : edited["end"]] == other["region"]
     again = post(editor, "/api/sequences/alternatives", body)
     assert [o["string"] for o in again["alternatives"]] == [
-        o["string"] for o in found["alternatives"]
+        o["string"] for o in actual["alternatives"]
     ]
 
 

@@ -204,8 +204,8 @@ OUTSIDE = [
 def test_no_request_reads_a_file_outside_the_store(
     client: TestClient, samples_folder: Path, path: str
 ) -> None:
-    own = samples_folder / "ana" / "walk_1.bvh"
-    answer = client.get(path.replace("{own}", str(own)))
+    file = samples_folder / "ana" / "walk_1.bvh"
+    answer = client.get(path.replace("{own}", str(file)))
     assert answer.status_code in (400, 403, 404)
     assert answer.headers["content-type"] == "application/json"
 

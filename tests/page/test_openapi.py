@@ -64,8 +64,8 @@ def send(client: TestClient, case: Any) -> Any:
 def test_nothing_that_the_description_allows_fails(asked: tuple[Any, TestClient]) -> None:
     schema, client = asked
     tried, failures = 0, []
-    for found in schema.get_all_operations():
-        operation = found.ok()
+    for actual in schema.get_all_operations():
+        operation = actual.ok()
         if operation.path in ENDLESS:
             continue
 

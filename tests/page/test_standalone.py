@@ -49,8 +49,8 @@ class Parts(HTMLParser):
 
 
 def parts_of(page: str) -> tuple[Parts, dict[str, Any]]:
-    found = Parts(page)
-    return found, json.loads(found.texts["application/json"])
+    actual = Parts(page)
+    return actual, json.loads(actual.texts["application/json"])
 
 
 def hash_of(text: str) -> str:
@@ -60,11 +60,11 @@ def hash_of(text: str) -> str:
 def test_script_and_style_are_allowed_by_their_hashes_alone(bundle: Path) -> None:
     shown = standalone.StandalonePage("search", "</script><b>", "x.duckdb", {"a": "</script>"}, {})
     page = standalone.standalone_page(shown, bundle)
-    found, data = parts_of(page)
-    assert hash_of(found.texts["script"]) in found.policy
-    assert hash_of(found.texts["style"]) in found.policy
-    assert "unsafe" not in found.policy
-    assert found.policy.startswith("default-src 'none'")
+    actual, data = parts_of(page)
+    assert hash_of(actual.texts["script"]) in actual.policy
+    assert hash_of(actual.texts["style"]) in actual.policy
+    assert "unsafe" not in actual.policy
+    assert actual.policy.startswith("default-src 'none'")
     assert data["answer"] == {"a": "</script>"}
     assert page.count("</script>") == 2
     assert html.escape("<b>") not in page

@@ -91,8 +91,8 @@ def test_an_uploaded_file_is_an_example_like_a_stored_one(
     data = (samples_folder / "ana" / "walk_1.bvh").read_bytes()
     sent = client.post("/api/uploads", files=[("files", ("x/mine.bvh", data))]).json()
     ref = sent["files"][0]["ref"]
-    found = client.get("/api/like", params={"ref": ref, "limit": 1}).json()
-    assert found["matches"][0]["capture"] == "ana/walk_1"
+    actual = client.get("/api/like", params={"ref": ref, "limit": 1}).json()
+    assert actual["matches"][0]["capture"] == "ana/walk_1"
     body = {"items": [{"ref": ref}], "format": "bvh"}
     assert client.post("/api/download", json=body).content.startswith(b"HIERARCHY")
 

@@ -87,10 +87,10 @@ def drop_files(page: Any, selector: str, files: list[Path]) -> None:
 def serious(page: Any) -> list[str]:
     """What axe-core calls serious or critical, as text."""
     page.evaluate(AXE.read_text())
-    found = page.evaluate("() => axe.run(document)")
+    actual = page.evaluate("() => axe.run(document)")
     return [
         f"{rule['id']}: {node['html'][:200]} {node['failureSummary']}"
-        for rule in found["violations"]
+        for rule in actual["violations"]
         if rule["impact"] in ("serious", "critical")
         for node in rule["nodes"]
     ]

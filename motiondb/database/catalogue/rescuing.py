@@ -97,9 +97,9 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
                 )
             draft.replace(output)
         except OSError as error:
-            found = error.strerror or str(error)
+            reason = error.strerror or str(error)
             raise StoreError(
-                f"{output}: expected a file that can be written, found {found}."
+                f"{output}: expected a file that can be written, found {reason}."
             ) from error
         finally:
             for left in (draft, log):

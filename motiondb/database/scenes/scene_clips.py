@@ -130,15 +130,15 @@ class _Said:
 
 def _load_captions(session: Session, synonyms: Mapping[str, str]) -> list[_Said]:
     captions = store.load_captions(session.store)
-    found = []
+    loaded = []
     for info in store.load_captures(session.store):
         of_one = captions.get(info.capture_id, ())
         timed = any(caption.start is not None for caption in of_one)
         for caption in of_one:
             part = ShownAction(info.name, caption.start, caption.end)
             may_cut = caption.start is not None or not timed
-            found.append(_Said(part, _named_actions(caption.words, synonyms), may_cut))
-    return found
+            loaded.append(_Said(part, _named_actions(caption.words, synonyms), may_cut))
+    return loaded
 
 
 def _shown(

@@ -1,11 +1,11 @@
-"""Words of a motion grammar's phrases that no caption holds, taken as words that captions hold.
+"""Replacement of words in a motion grammar's phrases that are in no caption by words that are.
 
-A terminal that no caption shows is asked for again. Words of its phrases that no caption holds are
-taken as known ones (:mod:`motiondb.words.nearby.taking`): as every known word whose probability is
-``SURE`` or more. This is more than for questions, because an answer is shown with its probability
-and left to the user to judge, while a scene plays its clips. A word is not taken as one that a
-phrase of another terminal holds, since a grammar that has both tells them apart. Excluding phrases
-("without") are left as they are: what no caption holds excludes nothing.
+If no caption shows a terminal, the captures are searched again with replaced words. Words of its
+phrases that are in no caption are replaced by known ones (:mod:`motiondb.words.nearby.taking`): by
+every known word whose probability is ``SURE`` or more. This is more than for questions, because an
+answer is shown with its probability for the user to judge, while a scene plays its clips. A word is
+not replaced by one in a phrase of another terminal, because a grammar with both distinguishes them.
+Excluding phrases ("without") do not change: an unknown word excludes nothing.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def take_phrases(
     known : frozenset of str
         Lemmas of the captions.
     table : NearbyTable
-        What words may be taken as.
+        The table of replacements of words.
     """
     phrases: dict[str, Phrases] = {}
     takings: dict[str, Taking] = {}
@@ -69,9 +69,9 @@ def take_phrases(
             for phrase in asked[name] for word in sorted(phrase - known)
             if (taking := _sure(take_word(word, takeable, table))).words
         }  # fmt: skip
-        found = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
-        if found:
-            phrases[name] = tuple(found)
+        replaced = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
+        if replaced:
+            phrases[name] = tuple(replaced)
             takings |= here
     return TakenPhrases(phrases, takings)
 

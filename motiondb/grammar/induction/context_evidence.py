@@ -147,13 +147,13 @@ def _by_rules_above(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterato
     above = nodes.table[:, 1]
     within = (above >= 0) & loops[above]
     for symbol in sorted({rows[row][0] for row in np.flatnonzero(loops)}):
-        own = lefts[nodes.table[:, 0]] == symbol
-        table, weights = nodes.table[own], nodes.weights[own]
+        members = lefts[nodes.table[:, 0]] == symbol
+        table, weights = nodes.table[members], nodes.weights[members]
         for columns in ((1, 2), (1, 2, 3, 4)):
             keys, counts = _counted(table[:, columns], table[:, 0], weights, len(rows))
             tested = np.ones(len(keys), dtype=np.bool_)
             if len(columns) > 2:
-                inner = np.unique(table[within[own]][:, columns], axis=0)
+                inner = np.unique(table[within[members]][:, columns], axis=0)
                 tested = (keys[:, None] == inner).all(axis=2).any(axis=1)
             chance, c = _least_probable(counts, tested)
             row, place = keys[c, -2:].tolist()
@@ -169,8 +169,8 @@ def _by_rules_beside(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterat
     first, second, weights = first[chosen], second[chosen], weights[chosen]
     triples = np.column_stack([first[:, 1], first[:, 2], second[:, 2]])
     for row, place, other in np.unique(triples, axis=0).tolist():
-        own = (triples == (row, place, other)).all(axis=1)
-        keys, counts = _counted(second[own, :1], first[own, 0], weights[own], len(rows))
+        members = (triples == (row, place, other)).all(axis=1)
+        keys, counts = _counted(second[members, :1], first[members, 0], weights[members], len(rows))
         chance, c = _least_probable(counts, np.ones(len(keys), dtype=np.bool_))
         (left, right), (_, beside) = rows[row], rows[int(keys[c, 0])]
         yield _Doubt(chance, Context(left, right, place, (other, beside)))

@@ -213,12 +213,12 @@ def _better(
     best: RuleSet, begun: RuleSet, flat: RuleSet, rng: np.random.Generator, warmest: float
 ) -> RuleSet:
     """Anneal rules; return what is found if it takes fewer bits than the best, with its loops."""
-    found = anneal(begun, rng, tries=_tries(begun), warmest=warmest)
-    if found.bits() >= best.bits():
+    annealed = anneal(begun, rng, tries=_tries(begun), warmest=warmest)
+    if annealed.bits() >= best.bits():
         return best
-    if not recursive_lefts(found.rules):
-        return found
-    kept = keep_supported(refit_fully(found, flat), flat, rounds_asked(flat))
+    if not recursive_lefts(annealed.rules):
+        return annealed
+    kept = keep_supported(refit_fully(annealed, flat), flat, rounds_asked(flat))
     return best if kept is None else min(best, kept, key=RuleSet.bits)
 
 

@@ -141,11 +141,11 @@ def _thinned(windows: _Windows, most: int) -> _Windows:
 def _run(windows: _Windows, one: suggestion.Suggestion) -> IntArray:
     """The window of a choice with its neighbours in the take that it serves."""
     served = {one.index, *one.served.tolist()}
-    own = windows.captures[one.index]
+    of_capture = windows.captures[one.index]
     first = last = one.index
-    while first - 1 in served and windows.captures[first - 1] == own:
+    while first - 1 in served and windows.captures[first - 1] == of_capture:
         first -= 1
-    while last + 1 in served and windows.captures[last + 1] == own:
+    while last + 1 in served and windows.captures[last + 1] == of_capture:
         last += 1
     return np.arange(first, last + 1)
 
@@ -153,17 +153,17 @@ def _run(windows: _Windows, one: suggestion.Suggestion) -> IntArray:
 def _part(
     learned: Learned, windows: _Windows, one: suggestion.Suggestion, inside: IntArray, rank: int
 ) -> PartSuggestion:
-    table, own = learned.segments, int(windows.captures[one.index])
+    table, number_of_capture = learned.segments, int(windows.captures[one.index])
     seconds: dict[int, float] = {}
     for n in one.served.tolist():
         capture, row = int(windows.captures[n]), windows.rows[n]
         length = float(table.ends[row] - table.starts[row]) / MOTION_FPS
-        if capture != own:
+        if capture != number_of_capture:
             seconds[capture] = seconds.get(capture, 0.0) + length
     others = sorted(seconds, key=lambda c: (-seconds[c], c))
     names = learned.association.words
-    words = () if learned.places is None else learned.places.words.get(own, ())
-    info = learned.captures[own]
+    words = () if learned.places is None else learned.places.words.get(number_of_capture, ())
+    info = learned.captures[number_of_capture]
     rows = windows.rows[inside]
     return PartSuggestion(
         rank,

@@ -150,7 +150,7 @@ def refine_places(
     features : callable
         Recognition features of a capture.
     written : bool
-        Whether captions count as evidence beside the motion.
+        Whether captions count as evidence, in addition to the motion.
     """
     edges = learned.edges
     kept = [

@@ -130,28 +130,28 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
         groups.append(kept)
     action = replace(action, groups=tuple(dict.fromkeys(groups)))
     sides = _numbers(learned, sorted(SIDES))
-    found = []
+    sources_found = []
     for capture, actions in listed.items():
         numbers = [_numbers(learned, group) for group in action.groups]
         apart = _cost_of_saying(actions, numbers, sides)
         if apart is not None and not _says_excluded(learned, actions, action):
-            found.append(_source(learned, capture, actions, action, apart))
+            sources_found.append(_source(learned, capture, actions, action, apart))
     words = _numbers(learned, action.words)
-    found = against_rivals(learned, with_rarity(learned, found), words)
-    sources = tuple(with_distance(learned, found))
+    sources_found = against_rivals(learned, with_rarity(learned, sources_found), words)
+    sources = tuple(with_distance(learned, sources_found))
     return ActionSources(action, sources, tuple(left_out), directions)
 
 
 def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:
     """Per recorded capture the actions that its captions list."""
-    found = {}
+    actions_of = {}
     for capture in learned.rows:
         if learned.captures[capture].kind == "captured":
             captions = learned.captions.get(capture, ())
             actions = [frozenset(a) for caption in captions for a in written.actions(caption)]
             if actions:
-                found[capture] = actions
-    return found
+                actions_of[capture] = actions
+    return actions_of
 
 
 def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:

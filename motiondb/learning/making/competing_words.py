@@ -140,12 +140,12 @@ def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
     """
     there = (says > 0.0).astype(float)
     counts = np.maximum(there.sum(axis=0), 1.0)
-    found = set(words)
+    related = set(words)
     for word in words:
         both = there[:, word] @ there
         near = (both > 0.0) & ((both >= RELATED * counts[word]) | (both >= RELATED * counts))
-        found |= set(np.flatnonzero(near).tolist())
-    return found
+        related |= set(np.flatnonzero(near).tolist())
+    return related
 
 
 def rival_gain(evidence: FloatArray, asked: Collection[int]) -> FloatArray:

@@ -51,16 +51,16 @@ def direct(
         Most frames of an excerpt.
     """
     honoured: list[str] = []
-    found = list(excerpts)
+    directed = list(excerpts)
     for direction in directions:
-        cut = [_cut(e, paths[e.capture][0], direction, longest) for e in found]
+        cut = [_cut(e, paths[e.capture][0], direction, longest) for e in directed]
         amounts = np.array([gone(paths[e.capture][0][e.start : e.end], direction) for e in cut])
         if amounts.max(initial=0.0) < REACHED:
             continue
         missing = np.clip(1.0 - amounts, 0.0, 2.0)
-        found = [replace(e, score=e.score - DIRECTION_WEIGHT * m) for e, m in zip(cut, missing)]
+        directed = [replace(e, score=e.score - DIRECTION_WEIGHT * m) for e, m in zip(cut, missing)]
         honoured.append(direction)
-    unique = {(e.capture, e.start, e.end): e for e in sorted(found, key=lambda e: e.score)}
+    unique = {(e.capture, e.start, e.end): e for e in sorted(directed, key=lambda e: e.score)}
     return sorted(unique.values(), key=lambda e: -e.score), tuple(honoured)
 
 

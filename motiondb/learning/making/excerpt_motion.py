@@ -143,12 +143,14 @@ def excerpt_motion(
         _candidates(material, each, _speed_costs(one.action, of), rng)
         for each, of, one in zip(excerpts, speeds, actions)
     ]
-    chosen = stitching.choose([found for found, _ in candidates], JOIN_WEIGHT)
+    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
-    for number, (i, (found, owner)) in enumerate(zip(chosen, candidates)):
+    for number, (i, (candidate, owner)) in enumerate(zip(chosen, candidates)):
         n = int(owner[i])
-        excerpt = replace(excerpts[number][n], start=int(found.starts[i]), end=int(found.ends[i]))
+        excerpt = replace(
+            excerpts[number][n], start=int(candidate.starts[i]), end=int(candidate.ends[i])
+        )
         one = _lay_out(material, actions[number].action, excerpt, speeds[number])
         one = replace(one, directions=directed[number][1])
         key = excerpt.capture
@@ -196,7 +198,7 @@ def _likely(
     """The best excerpts of an action."""
     longest = _longest(of.action)
     wanted = 0.0 if of.action.seconds is None else of.action.seconds.wanted * MOTION_FPS
-    found = [
+    likely = [
         replace(
             e,
             score=e.score
@@ -205,8 +207,8 @@ def _likely(
         )
         for e in find_excerpts(of.sources, longest, rng)
     ]
-    found.sort(key=lambda e: -e.score)
-    return [e for e in found if e.score >= found[0].score - WORST][:MOST_EXCERPTS]
+    likely.sort(key=lambda e: -e.score)
+    return [e for e in likely if e.score >= likely[0].score - WORST][:MOST_EXCERPTS]
 
 
 def _longest(action: PlannedAction) -> int:
@@ -222,7 +224,7 @@ def _direct(
     material: _Material, of: ActionSources, excerpts: Sequence[Excerpt]
 ) -> tuple[list[Excerpt], tuple[str, ...]]:
     """Excerpts that go in the directions of an action and begin and end in usual poses."""
-    found, honoured = direct(excerpts, material.paths, of.directions, _longest(of.action))
+    directed, honoured = direct(excerpts, material.paths, of.directions, _longest(of.action))
     every = np.concatenate(list(material.vectors.values()))
     centre = every.mean(axis=0)
     unusual = {
@@ -230,8 +232,8 @@ def _direct(
         for c, v in material.vectors.items()
     }
     if of.action.seconds is None:
-        found = [complete(e, unusual[e.capture]) for e in found]
-    return found, honoured
+        directed = [complete(e, unusual[e.capture]) for e in directed]
+    return directed, honoured
 
 
 def _gather(takes: Takes, captures: Sequence[int]) -> _Material:
@@ -275,11 +277,11 @@ def _candidates(
     tremble = rng.uniform(0.0, 0.05, size=len(places))
     entries = np.stack([_edges(material, c)[a] for c, a, _ in rows])
     continuations = np.stack([_edges(material, c)[b] for c, _, b in rows])
-    found = stitching.Candidates(
+    candidates = stitching.Candidates(
         places[:, 0], places[:, 1], places[:, 2], entries, continuations,
         np.array(targets) + tremble,
     )  # fmt: skip
-    return found, np.array(owner)
+    return candidates, np.array(owner)
 
 
 def _edges(material: _Material, capture: int) -> FloatArray:
@@ -307,12 +309,12 @@ def _lay_out(
     """Play an excerpt at the tempo, as often and as long as its action asks for."""
     rate, range_of = 1.0, None
     if action.speed:
-        own = float(_speeds(material, [excerpt])[0])
+        speed = float(_speeds(material, [excerpt])[0])
         fast = action.speed == "fast"
         wanted = tempo.wanted_speed(speeds, fast)
-        rate = tempo.natural_rate(own, wanted, speeds, fast)
+        rate = tempo.natural_rate(speed, wanted, speeds, fast)
         rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
-        range_of = (own, float(speeds.min()), float(speeds.max()))
+        range_of = (speed, float(speeds.min()), float(speeds.max()))
     vectors = material.vectors[excerpt.capture]
     span = excerpt.start, excerpt.end
     if rate != 1.0:

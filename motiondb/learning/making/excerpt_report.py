@@ -99,23 +99,23 @@ def segments_of(learned: Learned, shown: ShownExcerpt) -> list[int]:
     rows = learned.rows[shown.excerpt.capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     symbols = learned.segments.symbols[rows]
-    found: list[int] = []
+    segments: list[int] = []
     for a, b in shown.layout.parts:
         low, high = a * shown.rate, b * shown.rate
         inside = np.minimum(ends, high) - np.maximum(starts, low)
         which = np.flatnonzero(2.0 * inside >= ends - starts)
         if len(which) == 0:
             which = np.array([int(np.argmax(inside))])
-        found += symbols[which].tolist()
-    return found
+        segments += symbols[which].tolist()
+    return segments
 
 
 def _report_speed(shown: ShownExcerpt) -> tuple[list[str], list[NotUsed]]:
     text = adverb_of(shown.action.speed)
     if shown.speeds is None or shown.speeds[1] >= shown.speeds[2]:
         return [], [NotUsed(text, "one capture alone shows the action: its range is not known")]
-    own, least, most = shown.speeds
-    speed = own * shown.rate
+    actual, least, most = shown.speeds
+    speed = actual * shown.rate
     how = f"played at {shown.rate:.2f} of its speed" if shown.rate != 1.0 else "as recorded"
     place = (speed - least) / (most - least)
     if (place > 0.5) == (shown.action.speed == "fast"):

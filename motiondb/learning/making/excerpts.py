@@ -90,7 +90,7 @@ def find_excerpts(
     rng : numpy.random.Generator
         Moves the cuts of excerpts within a longer stretch.
     """
-    found = []
+    excerpts = []
     for source in sources:
         free = np.ones(len(source.values), dtype=bool)
         for _ in range(MOST_OF_A_CAPTURE):
@@ -101,8 +101,8 @@ def find_excerpts(
                 break
             first, behind = _grow(source.values, free, peak)
             free[first:behind] = False
-            found += _cut(source, first, behind, longest, rng)
-    return sorted(found, key=lambda excerpt: -excerpt.score)
+            excerpts += _cut(source, first, behind, longest, rng)
+    return sorted(excerpts, key=lambda excerpt: -excerpt.score)
 
 
 def _grow(values: FloatArray, free: NDArray[np.bool_], peak: int) -> tuple[int, int]:

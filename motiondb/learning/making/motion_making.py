@@ -58,7 +58,7 @@ class MadeMotion:
     recognised : array (segments,)
         Symbols recognised in the motion.
     question : KnownQuestion
-        The sentence as it was understood.
+        The parsed sentence.
     shown : tuple of JudgedAction
         Per action that was asked for, whether the motion shows it.
     decided : tuple of str
@@ -124,7 +124,7 @@ def make_motion(
     rng: np.random.Generator,
     used: Counter[tuple[int, int]] | None = None,
 ) -> MadeMotion:
-    """Make a motion that shows what a sentence says.
+    """Generate a motion from a sentence.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ def make_motion(
         if method != "stitched":
             return _from_symbols(learned, takes, wanted, rng, method)
         sources = _sources(learned, wanted.actions, request.anyway)
-        found = excerpt_motion(takes, sources, rng, used)
-        return _from_excerpts(learned, wanted, sources, found)
+        made_of_excerpts = excerpt_motion(takes, sources, rng, used)
+        return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
 
 def _understand(learned: Learned, text: str, rng: np.random.Generator, anyway: bool) -> _Wanted:
@@ -227,13 +227,13 @@ def _sources(
             "set) and learn again."
         )
     written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
-    found: dict[PlannedAction, ActionSources] = {}
+    sources_of: dict[PlannedAction, ActionSources] = {}
     for action in dict.fromkeys(actions):
         of = find_sources(learned, written, action)
         if not of.sources and not anyway and not _is_from_start(learned, action):
             raise QueryError(_no_source(action))
-        found[action] = of if of.sources else all_sources(learned, of)
-    return [found[action] for action in actions]
+        sources_of[action] = of if of.sources else all_sources(learned, of)
+    return [sources_of[action] for action in actions]
 
 
 def _is_from_start(learned: Learned, action: PlannedAction) -> bool:
@@ -256,12 +256,15 @@ def _no_source(action: PlannedAction) -> str:
 
 
 def _from_excerpts(
-    learned: Learned, wanted: _Wanted, sources: Sequence[ActionSources], found: ExcerptMotion
+    learned: Learned,
+    wanted: _Wanted,
+    sources: Sequence[ActionSources],
+    made_of_excerpts: ExcerptMotion,
 ) -> MadeMotion:
     """A stitched motion with what it shows."""
-    ends = np.cumsum([0, *found.made.lengths])
+    ends = np.cumsum([0, *made_of_excerpts.made.lengths])
     asked, left, symbols, positions = [], [], list[int](), list[int]()
-    for n, (of, shown) in enumerate(zip(sources, found.shown)):
+    for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
         done, not_done = report_excerpt(learned, shown)
         part = of.action.groups, of.action.excluded, int(ends[n]), int(ends[n + 1])
         placed = place_probability(learned, shown)
@@ -273,15 +276,15 @@ def _from_excerpts(
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)
-    captures = sorted({shown.excerpt.capture for shown in found.shown})
-    judged = judge_motion(learned, found.made.motion, asked, captures)
+    captures = sorted({shown.excerpt.capture for shown in made_of_excerpts.shown})
+    judged = judge_motion(learned, made_of_excerpts.made.motion, asked, captures)
     return MadeMotion(
-        found.made, np.array(symbols, dtype=np.int64), tuple(positions),
+        made_of_excerpts.made, np.array(symbols, dtype=np.int64), tuple(positions),
         tuple(of.action.words for of in sources), (),
-        recognise(learned, found.made.motion).symbols, wanted.question,
+        recognise(learned, made_of_excerpts.made.motion).symbols, wanted.question,
         (*judged, *wanted.missing), wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
-        tuple(shown.excerpt.capture for shown in found.shown),
+        tuple(shown.excerpt.capture for shown in made_of_excerpts.shown),
     )  # fmt: skip
 
 
@@ -294,18 +297,23 @@ def _from_symbols(
         for action in wanted.actions
     ]
     actions = tuple(words for words in known if words)
-    found = symbol_motion(learned, takes, actions, rng, method)
-    frames = np.bincount(found.plan.positions, weights=found.made.lengths).astype(int)
+    made_of_symbols = symbol_motion(learned, takes, actions, rng, method)
+    frames = np.bincount(
+        made_of_symbols.plan.positions, weights=made_of_symbols.made.lengths
+    ).astype(int)
     ends = np.cumsum([0, *frames])
     asked = [
         Asked(action.groups, action.excluded, int(a), int(b))
         for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
     ]
-    judged = judge_motion(learned, found.made.motion, asked, sorted(found.captures))
+    judged = judge_motion(
+        learned, made_of_symbols.made.motion, asked, sorted(made_of_symbols.captures)
+    )
     left = [one for action in wanted.actions for one in _not_by_symbols(action, method)]
     return MadeMotion(
-        found.made, found.plan.symbols, found.plan.positions, found.plan.actions, found.decodings,
-        found.recognised, wanted.question, (*judged, *wanted.missing), wanted.decided,
+        made_of_symbols.made, made_of_symbols.plan.symbols, made_of_symbols.plan.positions,
+        made_of_symbols.plan.actions, made_of_symbols.decodings, made_of_symbols.recognised,
+        wanted.question, (*judged, *wanted.missing), wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
     )  # fmt: skip
 

@@ -274,11 +274,11 @@ def _lasting(actions: list[PlannedAction], node: Lasting, notes: _Notes) -> list
 
 def _excluded(nodes: Sequence[Node], notes: _Notes) -> list[tuple[str, ...]]:
     """Words of the actions that must not be shown; how often and in which order does not count."""
-    found = []
+    excluded = []
     for node in nodes:
         if not isinstance(node, (Action, Anything)):
             notes.decided.append(
                 f"not {say(node)}: each of its actions is excluded in any order, number and length"
             )
-        found += [action.all_words for action in actions_of(node) if action.all_words]
-    return found
+        excluded += [action.all_words for action in actions_of(node) if action.all_words]
+    return excluded

@@ -262,8 +262,8 @@ def _saying(
     """
     numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
     saying = [c for c in sorted(judge.captures) if numbers <= judge.table.said[c][0]]
-    own = [c for c in saying if learned.performers[c] == performer]
-    return own if len(own) >= fewest else saying
+    of_performer = [c for c in saying if learned.performers[c] == performer]
+    return of_performer if len(of_performer) >= fewest else saying
 
 
 def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:

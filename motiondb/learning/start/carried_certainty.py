@@ -49,12 +49,12 @@ def carry(first: Certainties) -> Certainties:
     )
 
 
-def join_certainties(own: Certainties, first: Certainties, n_own: float) -> Certainties:
+def join_certainties(own_certainties: Certainties, first: Certainties, n_own: float) -> Certainties:
     """The certainty learned from own captions and that of a start, by the weight of the start.
 
     Parameters
     ----------
-    own : Certainties
+    own_certainties : Certainties
         Learned from own captions; what is None was not.
     first : Certainties
         Of the start, as :func:`carry` made it.
@@ -69,11 +69,11 @@ def join_certainties(own: Certainties, first: Certainties, n_own: float) -> Cert
         )
 
     return Certainties(
-        join_certainty(own.words, first.words, n_own),
-        join_certainty(own.example, first.example, n_own),
+        join_certainty(own_certainties.words, first.words, n_own),
+        join_certainty(own_certainties.example, first.example, n_own),
         first.place,
-        kinds(own.without, first.without),
-        kinds(own.either, first.either),
+        kinds(own_certainties.without, first.without),
+        kinds(own_certainties.either, first.either),
     )
 
 

@@ -69,13 +69,13 @@ def download(page: Page, parts: Sequence[Part], ending: str, canonical: bool) ->
         folder = Path(place)
         with page.held.use() as db, db.session.reading():
             for number, part in enumerate(parts):
-                own = folder / f"{number:04d}"
-                own.mkdir()
-                _write(page, db, (part, ending, canonical), own)
-        found = sorted(path for path in folder.rglob("*") if path.is_file())
-        if len(found) == 1:
-            return Download(found[0].name, found[0].read_bytes())
-        return Download("motiondb.zip", _zip(found))
+                subfolder = folder / f"{number:04d}"
+                subfolder.mkdir()
+                _write(page, db, (part, ending, canonical), subfolder)
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        if len(files) == 1:
+            return Download(files[0].name, files[0].read_bytes())
+        return Download("motiondb.zip", _zip(files))
 
 
 def _zip(files: Sequence[Path]) -> bytes:

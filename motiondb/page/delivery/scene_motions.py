@@ -36,7 +36,7 @@ def load_scene(
         if gone:
             raise QueryError(
                 f"{ref.name}: expected the motions of its players, found that the captures of"
-                f" {', '.join(gone)} were removed. Make the scene anew."
+                f" {', '.join(gone)} were removed. Make the scene again."
             )
         motions = {player.name: db.motion(f"{ref.name}/{player.name}") for player in record.players}
         tracks = scene_tracks(record, motions, str(ref))

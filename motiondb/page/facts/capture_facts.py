@@ -81,9 +81,9 @@ def relation_facts(relation: Relation) -> dict[str, Any]:
     }
 
 
-def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
+def source_facts(provenance: store.Provenance) -> list[dict[str, Any]]:
     """Return the captures that frames come from."""
-    counts = Counter(found.source_numbers.tolist())
+    counts = Counter(provenance.source_numbers.tolist())
     return [
         {
             "capture": source.name,
@@ -91,11 +91,11 @@ def source_facts(found: store.Provenance) -> list[dict[str, Any]]:
             "sha256": source.sha256,
             "frames": counts[number],
         }
-        for number, source in enumerate(found.sources)
+        for number, source in enumerate(provenance.sources)
     ]
 
 
-def stretch_facts(found: store.Provenance) -> list[dict[str, Any]]:
+def stretch_facts(provenance: store.Provenance) -> list[dict[str, Any]]:
     """Return the stretches of a motion with source and licence."""
     return [
         {
@@ -106,7 +106,7 @@ def stretch_facts(found: store.Provenance) -> list[dict[str, Any]]:
             "licence": each.licence if each.capture else None,
             "edit": ", ".join(each.edits),
         }
-        for each in stretches(found)
+        for each in stretches(provenance)
     ]
 
 
@@ -147,8 +147,8 @@ def capture_facts(db: MotionDB, row: BrowsedCapture) -> dict[str, Any]:
     if db.is_learned() and db.learned.has_words:
         facts["recognised"] = description_facts(db.describe(name))
     if info.kind == "generated":
-        found = db.provenance(name)
-        facts["sources"], facts["stretches"] = source_facts(found), stretch_facts(found)
+        provenance = db.provenance(name)
+        facts["sources"], facts["stretches"] = source_facts(provenance), stretch_facts(provenance)
         shown = db.show(name)
         if "string" in shown:
             facts["grammar"], facts["string"] = shown["grammar"], shown["string"].split()

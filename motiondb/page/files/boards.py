@@ -129,5 +129,5 @@ def _read(path: Path) -> str:
 
 
 def _title(text: str, name: str) -> str:
-    found = _TITLE.search(text)
-    return found[1] if found and found[1] else name
+    matched = _TITLE.search(text)
+    return matched[1] if matched and matched[1] else name

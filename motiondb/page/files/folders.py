@@ -43,13 +43,13 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
     base = roots[root].resolve()
     parts = [part for part in path.split("/") if part not in ("", ".")]
     try:
-        found = base.joinpath(*parts).resolve()
-        inside = found.is_relative_to(base) and ".." not in parts and found.exists()
+        allowed = base.joinpath(*parts).resolve()
+        inside = allowed.is_relative_to(base) and ".." not in parts and allowed.exists()
     except (OSError, ValueError):  # a loop of links, or letters that no path has
         inside = False
     if not inside:
         raise unknown("folder", path, "Choose one that is listed.")
-    return found
+    return allowed
 
 
 def list_folder(roots: Sequence[Path], root: int, path: str) -> dict[str, Any]:

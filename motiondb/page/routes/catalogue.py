@@ -72,9 +72,9 @@ def router(page: Page) -> APIRouter:
     ) -> Answer:
         """Rows of the catalogue: filtered, sorted, some at a time."""
         with page.held.use() as db, db.session.reading():
-            found = db.browse(where, sort, offset, limit)
-            rows = [row_facts(row) for row in found.rows]
-            facts = {"total": found.total, "offset": offset, "revision": db.revision()}
+            browsed = db.browse(where, sort, offset, limit)
+            rows = [row_facts(row) for row in browsed.rows]
+            facts = {"total": browsed.total, "offset": offset, "revision": db.revision()}
         return Answer(facts | {"captures": rows})
 
     @routes.get("/api/facets", response_model=catalogue_schemas.FacetList)
@@ -82,8 +82,8 @@ def router(page: Page) -> APIRouter:
         """How many captures have each value of columns and tags."""
         with page.held.use() as db:
             total = db.browse(where, limit=1).total
-            found = [facet_facts(facet) for facet in db.facets(where)]
-        return Answer({"total": total, "facets": found})
+            facts = [facet_facts(facet) for facet in db.facets(where)]
+        return Answer({"total": total, "facets": facts})
 
     @routes.get("/api/capture", response_model=catalogue_schemas.CaptureFacts)
     def capture(name: Name) -> Answer:
@@ -121,8 +121,8 @@ def router(page: Page) -> APIRouter:
     def suggestions(limit: Limit = 10) -> Answer:
         """What is worth captioning next."""
         with page.held.use() as db:
-            found = db.suggest_captions(limit)
-        rows = [vars(one) | {"ref": f"capture:{one.capture}"} for one in found]
+            suggested = db.suggest_captions(limit)
+        rows = [vars(one) | {"ref": f"capture:{one.capture}"} for one in suggested]
         return Answer({"suggestions": rows})
 
     @routes.get("/api/vocabulary", response_model=catalogue_schemas.Vocabulary)

@@ -33,6 +33,7 @@ _EVENTS: dict[int | str, dict[str, Any]] = {
         "content": {"text/event-stream": {"schema": {"type": "string"}}},
     }
 }
+"""OpenAPI description of the stream of events."""
 JobId = Annotated[str, PathParameter(max_length=40, description="Id of a job.")]
 
 

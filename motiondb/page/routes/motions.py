@@ -23,12 +23,14 @@ MOST_THUMBS = 200
 THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
 """Frames of a small motion, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64
+"""Motions of one request at most. Chosen by hand; not tuned."""
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "Motion as binary; docs/page.md tells the form.",
         "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
 }
+"""OpenAPI description of binary motion."""
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 
@@ -61,11 +63,11 @@ def router(page: Page) -> APIRouter:
     @routes.post("/api/motions", response_class=Response, responses=_CONTAINER)
     def motions(body: MotionsBody) -> Response:
         """Several motions in one container, in the order asked for."""
-        found: list[Track] = []
+        tracks: list[Track] = []
         with page.held.use() as db, db.session.reading():
             for part in body.items:
-                found += tracks_of(page, db, part, body.fps)
-        return _binary(found)
+                tracks += tracks_of(page, db, part, body.fps)
+        return _binary(tracks)
 
     @routes.get("/api/thumbs", response_class=Response, responses=_CONTAINER)
     def thumbs(

@@ -123,13 +123,13 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
     @routes.get("/api/scene", response_model=scene_schemas.SceneFacts)
     def scene(ref: RefText) -> Answer:
         """A scene: its diagram, its report with every rule, and who does what when."""
-        found = read_ref(ref)
-        if found.kind == "scene":
-            return Answer({"ref": ref} | _read(page, found.name))
-        if found.kind != "kept":
-            raise _no_scene(found)
+        kept_ref = read_ref(ref)
+        if kept_ref.kind == "scene":
+            return Answer({"ref": ref} | _read(page, kept_ref.name))
+        if kept_ref.kind != "kept":
+            raise _no_scene(kept_ref)
         with page.held.use() as db, db.session.reading():
-            record = find_kept(db, found.name)
+            record = find_kept(db, kept_ref.name)
             return Answer({"ref": ref} | kept_scene_facts(db, record))
 
     @routes.post("/api/scenes/keep", response_model=scene_schemas.SceneKept)
@@ -150,12 +150,12 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
     def remove(ref: RefText) -> Answer:
         """Remove a kept scene with its players' captures."""
         page.check_writable()
-        found = read_ref(ref)
-        if found.kind != "kept":
-            raise _no_scene(found)
+        kept_ref = read_ref(ref)
+        if kept_ref.kind != "kept":
+            raise _no_scene(kept_ref)
         with page.held.use() as db:
-            find_kept(db, found.name)
-            return Answer({"removed": found.name, "captures": db.scenes.remove(found.name)})
+            find_kept(db, kept_ref.name)
+            return Answer({"removed": kept_ref.name, "captures": db.scenes.remove(kept_ref.name)})
 
 
 def _no_scene(ref: Ref) -> PageError:

@@ -41,6 +41,7 @@ _UPLOAD = {
         },
     }
 }
+"""OpenAPI description of an upload."""
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
 _FILE: dict[int | str, dict[str, Any]] = {
     200: {
@@ -52,6 +53,7 @@ _FILE: dict[int | str, dict[str, Any]] = {
         },
     }
 }
+"""OpenAPI description of a download."""
 
 
 class DownloadBody(Body):

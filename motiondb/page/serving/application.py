@@ -36,6 +36,7 @@ _ROUTES = (
     upload_routes, job_routes,
 )  # fmt: skip
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
+"""Kind of error by HTTP status."""
 _ERROR = {
     "type": "object",
     "required": ["error"],
@@ -102,6 +103,7 @@ _STATUSES = {
     422: "A parameter is missing or of another type.",
     503: "Another process holds the database.",
 }
+"""Description of each HTTP status of errors, for OpenAPI."""
 
 
 def _error_handlers(application: FastAPI, folder: Path) -> None:
@@ -136,14 +138,14 @@ def _page_files(application: FastAPI, bundle: Path) -> None:
 
     @application.get("/", include_in_schema=False)
     def index() -> Response:
-        found = bundle_file(bundle, "index.html")
-        if found is None:
+        page_file = bundle_file(bundle, "index.html")
+        if page_file is None:
             return Response(NO_BUNDLE, 503, media_type="text/plain; charset=utf-8")
-        return FileResponse(found, headers={"Cache-Control": "no-cache"})
+        return FileResponse(page_file, headers={"Cache-Control": "no-cache"})
 
     @application.get("/{name}", include_in_schema=False)
     def file(name: str) -> Response:
-        found = bundle_file(bundle, name)
-        if found is None:
+        page_file = bundle_file(bundle, name)
+        if page_file is None:
             raise unknown("file", name)
-        return FileResponse(found, headers={"Cache-Control": "no-cache"})
+        return FileResponse(page_file, headers={"Cache-Control": "no-cache"})

@@ -83,8 +83,8 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
 
 def _identity(path: Path) -> tuple[int, int]:
     """Return what tells a file from one that takes its name later: its device and its number."""
-    found = path.stat()
-    return found.st_dev, found.st_ino
+    status = path.stat()
+    return status.st_dev, status.st_ino
 
 
 def _attach(store: Store, new: Path) -> None:

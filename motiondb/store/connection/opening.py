@@ -117,9 +117,9 @@ def _create(path: Path) -> None:
         if not path.exists() or path.stat().st_size == 0:
             new.replace(path)
     except (duckdb.Error, OSError) as error:
-        found = first_sentence(error)
+        reason = first_sentence(error)
         raise StoreError(
-            f"{path}: expected to make a new database, found: {found} "
+            f"{path}: expected to make a new database, found: {reason} "
             "Look at the folder's permissions and at the disk."
         ) from error
     finally:
@@ -167,9 +167,9 @@ def connect(
         The file is held, or is none of DuckDB's, or is damaged.
     """
     if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
-        found = "neither a file nor a folder" if path.exists() else "no such file"
+        actual = "neither a file nor a folder" if path.exists() else "no such file"
         raise StoreError(
-            f"{path}: expected a database of motiondb, found {found}. Name another file with --db."
+            f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:

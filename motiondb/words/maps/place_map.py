@@ -282,8 +282,8 @@ def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> F
         shown[inside, list(further)] = 1.0 / len(actions)
         said = evidence[inside]
         ratios = np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
-        own = {word for action in actions for word in action} | set(further)
-        ratios -= _unlisted(said, [label for label in labels if not own.issuperset(label)])
+        take_words = {word for action in actions for word in action} | set(further)
+        ratios -= _unlisted(said, [label for label in labels if not take_words.issuperset(label)])
         ratios *= np.sqrt(takes.seconds[inside])[:, None]
         if takes.labelled is not None:
             ratios += _labelled_ratios(takes.labelled[inside], actions)

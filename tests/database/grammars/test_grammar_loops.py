@@ -58,13 +58,16 @@ def test_a_grammar_with_loops_is_stored_shown_read_and_compared(looping: MotionD
     n = sum(len(string) for string in learned.strings)
     assert facts["text_with_loops"].splitlines()[0] == f"S -> A+ [{1 - 2 / n:.4g}]"
     assert facts["derives_new"]
-    found = grammars.parse("looping", "fatou/dance_1")
-    assert found.fault is None
-    assert [tree.leaves() for tree in found.trees] == [found.string]
+    parsed = grammars.parse("looping", "fatou/dance_1")
+    assert parsed.fault is None
+    assert [tree.leaves() for tree in parsed.trees] == [parsed.string]
     assert sum(chance for _, chance in grammars.suggest("looping", "")) == pytest.approx(1.0)
-    own, machine, *_ = grammars.compare("looping")
-    assert (own.strings, own.outside) == (None, 0.0)
-    assert (own.new, machine.outside) == (1.0, 0.0)  # the loop holds whatever the machine derives
+    stored, machine, *_ = grammars.compare("looping")
+    assert (stored.strings, stored.outside) == (None, 0.0)
+    assert (stored.new, machine.outside) == (
+        1.0,
+        0.0,
+    )  # the loop holds whatever the machine derives
 
 
 def test_sequences_of_a_loop_end_and_are_drawn_as_loops(looping: MotionDB, tmp_path: Path) -> None:
@@ -83,10 +86,10 @@ def test_sequences_of_a_loop_end_and_are_drawn_as_loops(looping: MotionDB, tmp_p
         (first, first)
     ]
     edited = grammars.edit("looping", made, 1, (1, 0))
-    found = grammars.parse("looping", TAKES[0])
+    parsed = grammars.parse("looping", TAKES[0])
     for name, draw in {
         "trees": lambda path: grammars.draw_trees("looping", path),
-        "parse": lambda path: grammars.draw_parse("looping", found, path),
+        "parse": lambda path: grammars.draw_parse("looping", parsed, path),
         "edit": lambda path: grammars.draw_edit("looping", edited, path),
     }.items():
         assert draw(tmp_path / f"{name}.png").stat().st_size > 1000

@@ -37,9 +37,9 @@ def test_words_are_taken_from_the_bound_up_and_phrases_without_a_sense_are_dropp
     asked = {"a": phrases("hurl ball", "hurl zzz"), "b": phrases("ball")}
     known = frozenset({"throw", "toss", "fling", "cube"})
     assert take_phrases(asked, ["a"], known, table).phrases == {}
-    found = take_phrases({"a": asked["a"]}, ["a"], known | {"ball"}, table)
-    assert set(found.phrases["a"]) == {frozenset({"throw", "ball"}), frozenset({"toss", "ball"})}
-    assert [w for w, _ in found.takings["hurl"].words] == ["throw", "toss"]
+    actual = take_phrases({"a": asked["a"]}, ["a"], known | {"ball"}, table)
+    assert set(actual.phrases["a"]) == {frozenset({"throw", "ball"}), frozenset({"toss", "ball"})}
+    assert [w for w, _ in actual.takings["hurl"].words] == ["throw", "toss"]
 
 
 def test_a_word_is_not_taken_as_what_another_terminal_asks_for() -> None:

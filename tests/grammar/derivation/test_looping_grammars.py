@@ -110,9 +110,9 @@ def test_a_goal_and_a_pattern_are_reached_through_a_loop() -> None:
     grammar, _ = learned("nest")
     assert plan(grammar, ["a", "a", "a"], goal="b").to_goal == ("b",)
     pattern = read_pattern(["a", "a", "a", "...", "b"])
-    found = complete(grammar, pattern, 3)
-    assert [len(c.string) for c in found.found] == [6, 8, 10]
-    assert found.probability == pytest.approx(
+    completions = complete(grammar, pattern, 3)
+    assert [len(c.string) for c in completions.found] == [6, 8, 10]
+    assert completions.probability == pytest.approx(
         np.exp(prefix_log_probability(grammar, ["a", "a", "a"]))
     )
     rng = np.random.default_rng(0)

@@ -48,8 +48,8 @@ def test_what_is_never_seen_two_rules_below_is_doubted():
     # S -> A, A -> 0 A | B 2, B -> 1 B | empty: 0+ or 1+, never both
     rules = {S: {(A,): 1}, A: {(0, A): 1, (B, 2): 1}, B: {(1, B): 1, (): 1}}
     flat = RuleSet(T, {S: ONE_OF_BOTH}, loops=True)
-    found = unlike_context(RuleSet(T, rules, loops=True), flat)
-    assert found in (Context(A, (0, A), 1), Context(S, (A,), 0))
+    actual = unlike_context(RuleSet(T, rules, loops=True), flat)
+    assert actual in (Context(A, (0, A), 1), Context(S, (A,), 0))
 
 
 EITHER = {S: {(A, B, 2): 1}, A: {(0, A): 1, (): 1}, B: {(1, B): 1, (): 1}}
@@ -58,8 +58,8 @@ EITHER = {S: {(A, B, 2): 1}, A: {(0, A): 1, (): 1}, B: {(1, B): 1, (): 1}}
 def test_two_loops_of_which_one_is_always_idle_become_two_rules():
     flat = RuleSet(T, {S: ONE_OF_BOTH}, loops=True)
     rules = RuleSet(T, EITHER, loops=True)
-    found = unlike_context(rules, flat)
-    assert (found.left, found.right, found.beside is not None) == (S, (A, B, 2), True)
+    actual = unlike_context(rules, flat)
+    assert (actual.left, actual.right, actual.beside is not None) == (S, (A, B, 2), True)
     kept = keep_supported(refit(rules, flat), flat, 2)
     expected = {(*[k] * n, 2) for k in (0, 1) for n in range(1, 8)}
     assert strings_of(kept.rules, 8) == expected
@@ -108,6 +108,6 @@ def rules_and_contexts(draw):
 def test_splitting_a_context_changes_no_string(drawn):
     rules, context = drawn
     before = {left: dict(rights) for left, rights in rules.rules.items()}
-    found = split_context(rules, context)
-    assert strings_of(found.rules, 4) == strings_of(rules.rules, 4)
+    actual = split_context(rules, context)
+    assert strings_of(actual.rules, 4) == strings_of(rules.rules, 4)
     assert rules.rules == before

@@ -114,8 +114,8 @@ def test_a_take_left_out_is_predicted_as_if_the_map_were_fitted_without_it() -> 
         gram = rows.T @ rows + edge_map.RIDGE * np.eye(rows.shape[1])
         naive = np.linalg.solve(gram, rows.T @ target)
         expected = regression.cues(n) @ naive / np.sqrt(regression.weights[n])
-        found = regression.left_out(n, shown[n] - mean, slopes)
-        np.testing.assert_allclose(found, expected, atol=1e-8)
+        actual = regression.left_out(n, shown[n] - mean, slopes)
+        np.testing.assert_allclose(actual, expected, atol=1e-8)
 
 
 def test_cues_of_a_still_take_have_no_change() -> None:
