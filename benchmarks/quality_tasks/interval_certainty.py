@@ -12,7 +12,7 @@ import motiondb
 from motiondb.learning.certainty import joined_takes, place_certainty
 from motiondb.learning.certainty.joined_takes import JoinedTake, ShortCapture
 from motiondb.learning.learned import Learned
-from motiondb.learning.place_fitting import Places, Written, find_places
+from motiondb.learning.places.place_fitting import Places, Written, find_places
 from motiondb.records import Caption, FloatArray, SegmentTable
 from motiondb.search.certainty import probability
 from motiondb.words.lexicon import vocabulary

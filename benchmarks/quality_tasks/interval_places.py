@@ -9,9 +9,9 @@ from pathlib import Path
 
 import motiondb
 from motiondb.errors import MotionDBError
-from motiondb.learning import place_fitting
 from motiondb.learning.answers.word_answers import search_words
 from motiondb.learning.learned import Learned
+from motiondb.learning.places import place_fitting
 from motiondb.words.lexicon import vocabulary
 from quality_protocol.takes import LongTake
 

@@ -10,11 +10,11 @@ import numpy as np
 from motiondb.learning import counting, drift
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
-from motiondb.learning.edge_fitting import fit_edges
-from motiondb.learning.judge_fitting import fit_judge
+from motiondb.learning.judging.judge_fitting import fit_judge
+from motiondb.learning.judging.motion_judge import MotionJudge, pool_windows, said_words
 from motiondb.learning.learned import LearnedModel
-from motiondb.learning.motion_judge import MotionJudge, pool_windows, said_words
-from motiondb.learning.place_fitting import Places, Written, find_places
+from motiondb.learning.places.edge_fitting import fit_edges
+from motiondb.learning.places.place_fitting import Places, Written, find_places
 from motiondb.learning.start import joining
 from motiondb.learning.start.knowledge import Started
 from motiondb.learning.symbol_fitting import (

@@ -24,9 +24,9 @@ from motiondb.learning.counting import (
     described_intervals,
 )
 from motiondb.learning.drift import DriftBaseline
-from motiondb.learning.motion_judge import MotionJudge, said_words
+from motiondb.learning.judging.motion_judge import MotionJudge, said_words
 from motiondb.learning.performer_groups import performers_of
-from motiondb.learning.place_fitting import (
+from motiondb.learning.places.place_fitting import (
     Places,
     Written,
     evidence_by_others,

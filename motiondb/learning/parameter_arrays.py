@@ -16,9 +16,9 @@ import numpy as np
 from motiondb.learning.certainty.certainties import certainties_from, certainty_arrays
 from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
+from motiondb.learning.judging.motion_judge import MotionJudge
 from motiondb.learning.learned import LearnedModel
-from motiondb.learning.motion_judge import MotionJudge
-from motiondb.learning.place_fitting import Places
+from motiondb.learning.places.place_fitting import Places
 from motiondb.learning.start.knowledge import Origin, Started
 from motiondb.learning.start.knowledge_arrays import (
     knowledge_arrays,

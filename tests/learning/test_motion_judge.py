@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from motiondb.learning.judge_fitting import (
+from motiondb.learning.judging.judge_fitting import (
     LEAST_PAIRS,
     PAIRS_OF_A_WORD,
     _draw_pairs,
     fit_judge,
 )
-from motiondb.learning.motion_judge import (
+from motiondb.learning.judging.motion_judge import (
     MotionJudge,
     judge_without,
     judging_table,

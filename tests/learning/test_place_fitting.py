@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motiondb.learning.place_fitting import (
+from motiondb.learning.places.place_fitting import (
     Written,
     find_places,
     label_intervals,

@@ -23,7 +23,7 @@ import numpy as np
 
 from motiondb.grammar.induction.annealing import anneal
 from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.induction.support.refitting import refit
 from motiondb.grammar.rules.rule_set import RuleSet
 
 REWARMED = 2.0

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from motiondb.grammar.induction.refitting import refit
+from motiondb.grammar.induction.support.refitting import refit
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 
 _SHARE = 0.5

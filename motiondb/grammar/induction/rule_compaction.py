@@ -28,10 +28,10 @@ import numpy as np
 from numpy.random import PCG64, Generator
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
-from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
 from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample, shortest
 from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.refitting import refit, refit_fully
+from motiondb.grammar.induction.support.loop_evidence import keep_supported, rounds_asked
+from motiondb.grammar.induction.support.refitting import refit, refit_fully
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 

@@ -2,8 +2,8 @@
 
 A partition is judged by the best rules that annealing finds for its sentences. Where loops are
 allowed, loops that the sentences do not support are written out first
-(:mod:`motiondb.grammar.induction.loop_evidence`), so that a partition does not win by loops that it
-cannot keep.
+(:mod:`motiondb.grammar.induction.support.loop_evidence`), so that a partition does not win by loops
+that it cannot keep.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb.grammar.induction.annealing import WARMEST, anneal
-from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
 from motiondb.grammar.induction.perturbation import REWARMED, perturb
-from motiondb.grammar.induction.refitting import refit, refit_fully
+from motiondb.grammar.induction.support.loop_evidence import keep_supported, rounds_asked
+from motiondb.grammar.induction.support.refitting import refit, refit_fully
 from motiondb.grammar.rules.description_length import Sentence
 from motiondb.grammar.rules.repeats import join_strings
 from motiondb.grammar.rules.rule_laws import recursive_lefts

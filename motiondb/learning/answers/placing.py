@@ -1,10 +1,11 @@
 """Where an answer shows each part of a question, with its certainty.
 
 The word map determines which captures answer, and their scores (``search.by_question``). The
-position in the capture follows from the evidence of places (:mod:`motiondb.learning.place_fitting`)
-and the captions of intervals. Two probabilities belong to a part: that the capture shows it, and
-that the interval does, which is the first times the probability that the place is right where the
-capture shows it (:mod:`motiondb.learning.certainty.place_certainty`).
+position in the capture follows from the evidence of places
+(:mod:`motiondb.learning.places.place_fitting`) and the captions of intervals. Two probabilities
+belong to a part: that the capture shows it, and that the interval does, which is the first times
+the probability that the place is right where the capture shows it
+(:mod:`motiondb.learning.certainty.place_certainty`).
 
 The place is unknown if the interval is likelier wrong than right, or no other capture's captions
 list the words, and a caption of the whole capture is the only evidence for the part: by the motion

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learning.counting import capture_rows
-from motiondb.learning.place_fitting import Written
+from motiondb.learning.places.place_fitting import Written
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 
 SHORTEST, LONGEST = 2.0, 20.0

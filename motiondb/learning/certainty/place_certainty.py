@@ -35,7 +35,6 @@ from functools import cache
 
 import numpy as np
 
-from motiondb.learning import place_fitting
 from motiondb.learning.certainty.joined_takes import (
     JoinedTake,
     ShortCapture,
@@ -46,7 +45,8 @@ from motiondb.learning.certainty.joined_takes import (
     short_captures,
     union_share,
 )
-from motiondb.learning.place_fitting import Places, Written
+from motiondb.learning.places import place_fitting
+from motiondb.learning.places.place_fitting import Places, Written
 from motiondb.records import FloatArray, SegmentTable
 from motiondb.search.certainty import Certainty, fit_probability
 from motiondb.search.questions import by_question

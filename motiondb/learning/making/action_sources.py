@@ -4,7 +4,7 @@ A capture can show an action if one of its captions says the words of the action
 for segment i of such a capture:
 
     y_i   probability that the words are shown at the segment, by the order of the caption
-          (:mod:`motiondb.learning.place_fitting`); the least over the words,
+          (:mod:`motiondb.learning.places.place_fitting`); the least over the words,
     e_i   evidence for them in the motion, nats a second: the mean of that by the map of all other
           takes and that by the map of other performers, where these show the words too,
     q_i   how much more the captures that move most like it say the words than others,
@@ -45,7 +45,7 @@ from motiondb.learning.making.source_costs import (
     with_distance,
     with_rarity,
 )
-from motiondb.learning.place_fitting import Written
+from motiondb.learning.places.place_fitting import Written
 from motiondb.records import FloatArray
 from motiondb.words.question.tree import SIDES, NotUsed
 

@@ -13,12 +13,12 @@ the stool, which look like the beginning of many captures, lose against the sitt
 
 By a map of whole captions. b(w) is the evidence, in nats a second, of a ridge regression on all
 other takes that takes every word of a take to be shown in all of it
-(:func:`motiondb.learning.place_fitting.unplaced_evidence`):
+(:func:`motiondb.learning.places.place_fitting.unplaced_evidence`):
 
     r = 1/|W| sum_{w in W} b(w) - max(0, max_{v not in W} b(v)), within +-``MOST_RIVALRY``.
 
 Neither needs the places that were learned from the order of captions, which in long takes are often
-wrong. Neither shares a model with the judge (:mod:`motiondb.learning.motion_judge`).
+wrong. Neither shares a model with the judge (:mod:`motiondb.learning.judging.motion_judge`).
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.learning.judging.motion_judge import RELATED, said_words
 from motiondb.learning.learned import Learned
-from motiondb.learning.motion_judge import RELATED, said_words
 from motiondb.records import FloatArray, IntArray
 
 NEIGHBOURS = 10

@@ -24,7 +24,7 @@ from motiondb.learning.making.sentence_plan import PlannedAction, plan_sentence
 from motiondb.learning.making.sequence_motion import SequenceMotion
 from motiondb.learning.making.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.learning.making.symbol_motion import symbol_motion
-from motiondb.learning.place_fitting import Written
+from motiondb.learning.places.place_fitting import Written
 from motiondb.learning.recognition import recognise
 from motiondb.records import IntArray
 from motiondb.symbols.models.hmm_jobs import one_blas_thread

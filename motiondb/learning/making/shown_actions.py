@@ -1,9 +1,9 @@
 """Whether a motion shows what was asked: the judge's answer for every action.
 
-The judge (:mod:`motiondb.learning.motion_judge`) has no part in making the motion, and never sees
-the captures that it was made from. An action of several words is judged as one word that all
-captures have whose captions say these words; where no other capture says all of them, by its least
-probable word.
+The judge (:mod:`motiondb.learning.judging.motion_judge`) has no part in making the motion, and
+never sees the captures that it was made from. An action of several words is judged as one word that
+all captures have whose captions say these words; where no other capture says all of them, by its
+least probable word.
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
 is described with the action alone, the judge cannot tell it from the actions that are always listed
@@ -20,15 +20,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from motiondb.generate.direction import gone
-from motiondb.learning.learned import Learned
-from motiondb.learning.making.directed_excerpts import REACHED
-from motiondb.learning.motion_judge import (
+from motiondb.learning.judging.motion_judge import (
     WithoutSources,
     judge_without,
     judging_table,
     pool_windows,
     said_words,
 )
+from motiondb.learning.learned import Learned
+from motiondb.learning.making.directed_excerpts import REACHED
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.pose.pose_vectors import to_path
 from motiondb.records import Float32Array, FloatArray, Motion

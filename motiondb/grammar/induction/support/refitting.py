@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.grammar.induction.cheapest_parse import RULE, read_all
+from motiondb.grammar.induction.support.cheapest_parse import RULE, read_all
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import IntArray
 

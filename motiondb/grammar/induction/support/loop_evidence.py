@@ -29,9 +29,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.cheapest_parse import PARENT, PLACE, RULE, SPAN, read_all
-from motiondb.grammar.induction.context_evidence import split_context, unlike_context
-from motiondb.grammar.induction.refitting import refit, refit_fully
+from motiondb.grammar.induction.support.cheapest_parse import PARENT, PLACE, RULE, SPAN, read_all
+from motiondb.grammar.induction.support.context_evidence import split_context, unlike_context
+from motiondb.grammar.induction.support.refitting import refit, refit_fully
 from motiondb.grammar.rules.rule_laws import components, nullable_lefts, recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import BoolArray, IntArray

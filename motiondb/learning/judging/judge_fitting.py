@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning.motion_judge import (
+from motiondb.learning.judging.motion_judge import (
     JudgingTable,
     MotionJudge,
     Said,

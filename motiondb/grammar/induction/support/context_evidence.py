@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.induction.cheapest_parse import PARENT, PLACE, RULE, Reading, read_all
+from motiondb.grammar.induction.support.cheapest_parse import PARENT, PLACE, RULE, Reading, read_all
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 from motiondb.records import BoolArray, IntArray

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from motiondb.learning.counting import capture_rows
-from motiondb.learning.place_fitting import Places
+from motiondb.learning.places.place_fitting import Places
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, SegmentTable

@@ -1,0 +1,1 @@
+"""What sentences support: cheapest parses, refitted rules, evidence for loops and contexts."""

@@ -1,0 +1,1 @@
+"""The judge of motion: its model, and its fitting and calibration."""

@@ -1,0 +1,1 @@
+"""Where in their takes captions' actions happen, by segments and by frames."""
