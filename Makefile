@@ -4,7 +4,7 @@ BIN := .venv/bin
 OUT := demo-output
 DB := $(OUT)/motions.duckdb
 
-.PHONY: demo test lint clean
+.PHONY: demo test test-browser lint clean
 
 demo: $(BIN)/.installed
 	rm -rf $(OUT) && mkdir -p $(OUT)
@@ -20,7 +20,10 @@ demo: $(BIN)/.installed
 	@echo "Look at $(OUT)/search.png and $(OUT)/walk_kick.png; open $(OUT)/walk_kick.bvh in Blender."
 
 test: $(BIN)/.tested
-	$(BIN)/python -m pytest -n 2 -q -rs  # says what is skipped: without a browser, its tests
+	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile --ignore tests/page_browser
+
+test-browser: $(BIN)/.tested  # clicks, drags and uploads in Chromium; says what is skipped where there is none
+	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile tests/page_browser
 
 lint: $(BIN)/.tested
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
