@@ -136,7 +136,7 @@ def suggest(
         print_json([asdict(one) for one in suggestions])
         return
     if not suggestions:
-        typer.echo("all captures have some. See also --parts.")
+        typer.echo("all captures have captions; see also --parts")
         return
     print_table(
         "",

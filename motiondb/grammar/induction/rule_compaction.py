@@ -32,6 +32,7 @@ from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample, s
 from motiondb.grammar.induction.planting import plant
 from motiondb.grammar.induction.support.loop_evidence import keep_supported, rounds_asked
 from motiondb.grammar.induction.support.refitting import refit, refit_fully
+from motiondb.grammar.rules.neighbours import absorb_neighbours, release_ends
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
@@ -167,7 +168,7 @@ def compact(
     if effort.loops:
         looping = replace(flat, loops=True)
         _search_all(pool, Search(looping, effort, rounds=rounds_asked(flat), rng=rng), donors)
-    return pool[min(pool)]
+    return release_ends(absorb_neighbours(pool[min(pool)]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,16 +185,16 @@ class Search:
         Rounds of a loop that some sentence must have.
     rng : numpy.random.Generator
         Draws everything.
-    judged : set of float
-        Bits of the rules with loops that were judged. Rules of equal bits are taken for the same,
-        as in a pool, and not judged again.
+    judged : set of (float, int)
+        Bits and empty right sides of the rules with loops that were judged. Rules that agree in
+        both are taken for the same, and not judged again.
     """
 
     flat: RuleSet
     effort: Effort
     rounds: int
     rng: np.random.Generator
-    judged: set[float] = field(default_factory=set)
+    judged: set[tuple[float, int]] = field(default_factory=set)
 
     def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:
         """Anneal rules; the result is added to the pool.
@@ -207,8 +208,9 @@ class Search:
         new_loops = not recursive_lefts(begun.rules) or self.rng.random() < _NEW_LOOPS
         annealed = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
         bits = round(annealed.bits(), 6)
-        if bits not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
-            self.judged.add(bits)
+        key = bits, _n_empty(annealed)
+        if key not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+            self.judged.add(key)
             kept = keep_supported(refit_fully(annealed, self.flat), self.flat, self.rounds)
             if kept is not None:
                 _keep(pool, kept)
@@ -297,7 +299,14 @@ def _search_sample(pool: Pool, search: Search, some: RuleSet) -> None:
 
 
 def _keep(pool: Pool, rules: RuleSet) -> None:
-    pool.setdefault(round(rules.without_idle_start().bits(), 6), rules)
+    """Add rules to the pool; of rules of equal bits, those with fewer empty right sides."""
+    bits = round(rules.without_idle_start().bits(), 6)
+    if bits not in pool or _n_empty(rules) < _n_empty(pool[bits]):
+        pool[bits] = rules
+
+
+def _n_empty(rules: RuleSet) -> int:
+    return sum(not right for _, right in rules.uses())
 
 
 def _size(rule_set: RuleSet) -> int:

@@ -82,7 +82,7 @@ def test_sequences_of_a_loop_end_and_are_drawn_as_loops(looping: MotionDB, tmp_p
     made = grammars.generate("looping", 2, like=f"{first} ... ? {first}")
     assert (made.string[0], made.string[-1]) == (first, first)
     assert len(made.string) >= 3
-    assert [c.string for c in grammars.complete("looping", f"{first} {first}", 2).found] == [
+    assert [c.string for c in grammars.complete("looping", f"{first} {first}", 2).sentences] == [
         (first, first)
     ]
     edited = grammars.edit("looping", made, 1, (1, 0))
@@ -126,7 +126,7 @@ def test_words_and_sentences_lead_to_motion_that_obeys_the_grammar(learned_copy:
         assert any(name in punch for name in said.string[first + 1 :])
         assert said.motion.n_frames > 0
         best = db.grammars.complete("fight", "... kick ...", 3)
-        assert all(kick & set(one.string) for one in best.found)
+        assert all(kick & set(one.string) for one in best.sentences)
         with pytest.raises(QueryError, match=r"'kickk': .* Did you mean kick\?"):
             db.grammars.complete("fight", "... kickk ...")
         with pytest.raises(GrammarError, match="expected 'kick' anywhere after"):

@@ -83,7 +83,7 @@ def test_a_pattern_of_a_learned_grammar_takes_nearby_words(
         settings = motiondb.GrammarSettings(6, search=search, evaluations=300)
         db.grammars.learn(["boris/long_fight_1"], "fight", settings)
         asked = db.grammars.complete("fight", "... punch ...", 3)
-        assert db.grammars.complete("fight", "... jab ...", 3).found == asked.found
+        assert db.grammars.complete("fight", "... jab ...", 3).sentences == asked.sentences
         assert db.grammars.taken_in_pattern("fight", "... jab ...")["jab"].words
         assert db.grammars.taken_in_pattern("fight", "... punch ...") == {}
         with pytest.raises(motiondb.QueryError, match="expected a terminal"):

@@ -31,7 +31,7 @@ TRUTHS = {
     "steps": "S -> stand A rest\nA -> left right A [0.6] | left right [0.4]",
     "nest": "S -> a S b [0.65] | a b [0.35]",
 }
-LITTLE = Effort(begun=8, repeated=8, tries=2000)
+LITTLE = Effort(begun=12, repeated=16, tries=4000)
 
 
 @cache
@@ -111,7 +111,7 @@ def test_a_goal_and_a_pattern_are_reached_through_a_loop() -> None:
     assert plan(grammar, ["a", "a", "a"], goal="b").to_goal == ("b",)
     pattern = read_pattern(["a", "a", "a", "...", "b"])
     completions = complete(grammar, pattern, 3)
-    assert [len(c.string) for c in completions.found] == [6, 8, 10]
+    assert [len(c.string) for c in completions.sentences] == [6, 8, 10]
     assert completions.probability == pytest.approx(
         np.exp(prefix_log_probability(grammar, ["a", "a", "a"]))
     )
