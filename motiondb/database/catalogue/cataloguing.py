@@ -87,7 +87,7 @@ def add_captures(
     problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
-        f"{names[capture_name(_below(path, folder))].name} too. Rename one of them."
+        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
         for path in files
         if names[capture_name(_below(path, folder))] != path
     ]

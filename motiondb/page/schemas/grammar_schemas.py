@@ -22,6 +22,8 @@ class GrammarRow(Facts):
     nonterminals: int
     rules: int
     bits: float
+    seconds: float = Field(description="Duration of the captures.")
+    derives_new: bool = Field(description="Whether it derives strings that are no sentence.")
 
 
 class GrammarRows(Facts):
