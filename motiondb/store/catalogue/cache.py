@@ -18,7 +18,6 @@ from __future__ import annotations
 import json
 import os
 import threading
-import time
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -35,6 +34,7 @@ from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.columns import fetch, from_rows
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import read_meta
+from motiondb.whole_files import is_being_written
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -42,11 +42,6 @@ _VERSION = 1
 """Version of the list's format. A list of another version is not read."""
 _PAGE = 4096
 """Bytes that are summed before weighting: the size of a page of memory and of most disks."""
-_ABANDONED = 60.0
-"""Age in seconds at which a draft counts as abandoned by a killed process.
-
-Chosen by hand; not tuned. Writing 1 GB takes about 5 s.
-"""
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
 
@@ -193,8 +188,7 @@ def _write_arrays(folder: Path, kind: str, stem: str, arrays: Arrays) -> None:
     current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
     for old in folder.glob(f"{kind}-*"):
         with suppress(OSError):
-            is_draft = ".new-" in old.name and time.time() - old.stat().st_mtime < _ABANDONED
-            if old.name not in current and not is_draft:
+            if old.name not in current and not is_being_written(old):
                 old.unlink()
 
 

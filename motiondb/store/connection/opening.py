@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import glob
 import os
-import re
 import time
 from contextlib import suppress
 from functools import partial
@@ -23,16 +22,13 @@ from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
-from motiondb.whole_files import is_duckdb, is_running
+from motiondb.whole_files import is_being_written, is_duckdb
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
     "autoinstall_known_extensions": False,
     "autoload_known_extensions": False,
 }
-_ABANDONED = 60.0
-"""Seconds after which a new file under its temporary name counts as left by a kill. Chosen by hand:
-making an empty database takes 0.1 s."""
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.01, 0.2
 """Seconds between two attempts to get the file; they double. Chosen by hand: the first is shorter
 than any command, the longest is not noticed."""
@@ -131,10 +127,8 @@ def _create(path: Path) -> None:
 def _sweep_drafts(path: Path) -> None:
     """Delete drafts of a new file whose process was killed."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):
-        maker = re.search(r"\.new-([0-9]+)", left.name)
         with suppress(OSError):
-            is_old = time.time() - left.stat().st_mtime > _ABANDONED
-            if is_old or (maker is not None and not is_running(int(maker[1]))):
+            if not is_being_written(left):
                 left.unlink(missing_ok=True)
 
 

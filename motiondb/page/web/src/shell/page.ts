@@ -106,10 +106,13 @@ export async function startPage(root: HTMLElement): Promise<void> {
     open?.update(route.parameters);
   }
 
+  // The revision that the view was told: others refresh the status too, as a job does when it ends.
+  let told = status.revision;
   async function catchUp(): Promise<void> {
-    const before = status.revision;
     const { revision } = await context.refresh();
-    if (revision !== before) open?.news?.({ kind: "revision", revision });
+    if (revision === told) return;
+    told = revision;
+    open?.news?.({ kind: "revision", revision });
   }
 
   live.listen((news) => {
@@ -118,7 +121,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
       // What happened before the connection was open was not told.
       if (news.open) void catchUp().catch(context.fail);
     } else if (news.kind === "job") open?.news?.(news);
-    else if (news.revision !== status.revision) void catchUp().catch(context.fail);
+    else if (news.revision !== told) void catchUp().catch(context.fail);
   });
   addEventListener("hashchange", show);
   addEventListener("keydown", (event) => {
