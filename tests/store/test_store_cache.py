@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from types import ModuleType
@@ -179,6 +181,20 @@ def test_drafts_that_a_kill_left_are_deleted(filled: store.Store) -> None:
     os.utime(left, (0, 0))
     _list_file(filled).unlink()
     _expect_healed(filled)
+    assert not left.exists()
+
+
+def test_a_young_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
+    store.cached_arrays(filled, "features", _arrays)
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    names = (f"{_list_file(filled).stem}-x.npy.new-{process}-7" for process in (ended.pid, 1))
+    left, growing = (_folder(filled) / name for name in names)
+    for draft in (left, growing):
+        draft.write_text("half")
+    _list_file(filled).unlink()
+    _expect_healed(filled)
+    assert growing.exists()
     assert not left.exists()
 
 
