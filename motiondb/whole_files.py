@@ -61,7 +61,7 @@ def is_duckdb(path: Path) -> bool:
 
 
 def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
-    """Tell whether a file ``NAME.new-PROCESS...`` is young and its process runs.
+    """Tell whether a file ``NAME.new-PROCESS...`` is young and its process, or this one, runs.
 
     Parameters
     ----------
@@ -72,8 +72,11 @@ def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
         numbers are used again. Chosen by hand; not tuned. Writing 1 GB takes about 5 s.
     """
     maker = re.search(r"\.new-([0-9]+)", draft.name)
-    if maker is None or not is_running(int(maker[1])):
+    if maker is None:
         return False
+    process = int(maker[1])
+    if process != os.getpid() and not is_running(process):
+        return False  # a draft of this process may be that of another thread
     return time.time() - draft.stat().st_mtime < abandoned
 
 

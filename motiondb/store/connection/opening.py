@@ -105,6 +105,9 @@ def _create(path: Path) -> None:
         )
     _sweep_drafts(path)
     log = new.with_name(f"{new.name}.wal")
+    for left in (new, log):  # of an earlier process of the same number
+        with suppress(OSError):
+            left.unlink(missing_ok=True)
     try:
         with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
             migrations.migrate(connection, 0)
