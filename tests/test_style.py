@@ -45,6 +45,39 @@ def test_untelling_variables_are_seen() -> None:
     assert untelling(ast.parse("def f(x):\n    y = x.found; return f(found=y)")) == []
 
 
+def carelessly_opened(tree: ast.Module) -> list[int]:
+    """Lines that leave the database all tests share open, or open it for writing."""
+    nodes = list(ast.walk(tree))
+    items = [item.context_expr for n in nodes if isinstance(n, ast.With) for item in n.items]
+    closed = {id(expression) for expression in items}
+    return [
+        call.lineno
+        for call in nodes
+        if isinstance(call, ast.Call)
+        and ast.unparse(call.func) in ("motiondb.open", "store.open_store")
+        and ast.unparse(call.args[0]) == "learned_file"
+        and (id(call) not in closed or "read_only=True" not in ast.unparse(call))
+    ]
+
+
+def test_careless_opening_is_seen() -> None:
+    lines = (
+        "db = motiondb.open(learned_file, read_only=True)",
+        "with motiondb.open(learned_file): pass",
+    )
+    for line in lines:
+        assert carelessly_opened(ast.parse(line)) == [1], line
+    kept = "with motiondb.open(learned_file, read_only=True) as db: pass"
+    assert carelessly_opened(ast.parse(kept)) == []
+
+
+def test_tests_only_ask_the_database_they_share_and_close_it() -> None:
+    """One left open refuses to be opened the other way by whatever test comes next."""
+    tests = [path for path in EVERY_MODULE if "tests" in path.parts]
+    trees = {short(path): ast.parse(path.read_text(encoding="utf-8")) for path in tests}
+    assert {n: lines for n, tree in trees.items() if (lines := carelessly_opened(tree))} == {}
+
+
 def holds_a_number(node: ast.expr) -> bool:
     constants = (n.value for n in ast.walk(node) if isinstance(n, ast.Constant))
     return any(isinstance(v, int | float) and not isinstance(v, bool) for v in constants)

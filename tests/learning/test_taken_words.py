@@ -25,7 +25,7 @@ from motiondb.words.nearby.taking import Taking
 
 @pytest.fixture(scope="module")
 def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file) as opened:
+    with motiondb.open(learned_file, read_only=True) as opened:
         yield opened
 
 

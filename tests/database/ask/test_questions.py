@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -25,8 +26,9 @@ QUESTIONS = (
 
 
 @pytest.fixture(scope="module")
-def asked(learned_file: Path) -> MotionDB:
-    return motiondb.open(learned_file, read_only=True)
+def asked(learned_file: Path) -> Iterator[MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
