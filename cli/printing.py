@@ -133,6 +133,31 @@ def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
             typer.echo(f"{grammar.name}: {taking.sentence()}", err=True)
 
 
+def say_word(word: str, probability: float | None) -> str:
+    """A word with its probability, or alone where no own caption has checked the probability.
+
+    Parameters
+    ----------
+    word : str
+        The word.
+    probability : float or None
+        Its probability.
+    """
+    return word if probability is None else f"{word} {probability:.2f}"
+
+
+def note_unchecked(reason: str) -> None:
+    """Print on standard error why answers carry no probabilities, where there is a reason.
+
+    Parameters
+    ----------
+    reason : str
+        The reason, or "".
+    """
+    if reason:
+        typer.echo(f"note: {reason}", err=True)
+
+
 def note_sources(sources: Sequence[WordSource]) -> None:
     """Print on standard error which captions taught the words, where a start has a part in them.
 
@@ -150,9 +175,7 @@ def note_sources(sources: Sequence[WordSource]) -> None:
             told.append(f"{source.word} ({source.start_captions})")
     for start, words in alone.items():
         typer.echo(
-            f"known from the start {start} alone (captions there): {', '.join(words)}; no own "
-            "caption has checked their probabilities",
-            err=True,
+            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
         )
 
 

@@ -7,7 +7,7 @@ first use and kept with the record.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -34,6 +34,7 @@ from motiondb.learning.places.place_fitting import (
     place_evidence,
     unplaced_evidence,
 )
+from motiondb.learning.start.checking import checked_words, say_unchecked
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
     Association,
@@ -208,6 +209,36 @@ class Learned(LearnedModel):
     def example_certainty(self) -> certainty.Certainty | None:
         """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
+
+    @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """Which words have probabilities that own captions have checked: array (words,).
+
+        All words, in a database that learned without a start
+        (:mod:`motiondb.learning.start.checking`).
+        """
+        words = self.association.words
+        if self.started is None or self.counted is None:
+            return np.ones(len(words), dtype=bool)
+        said = dict(zip(self.counted.reference.association.words, self.counted.counts.said))
+        here = np.array([said.get(word, 0) for word in words], dtype=np.int64)
+        return checked_words(words, here, self.word_certainty)
+
+    def why_unchecked(self, words: Iterable[str]) -> str:
+        """The reason why answers about some words carry no probabilities; "" where they do.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Words of the vocabulary; others are left out.
+        """
+        if self.started is None or self.counted is None:
+            return ""
+        number = self.word_numbers
+        asked = [w for w in dict.fromkeys(words) if w in number and not self.checked[number[w]]]
+        if not asked and self.word_certainty is not None:
+            return ""
+        return say_unchecked(self.counted.counts.moments.n, asked, self.word_certainty)
 
     @property
     def distances(self) -> FloatArray:

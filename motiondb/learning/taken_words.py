@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
@@ -38,6 +39,12 @@ class LearnedWithTaken(Learned):
 
     base: Learned = field(kw_only=True)
     shares: FloatArray = field(kw_only=True)
+
+    @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """As for :class:`Learned`; a taken word is checked if all words are that it is taken as."""
+        taken = ~(self.shares[~self.base.checked] > 0.0).any(axis=0)
+        return np.concatenate([self.base.checked, taken])
 
     @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:

@@ -144,14 +144,15 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
     number = {word: n for n, word in enumerate(words)}
     ridge, calibration = started.taught.ridge, started.taught.calibration
-    certainties = carry(started.taught.certainties)
+    certainties = Certainties()  # nothing is checked before there are own captions
     if described:
         rows = _training_rows(table, described, scores, number, taught.performers)
         mine = OwnRows(rows.vectors, rows.presence, rows.performers, words, started)
         ridge, calibration = choose_ridge_and_calibration(mine)
         fit = mine.without(np.zeros(len(rows.vectors), dtype=bool), ridge, calibration)
         learned = _certainties(table, described, rows, scores, fit, mine)
-        certainties = join_certainties(learned, certainties, counts.moments.n)
+        first = carry(started.taught.certainties)
+        certainties = join_certainties(learned, first, counts.moments.n)
     joint = joining.publish(counts, reference, started, ridge, calibration)
     return FittedWords(
         joint.association, scores, joint.word_map, certainties, Counted(counts, reference),

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.learning.caption_evidence import caption_evidence
 from motiondb.learning.learned import Learned
@@ -78,6 +79,13 @@ class LearnedWithWritten(Learned):
 
     base: Learned = field(kw_only=True)
     added_words: tuple[WrittenWord, ...] = field(kw_only=True)
+
+    @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """As for :class:`Learned`; written words are as sure as the captions of the database."""
+        sure = self.started is None or self.word_certainty is not None
+        added = np.full(len(self.added_words), sure, dtype=bool)
+        return np.concatenate([self.base.checked, added])
 
     @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:

@@ -225,6 +225,20 @@ class QuestionVerbs(CatalogueVerbs):
         """
         return word_sources(self.learned, words)
 
+    def why_unchecked(self, words: Iterable[str]) -> str:
+        """The reason why answers about some words carry no probabilities; "" where they do.
+
+        Only a database that learned with a start has such words: those of the start that own
+        captions do not hold, or all of them before there are enough own captions.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Words that were learned; others are left out.
+        """
+        asked = list(words)
+        return self.learned.why_unchecked(asked) if asked else ""
+
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag.
 

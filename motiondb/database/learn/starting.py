@@ -155,6 +155,7 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
         **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
+        "unchecked": learned.why_unchecked(()),
         "strange_motion": round(strange_share(learned.segments), 4),
         "fits": fits(learned.segments),
         "words_of_start_alone": len(set(started.names) - captioned),

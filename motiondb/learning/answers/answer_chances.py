@@ -7,6 +7,9 @@ Only probabilities that were learned from questions of the same kind are given. 
     one action but not another; one of several actions:
         learned by themselves (:mod:`motiondb.learning.certainty.question_certainty`).
 
+No probability is given where a word of the question is known from a start alone, so that no own
+caption has checked it (:mod:`motiondb.learning.start.checking`).
+
 There is no probability for repeats and lengths, for orders with exclusions, for several exclusions
 with an action, and for alternatives of more than one action: whether such answers are right was
 never measured.
@@ -14,7 +17,7 @@ never measured.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import prod
 
@@ -89,7 +92,8 @@ def chances(
     reading = readings[hit.reading]
     sure = learned.word_certainty
     unknown = Chances(None, (None,) * len(reading.parts))
-    if sure is None or any(map(counts_or_lasts, readings)):
+    asked_words = {w for each in readings for w in words_of_reading(each)}
+    if sure is None or any(map(counts_or_lasts, readings)) or not is_checked(learned, asked_words):
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
     asked = reasons.by_action(why)
@@ -111,6 +115,19 @@ def chances(
     whole = certainty.answer_probability(sure, asked, excluded)
     return Chances(whole, tuple(_of_part(sure, hit, reading, k, why)
                                 for k in range(len(reading.parts))))  # fmt: skip
+
+
+def words_of_reading(reading: Reading) -> set[str]:
+    """All words that a reading asks for or excludes."""
+    asked = [action for part in reading.parts for action in part.actions]
+    excluded = [action for exclusion in reading.exclusions for action in exclusion.actions]
+    return {word for action in (*asked, *excluded) for word in action}
+
+
+def is_checked(learned: Learned, words: Iterable[str]) -> bool:
+    """Whether own captions have checked the probabilities of all words."""
+    number = learned.word_numbers
+    return all(learned.checked[number[word]] for word in words if word in number)
 
 
 def counts_or_lasts(reading: Reading) -> bool:

@@ -35,11 +35,15 @@ class ExampleAnswer(Sequence[Match]):
     threshold : float or None
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
+    unchecked : str
+        Why the answers carry no probabilities, where the database learned with a start and its own
+        captions have not checked them; otherwise "" (``learning.start.checking``).
     """
 
     matches: tuple[Match, ...]
     strength: float | None = None
     threshold: float | None = None
+    unchecked: str = ""
 
     @property
     def matches_anything(self) -> bool | None:
@@ -110,6 +114,7 @@ def search_motion(
         matches,
         max((alike for alike, _ in sure), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
+        learned.why_unchecked(()) if known is None else "",
     )
 
 

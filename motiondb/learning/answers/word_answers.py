@@ -10,6 +10,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
+from motiondb.learning.answers.answer_chances import words_of_reading
 from motiondb.learning.answers.explained_answer import Explanation, explain
 from motiondb.learning.answers.whole_captions import unquote
 from motiondb.learning.answers.word_sources import WordSource, word_sources
@@ -65,6 +66,9 @@ class WordAnswer:
         The captions from which the words were learned, if the database learned with a start.
     written : tuple of WrittenWord
         Words that were not learned and were found where they are written.
+    unchecked : str
+        Why the answers carry no probabilities, where the database learned with a start and its own
+        captions have not checked them; "" where they have (``learning.start.checking``).
     vocabulary : tuple of str
         The words by number: those learned, then the written and the taken ones.
     """
@@ -81,6 +85,7 @@ class WordAnswer:
     suggested: Mapping[str, Taking] = field(default_factory=dict)
     sources: tuple[WordSource, ...] = ()
     written: tuple[WrittenWord, ...] = ()
+    unchecked: str = ""
     vocabulary: tuple[str, ...] = ()
 
     @cached_property
@@ -155,14 +160,16 @@ def search_words(  # noqa: PLR0913  four of the seven have defaults
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
-    threshold = None if sure is None or np.isnan(sure.threshold) else sure.threshold
+    unchecked = learned.why_unchecked(sorted(set().union(*map(words_of_reading, read))))
+    known = sure is not None and not np.isnan(sure.threshold) and not unchecked
+    threshold = sure.threshold if sure is not None and known else None
     return WordAnswer(
         matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
         reasons=tuple(each.why for each in ranked),
         strength=max((question_search.strength(learned, each.why, threshold) for each in ranked),
                      default=None),
         threshold=threshold, vocabulary=learned.association.words,
-        sources=word_sources(learned, _asked_words(question)),
+        sources=word_sources(learned, _asked_words(question)), unchecked=unchecked,
     )  # fmt: skip
 
 
@@ -199,7 +206,7 @@ def _match(
         learned.captures[answer.capture].name,
         *to_seconds(learned, answer.capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
-        _matched(takes[answer.capture], question, learned.word_numbers),
+        _matched(learned, answer.capture, takes[answer.capture], question),
         "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
@@ -285,7 +292,6 @@ def _search_decoded(
             start = int(learned.segments.starts[rows][first])
             answers.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
     answers.sort(key=lambda hit: (-hit[0], hit[1]))
-    number = learned.word_numbers
     occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
     note = "" if occurs else "; this sequence of symbols does not occur; these are the nearest ones"
     matches = tuple(
@@ -294,7 +300,7 @@ def _search_decoded(
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(learned.takes[capture], question, number),
+            _matched(learned, capture, learned.takes[capture], question),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
@@ -313,15 +319,16 @@ class Description:
         Seconds.
     end : float
         Seconds.
-    words : tuple of (str, float)
-        Words with their probabilities, most probable first.
+    words : tuple of (str, float or None)
+        Words with their probabilities, most probable first; None where no own caption has checked
+        the probability (``learning.start.checking``).
     symbols : tuple of int
         Symbols of the interval's segments.
     """
 
     start: float
     end: float
-    words: tuple[tuple[str, float], ...]
+    words: tuple[tuple[str, float | None], ...]
     symbols: tuple[int, ...] = ()
 
 
@@ -337,7 +344,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
             groups[-1].append(n)
         else:
             groups.append([n])
-    seconds = FEATURE_STEP / MOTION_FPS
+    seconds, names = FEATURE_STEP / MOTION_FPS, learned.association.words
     answers = []
     for group in groups:
         mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
@@ -346,7 +353,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
             Description(
                 round(float(starts[group[0]]) * seconds, 3),
                 round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
-                tuple((learned.association.words[w], float(mean[w])) for w in order),
+                tuple((names[w], float(mean[w]) if learned.checked[w] else None) for w in order),
                 tuple(int(s) for s in symbols[group]),
             )
         )
@@ -361,12 +368,17 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
 
 
 def _matched(
-    take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
+    learned: Learned, capture: int, take: by_words.TakeScores, question: KnownQuestion
 ) -> tuple[str, ...]:
-    """Asked words that are likelier than not in the capture."""
-    asked = dict.fromkeys(_asked_words(question))
+    """Asked words that are likelier than not in the capture.
+
+    Words whose probability no own caption has checked count only where they are written.
+    """
+    asked, number = dict.fromkeys(_asked_words(question)), learned.word_numbers
     top = np.maximum(take.windows.max(axis=0), take.whole)
-    return tuple(word for word in asked if top[number[word]] > 0.0)
+    said = learned.written.get(capture)
+    here = learned.checked if said is None else learned.checked | (said.max(axis=0) > 0.0)
+    return tuple(word for word in asked if top[number[word]] > 0.0 and here[number[word]])
 
 
 def mark_generated(learned: Learned, capture: int, before: str = "") -> str:

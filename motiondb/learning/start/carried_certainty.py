@@ -8,8 +8,9 @@ SPREAD, the probability of a right answer is
     P(right) = E sigmoid(x + e) ~ sigmoid(x / sqrt(1 + pi SPREAD^2 / 8)),
 
 so that probabilities come nearer to 0.5 and the order of answers stays. The threshold of "nothing
-matches" stays too. As own captions come, the certainty learned from them takes over
-(:func:`motiondb.learning.start.joining.join_certainty`).
+matches" stays too. No such probability is given before own captions have checked it
+(:mod:`motiondb.learning.start.checking`); then it is the prior of the certainty that is learned
+from them (:func:`motiondb.learning.start.joining.join_certainty`).
 
 Source: MacKay, The evidence framework applied to classification networks (1992), for the integral.
 """
@@ -22,7 +23,7 @@ import numpy as np
 
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.question_certainty import KindCertainty
-from motiondb.learning.start.joining import join_certainty
+from motiondb.learning.start.checking import checked_certainty
 from motiondb.search.certainty import Certainty
 
 SPREAD = 2.5
@@ -53,6 +54,9 @@ def carry(first: Certainties) -> Certainties:
 def join_certainties(own_certainties: Certainties, first: Certainties, n_own: float) -> Certainties:
     """The certainty learned from own captions and that of a start, by the weight of the start.
 
+    What own captions have not checked is None. So is the certainty of places, which is learned
+    later, from own captions alone.
+
     Parameters
     ----------
     own_certainties : Certainties
@@ -65,14 +69,14 @@ def join_certainties(own_certainties: Certainties, first: Certainties, n_own: fl
 
     def kinds(one: KindCertainty, other: KindCertainty) -> KindCertainty:
         return KindCertainty(
-            join_certainty(one.whole, other.whole, n_own),
-            join_certainty(one.part, other.part, n_own),
+            checked_certainty(one.whole, other.whole, n_own),
+            checked_certainty(one.part, other.part, n_own),
         )
 
     return Certainties(
-        join_certainty(own_certainties.words, first.words, n_own),
-        join_certainty(own_certainties.example, first.example, n_own),
-        first.place,
+        checked_certainty(own_certainties.words, first.words, n_own),
+        checked_certainty(own_certainties.example, first.example, n_own),
+        None,
         kinds(own_certainties.without, first.without),
         kinds(own_certainties.either, first.either),
     )

@@ -26,6 +26,7 @@ def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
         "unknown": {word: list(near) for word, near in answer.unknown.items()},
         "sentences": [taking.sentence() for taking in takings],
         "sources": [source.sentence() for source in answer.sources],
+        "unchecked": answer.unchecked,
         "decoding": answer.decoding,
         **_verdict(db, answer),
         "matches": matches,
@@ -49,7 +50,8 @@ def _explained(why: Explanation) -> dict[str, Any]:
 
 def like_facts(db: MotionDB, answer: ExampleAnswer) -> dict[str, Any]:
     """Return the answer to an example."""
-    return _verdict(db, answer) | {"matches": [_with_take(db, match) for match in answer.matches]}
+    matches = [_with_take(db, match) for match in answer.matches]
+    return _verdict(db, answer) | {"unchecked": answer.unchecked, "matches": matches}
 
 
 def _verdict(db: MotionDB, answer: WordAnswer | ExampleAnswer) -> dict[str, Any]:

@@ -155,6 +155,7 @@ class AnswerFacts(Facts):
     matches_anything: bool | None
     strength: float | None
     threshold: float | None
+    unchecked: str = Field(description="Why there are no probabilities; empty where there are.")
     not_yet_learned: int
     matches: list[MatchFacts]
     took: float = Field(description="Seconds.")

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from motiondb.page.schemas.shared_schemas import Facts, StretchFacts, WordProbability
+from motiondb.page.schemas.shared_schemas import DescribedWord, Facts, StretchFacts
 
 
 class GrammarRow(Facts):
@@ -62,7 +62,7 @@ class TerminalFacts(Facts):
     terminal: str
     count: int
     seconds: float
-    words: list[WordProbability]
+    words: list[DescribedWord]
     symbols: list[SymbolShareOfTerminal]
     medoid: Medoid
 

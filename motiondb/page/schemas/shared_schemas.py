@@ -58,12 +58,19 @@ class WordProbability(Facts):
     probability: float
 
 
+class DescribedWord(Facts):
+    """A word of a motion with its probability; null where no own caption has checked it."""
+
+    word: str
+    probability: float | None
+
+
 class WordsOverTime(Facts):
     """The words of an interval."""
 
     start: float = Field(description="Seconds.")
     end: float
-    words: list[WordProbability]
+    words: list[DescribedWord]
     symbols: list[int]
 
 

@@ -35,10 +35,16 @@ export interface WordProbability {
   probability: number;
 }
 
+/** A word of a motion; without a probability where no own caption has checked it. */
+export interface DescribedWord {
+  word: string;
+  probability: number | null;
+}
+
 export interface WordsOverTime {
   start: number;
   end: number;
-  words: WordProbability[];
+  words: DescribedWord[];
   symbols?: number[];
 }
 
@@ -257,6 +263,8 @@ export interface Answer {
   matches_anything: boolean | null;
   strength: number | null;
   threshold: number | null;
+  /** Why there are no probabilities; empty where there are. */
+  unchecked: string;
   not_yet_learned: number;
   took: number;
   matches: Match[];

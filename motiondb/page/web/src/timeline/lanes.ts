@@ -1,6 +1,7 @@
 /** What a timeline shows: lanes of blocks, and how blocks that overlap are put into rows. */
 
 import type { Caption, Segment, Stretch, WordsOverTime } from "../api/types.ts";
+import { probability } from "../parts/text.ts";
 import { tintOf } from "../parts/tint.ts";
 
 export interface Block {
@@ -72,14 +73,15 @@ export function wordLane(words: readonly WordsOverTime[]): Lane {
     name: "words",
     kind: "words",
     blocks: words.map((one) => {
-      const all = one.words.map(({ word, probability }) => `${word} ${probability.toFixed(2)}`).join(", ");
-      const probable = one.words.filter(({ probability }) => probability >= 0.5).map(({ word }) => word);
+      const all = one.words.map(({ word, probability: p }) => `${word} ${probability(p)}`.trim()).join(", ");
+      const checked = one.words.some((each) => each.probability !== null);
+      const probable = one.words.filter((each, n) => (checked ? (each.probability ?? 0) >= 0.5 : n === 0));
       return {
         start: one.start,
         end: one.end,
-        label: probable.join(" ") || "–",
+        label: probable.map(({ word }) => word).join(" ") || "–",
         title: `${all || "no words"}, ${span(one.start, one.end)}`,
-        faint: probable.length === 0,
+        faint: probable.length === 0 || !checked,
       };
     }),
   };

@@ -201,7 +201,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           understood,
           questionElement(
             answer.question,
-            [...answer.sentences, ...answer.sources],
+            [...answer.sentences, ...answer.sources, ...(answer.unchecked ? [answer.unchecked] : [])],
             answer.unknown,
             answer.suggested,
             replaceWord,
@@ -215,7 +215,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
           signal,
         );
-        understood.replaceChildren();
+        fill(understood, answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null);
         answers.show(answer);
       }
     } catch (fault) {
