@@ -243,7 +243,8 @@ def _place_facts(match: Match) -> dict[str, Any]:
 def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> None:
     """Print a table; probabilities that no own caption has checked are printed as "-"."""
     sure = unchecked or any(m.probability is not None for m in matches)
-    chances = ["-" if unchecked else _two_digits(m.probability) for m in matches]
+    nothing = "-" if unchecked else ""
+    chances = [nothing or _two_digits(m.probability) for m in matches]
     placed = any(m.interval_probability is not None for m in matches)
     columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
     columns += ["interval"] * placed
@@ -253,7 +254,7 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> 
         [
             [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
             + [chance] * sure + [_two_digits(m.interval_probability)] * placed
-            + [" ".join(m.words)] + ([m.reason] if reasons else [])
+            + [" ".join(m.words) or nothing] + ([m.reason] if reasons else [])
             for m, chance in zip(matches, chances)
         ],
     )  # fmt: skip
