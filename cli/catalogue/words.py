@@ -90,7 +90,7 @@ def import_words(
         print_json(asdict(report))
     else:
         typer.echo(
-            f"words of {report.captures} captures replaced, "
+            f"{report.captures} captures have the sheet's words and tags now, "
             f"{len(report.problems)} rows without a capture"
         )
         print_notes(report.notes)

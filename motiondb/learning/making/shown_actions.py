@@ -190,10 +190,10 @@ def _judge_part(
     asked: Asked,
 ) -> JudgedAction:
     if judge is None or not len(judge.table.judge.calibration):
-        return JudgedAction(
-            asked.words, asked.start, asked.end, None, done=asked.done,
-            reason="the database has no judge of motion: learn again, with more captions",
-        )  # fmt: skip
+        why = "the database has no judge of motion: learn again, with more captions"
+        if not learned.described:
+            why = "no caption of this database can confirm it"
+        return JudgedAction(asked.words, asked.start, asked.end, None, done=asked.done, reason=why)
     last = max(asked.end // FEATURE_STEP, asked.start // FEATURE_STEP + 1)
     part = features[min(asked.start // FEATURE_STEP, len(features) - 1) : last]
     scores = judge.scores(pool_windows(part))

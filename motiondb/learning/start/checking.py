@@ -26,10 +26,10 @@ from motiondb.learning.start.joining import join_certainty
 from motiondb.records import IntArray
 from motiondb.search.certainty import Certainty
 
-LEAST_CHECKING = 25
+LEAST_CHECKING = 50
 """Own described intervals from which their certainty is used. Among 10, 25, 50 and 100, the
-smallest number at which probabilities of CMU performers never seen are no further off with a start
-than without one (docs/start.md); the captures of the other studio had no part in it."""
+smallest number at which the probabilities across studios are no further off with a start than
+without one, in both directions (docs/start.md)."""
 
 
 def checked_certainty(
@@ -90,7 +90,7 @@ def say_unchecked(n_own: float, words: Sequence[str], certainty: Certainty | Non
     >>> say_unchecked(0, ["walk"], None)
     'no probabilities: no caption of this database has checked them'
     >>> say_unchecked(9, ["walk"], None)
-    'no probabilities: they are checked by at least 25 captions of this database, and it has 9'
+    'no probabilities: they are checked by at least 50 captions of this database, and it has 9'
     """
     if certainty is not None:
         listed = " or ".join(map(repr, words))

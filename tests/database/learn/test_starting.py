@@ -120,7 +120,7 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     """Own captions checked the certainty of answers, but say nothing of some words of the start."""
     started.add(samples_folder / "goran" / "walk_1.bvh")
     started.set_words("walk_1", "walk")
-    assert "at least 25 captions of this database, and it has 1" in started.search("walk").unchecked
+    assert "at least 50 captions of this database, and it has 1" in started.search("walk").unchecked
     sure = Certainty(np.array([1.0]), 0.0, 0.0)
     learned = replace(started.learned, certainties=Certainties(words=sure))
 

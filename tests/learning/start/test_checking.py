@@ -38,7 +38,7 @@ def test_words_are_checked_that_own_captions_hold() -> None:
     ("n_own", "certainty", "reason"),
     [
         (0.0, None, "no probabilities: no caption of this database has checked them"),
-        (3.0, None, "they are checked by at least 25 captions of this database, and it has 3"),
+        (3.0, None, "they are checked by at least 50 captions of this database, and it has 3"),
         (60.0, None, "had not checked them when it learned; run motiondb learn"),
         (60.0, OWN, "no probabilities: no caption of this database holds 'dash' or 'hop'"),
     ],

@@ -252,10 +252,10 @@ def test_certainties_of_questions_with_without_or_either_are_joined_too() -> Non
         return KindCertainty(Certainty(np.array([weight]), 0.0, 0.0))
 
     first = Certainties(without=sure(3.0), either=sure(5.0))
-    joined = carried_certainty.join_certainties(Certainties(without=sure(1.0)), first, 30.0)
+    joined = carried_certainty.join_certainties(Certainties(without=sure(1.0)), first, 90.0)
     assert joined.without.whole is not None
-    assert joined.without.whole.weights.tolist() == [1.5]
+    assert joined.without.whole.weights.tolist() == pytest.approx([1.2])
     assert joined.either.whole is None
     assert joined.words is None
-    before = carried_certainty.join_certainties(Certainties(without=sure(1.0)), first, 24.0)
+    before = carried_certainty.join_certainties(Certainties(without=sure(1.0)), first, 49.0)
     assert before.without.whole is None
