@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scipy.optimize import brentq
+
 from motiondb.records import FloatArray
+from motiondb.search.certainty import probability
 from quality_protocol.confidence import weighted_draws, weighted_measure
 
 CALIBRATION = "calibration error of the first five answers"
@@ -128,6 +131,19 @@ def calibration_error(pairs: FloatArray) -> float:
         return float("nan")
     gaps = [abs(rows.sum(axis=0) @ (1.0, -1.0)) for _, rows in _binned(pairs)]
     return float(np.sum(gaps) / len(pairs))
+
+
+def oracle_shift(pairs: FloatArray) -> list[float] | None:
+    """The constant that makes log-odds most likely on the answers themselves, and the error left.
+
+    No one knows it without captions: it tells how much of an error is one bias of all answers.
+    """
+    if not len(pairs):
+        return None
+    log_odds = np.log(pairs[:, 0]) - np.log1p(-pairs[:, 0])
+    shift = brentq(lambda c: probability(log_odds + c).sum() - pairs[:, 1].sum(), -20.0, 20.0)
+    mended = np.column_stack([probability(log_odds + shift), pairs[:, 1]])
+    return [round(float(shift), 2), round(calibration_error(mended), 4)]
 
 
 def diagram(pairs: FloatArray) -> list[list[float]]:

@@ -45,15 +45,25 @@ def _unseen(results: dict[str, Any]) -> str:
         "precision of words to motion; the target was at least .48.",
         "",
         "| words of the start | mAP | motion to words, reciprocal rank | F1 | nothing matches, "
-        "balanced accuracy | calibration error of the start's probabilities, not given | questions |",
+        "balanced accuracy | calibration error of the start's probabilities, not given | "
+        "questions |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, row in results["rows"].items():
         values = [_cell(row[m]) for m in (*MEASURES, WITHHELD)]
         lines.append(f"| {name} | {' | '.join(values)} | {row['queries']} |")
     first = next(iter(results["rows"].values()))
-    lines += ["", "The start's probabilities, of the first row:", ""]
+    shift = _shift(first["oracle shift"])
+    lines += ["", f"The start's probabilities, of the first row. {shift}", ""]
     return "\n".join([*lines, *_diagram(first["diagram of the start"])])
+
+
+def _shift(oracle: list[float]) -> str:
+    """What the best constant for all answers would leave of an error."""
+    return (
+        f"The one constant that fits these answers best, which only their captions tell, is "
+        f"{oracle[0]:+.2f} nats; with it, the error would be {oracle[1]:.3f}."
+    )
 
 
 def _diagram(bins: list[list[float]]) -> list[str]:
@@ -103,7 +113,7 @@ def _curves(results: dict[str, Any], picture: str) -> str:
     lines += [
         "",
         "The start's probabilities without own captions, which are not given: calibration error "
-        f"{_cell(first[WITH][WITHHELD], alone=True)}.",
+        f"{_cell(first[WITH][WITHHELD], alone=True)}. {_shift(first['oracle shift'])}",
         "",
         *_diagram(first["diagram of the start"]),
     ]

@@ -53,6 +53,7 @@ from start_tasks.judging import (
     diagram,
     judge,
     measures,
+    oracle_shift,
     pairs_of,
     told_interval,
 )
@@ -210,6 +211,7 @@ def _curves(
                     name: len(pairs_of(gathered[name, n], "calibration")) for name in views
                 },
                 "diagram of the start": diagram(pairs_of(gathered["with start", n], "withheld")),
+                "oracle shift": oracle_shift(pairs_of(gathered["with start", n], "withheld")),
                 "difference": {
                     m: told_interval(each["with start"][m] - each["without start"][m])
                     for m in names
@@ -314,6 +316,7 @@ def unseen_performers(data: Path, seed: int, parts: Parts) -> dict[str, Any]:
             "queries": sum(len(j["rankings"]) for j in judged),
             **{m: told_interval(v) for m, v in every_measure.items()},
             "diagram of the start": diagram(pairs_of(judged, "withheld")),
+            "oracle shift": oracle_shift(pairs_of(judged, "withheld")),
         }
     return {"seed": seed, "rows": results}
 
