@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scipy.optimize import brentq
 
 from motiondb.records import FloatArray
