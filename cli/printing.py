@@ -142,6 +142,9 @@ def say_word(word: str, probability: float | None) -> str:
         The word.
     probability : float or None
         Its probability.
+
+    >>> say_word("walk", 0.957), say_word("walk", None)
+    ('walk 0.96', 'walk')
     """
     return word if probability is None else f"{word} {probability:.2f}"
 
