@@ -7,7 +7,7 @@ first use and kept with the record.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -34,7 +34,7 @@ from motiondb.learning.places.place_fitting import (
     place_evidence,
     unplaced_evidence,
 )
-from motiondb.learning.start.checking import checked_words, say_unchecked
+from motiondb.learning.start.checking import checked_words
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
     Association,
@@ -174,9 +174,8 @@ class Learned(LearnedModel):
     @cached_property
     def n_posture_and_travel(self) -> int:
         """Number of the last columns of score vectors that are posture and travel."""
-        return movement.count_posture_and_travel(
-            len(self.score_space.mean) - self.symbols.n_symbols
-        )
+        columns = len(self.score_space.mean) - self.symbols.n_symbols
+        return movement.count_posture_and_travel(columns)
 
     @property
     def word_map(self) -> WordMap:
@@ -212,33 +211,8 @@ class Learned(LearnedModel):
 
     @cached_property
     def checked(self) -> NDArray[np.bool_]:
-        """Which words have probabilities that own captions have checked: array (words,).
-
-        All words, in a database that learned without a start
-        (:mod:`motiondb.learning.start.checking`).
-        """
-        words = self.association.words
-        if self.started is None or self.counted is None:
-            return np.ones(len(words), dtype=bool)
-        said = dict(zip(self.counted.reference.association.words, self.counted.counts.said))
-        here = np.array([said.get(word, 0) for word in words], dtype=np.int64)
-        return checked_words(words, here, self.word_certainty)
-
-    def why_unchecked(self, words: Iterable[str]) -> str:
-        """The reason why answers about some words carry no probabilities; "" where they do.
-
-        Parameters
-        ----------
-        words : iterable of str
-            Words of the vocabulary; others are left out.
-        """
-        if self.started is None or self.counted is None:
-            return ""
-        number = self.word_numbers
-        asked = [w for w in dict.fromkeys(words) if w in number and not self.checked[number[w]]]
-        if not asked and self.word_certainty is not None:
-            return ""
-        return say_unchecked(self.counted.counts.moments.n, asked, self.word_certainty)
+        """Which words' probabilities own captions have checked (``start.checking``): (words,)."""
+        return checked_words(self.association, self.started, self.counted, self.word_certainty)
 
     @property
     def distances(self) -> FloatArray:
@@ -379,13 +353,8 @@ class Learned(LearnedModel):
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
-        return evidence_by_others(
-            self.places,
-            self.segments,
-            self.standardised,
-            len(self.association.words),
-            self.performers,
-        )
+        standardised, n = self.standardised, len(self.association.words)
+        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
 
     @cached_property
     def placed_words(self) -> frozenset[int]:

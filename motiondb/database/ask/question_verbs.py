@@ -13,11 +13,12 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import (
     caption_suggestions,
+    described_motion,
     example_answers,
     part_suggestions,
     word_answers,
 )
-from motiondb.learning.answers.word_sources import WordSource, word_sources
+from motiondb.learning.answers.word_sources import WordSource, why_unchecked, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.taken_words import (
     add_written,
@@ -161,7 +162,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
-    ) -> tuple[word_answers.Description, ...]:
+    ) -> tuple[described_motion.Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
@@ -181,7 +182,7 @@ class QuestionVerbs(CatalogueVerbs):
             When there is no such capture.
         """
         with self.session.reading():
-            return word_answers.describe(self.learned, self.motion(example, start, end))
+            return described_motion.describe(self.learned, self.motion(example, start, end))
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""
@@ -237,7 +238,7 @@ class QuestionVerbs(CatalogueVerbs):
             Words that were learned; others are left out.
         """
         asked = list(words)
-        return self.learned.why_unchecked(asked) if asked else ""
+        return why_unchecked(self.learned, asked) if asked else ""
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag.

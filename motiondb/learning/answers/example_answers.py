@@ -9,6 +9,7 @@ from typing import overload
 import numpy as np
 
 from motiondb.learning.answers.word_answers import mark_generated, reaches, to_seconds
+from motiondb.learning.answers.word_sources import why_unchecked
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
 from motiondb.learning.symbol_fitting import FeaturePool
@@ -114,7 +115,7 @@ def search_motion(
         matches,
         max((alike for alike, _ in sure), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
-        learned.why_unchecked(()) if known is None else "",
+        why_unchecked(learned, ()) if known is None else "",
     )
 
 

@@ -22,8 +22,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.learning.counting import Counted
 from motiondb.learning.start.joining import join_certainty
-from motiondb.records import IntArray
+from motiondb.learning.start.knowledge import Started
+from motiondb.records import Association
 from motiondb.search.certainty import Certainty
 
 LEAST_CHECKING = 50
@@ -52,16 +54,21 @@ def checked_certainty(
 
 
 def checked_words(
-    words: Sequence[str], said: IntArray, certainty: Certainty | None
+    association: Association,
+    started: Started | None,
+    counted: Counted | None,
+    certainty: Certainty | None,
 ) -> NDArray[np.bool_]:
-    """Which words of a database that learned with a start have checked probabilities.
+    """Which words have probabilities that own captions have checked; all, without a start.
 
     Parameters
     ----------
-    words : sequence of str
-        The vocabulary.
-    said : array (words,)
-        Number of own captions that hold each word.
+    association : Association
+        The association, with the vocabulary.
+    started : Started or None
+        The start.
+    counted : Counted or None
+        Counts of own captions.
     certainty : Certainty or None
         Of answers to words, as :func:`checked_certainty` gave it when the database learned.
 
@@ -70,9 +77,12 @@ def checked_words(
     array (words,)
         True for words with checked probabilities.
     """
+    if started is None or counted is None:
+        return np.ones(len(association.words), dtype=bool)
     if certainty is None:
-        return np.zeros(len(words), dtype=bool)
-    return np.asarray(said) > 0
+        return np.zeros(len(association.words), dtype=bool)
+    said = dict(zip(counted.reference.association.words, counted.counts.said.tolist()))
+    return np.array([said.get(word, 0) > 0 for word in association.words], dtype=bool)
 
 
 def say_unchecked(n_own: float, words: Sequence[str], certainty: Certainty | None) -> str:

@@ -16,7 +16,8 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.learn import starting
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
-from motiondb.learning.answers.word_answers import describe, search_words
+from motiondb.learning.answers.described_motion import describe
+from motiondb.learning.answers.word_answers import search_words
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.parameter_arrays import from_stored, to_stored
 from motiondb.learning.start.joining import start_weight

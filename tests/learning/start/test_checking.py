@@ -27,13 +27,6 @@ def test_what_own_captions_did_not_teach_is_never_given() -> None:
     assert checking.checked_certainty(OWN, None, 1_000.0) is OWN
 
 
-def test_words_are_checked_that_own_captions_hold() -> None:
-    said = np.array([0, 3, 1])
-    words = ("dash", "run", "walk")
-    assert checking.checked_words(words, said, OWN).tolist() == [False, True, True]
-    assert checking.checked_words(words, said, None).tolist() == [False, False, False]
-
-
 @pytest.mark.parametrize(
     ("n_own", "certainty", "reason"),
     [

@@ -1,0 +1,63 @@
+"""The words of a motion over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.learning.learned import Learned
+from motiondb.learning.recognition import recognise
+from motiondb.pose.features import FEATURE_STEP
+from motiondb.records import MOTION_FPS, Motion
+
+
+@dataclass(frozen=True)
+class Description:
+    """The words of an interval of a motion.
+
+    Attributes
+    ----------
+    start : float
+        Seconds.
+    end : float
+        Seconds.
+    words : tuple of (str, float or None)
+        Words with their probabilities, most probable first; None where no own caption has checked
+        the probability (``learning.start.checking``).
+    symbols : tuple of int
+        Symbols of the interval's segments.
+    """
+
+    start: float
+    end: float
+    words: tuple[tuple[str, float | None], ...]
+    symbols: tuple[int, ...] = ()
+
+
+def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
+    """The words of a motion over time; neighbours with the same likeliest words become one."""
+    seen = recognise(learned, motion)
+    starts, ends, symbols = seen.starts, seen.ends, seen.symbols
+    probabilities = learned.word_map.probabilities(seen.window_vectors()) * learned.is_known()
+    groups: list[list[int]] = []
+    for n, row in enumerate(probabilities):
+        likeliest = set(np.argsort(-row)[:2])
+        if groups and set(np.argsort(-probabilities[groups[-1]].mean(axis=0))[:2]) == likeliest:
+            groups[-1].append(n)
+        else:
+            groups.append([n])
+    seconds, names = FEATURE_STEP / MOTION_FPS, learned.association.words
+    answers = []
+    for group in groups:
+        mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
+        order = [w for w in np.argsort(-mean, kind="stable")[:n_words] if mean[w] > 0.0]
+        answers.append(
+            Description(
+                round(float(starts[group[0]]) * seconds, 3),
+                round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
+                tuple((names[w], float(mean[w]) if learned.checked[w] else None) for w in order),
+                tuple(int(s) for s in symbols[group]),
+            )
+        )
+    return tuple(answers)
