@@ -275,9 +275,7 @@ def answer(
     chances = None if sure is None else certainty.probability(sure.log_odds(scores[..., None]))
     withheld = None
     if started is not None:
-        known = fitted.counted.reference.association.words
-        said = dict(zip(known, fitted.counted.counts.said.tolist()))
-        unchecked = ~checked_words(names, np.array([said.get(w, 0) for w in names]), sure)
+        unchecked = ~checked_words(fitted.association, started, fitted.counted, sure)
         if chances is not None:
             chances[:, unchecked] = np.nan
         if not len(captioned):
