@@ -82,7 +82,8 @@ def search(
     with the parts that the search does not use.
 
     Every answer has two probabilities, estimated with performers held out: that the capture shows
-    the actions, and that the interval does. If the only evidence for an action is a caption of the
+    the actions, and that the interval does. In a database that learned with a start they are "-"
+    until captions of the database have checked them. If the only evidence for an action is a caption of the
     whole capture, its place is unknown. If no answer is good enough, a line says so before the
     nearest ones.
     """
@@ -271,7 +272,7 @@ def describe(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Describe a motion by words, with times and probabilities."""
+    """Describe a motion by words, with times and, where captions have checked them, probabilities."""
     with database(db) as base:
         answer = base.describe(example, start, end)
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
