@@ -83,9 +83,9 @@ def search(
 
     Every answer has two probabilities, estimated with performers held out: that the capture shows
     the actions, and that the interval does. In a database that learned with a start they are "-"
-    until captions of the database have checked them. If the only evidence for an action is a caption of the
-    whole capture, its place is unknown. If no answer is good enough, a line says so before the
-    nearest ones.
+    until captions of the database have checked them. If the only evidence for an action is a
+    caption of the whole capture, its place is unknown. If no answer is good enough, a line says so
+    before the nearest ones.
     """
     if explain and by_symbols:
         from motiondb import QueryError
@@ -272,7 +272,7 @@ def describe(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Describe a motion by words, with times and, where captions have checked them, probabilities."""
+    """Describe a motion by words, with times and probabilities that captions have checked."""
     with database(db) as base:
         answer = base.describe(example, start, end)
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
