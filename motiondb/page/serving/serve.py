@@ -19,12 +19,12 @@ from motiondb.page.files.bundle_files import NO_BUNDLE, is_built
 from motiondb.page.settings import PageSettings
 
 END = 2
-"""Seconds that open streams get when the server ends. Chosen by hand."""
+"""Seconds that the server waits for open streams when it ends. Chosen by hand."""
 
 
 @contextmanager
 def private_folder() -> Iterator[Path]:
-    """Give a folder that only this user can read, and remove it at the end."""
+    """Yield a folder that only this user can read, and remove it at the end."""
     folder = Path(tempfile.mkdtemp(prefix="motiondb-page-"))
     try:
         yield folder
@@ -33,7 +33,7 @@ def private_folder() -> Iterator[Path]:
 
 
 def check_settings(settings: PageSettings) -> None:
-    """Refuse settings that cannot be served, before anything is opened.
+    """Check the settings before anything is opened.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def check_settings(settings: PageSettings) -> None:
 
 
 def with_token(settings: PageSettings) -> PageSettings:
-    """Return settings in which other computers need a token; a new one if there is none."""
+    """Return settings that have a token if other computers can reach the server."""
     if settings.is_local or settings.token:
         return settings
     return replace(settings, token=secrets.token_urlsafe(24))
@@ -60,7 +60,7 @@ def listen(settings: PageSettings) -> socket.socket:
     Raises
     ------
     MotionDBError
-        The address is taken, or is none of this computer's.
+        The address is already in use, or does not belong to this computer.
     """
     try:
         family, kind, _, _, address = socket.getaddrinfo(
@@ -82,7 +82,7 @@ def listen(settings: PageSettings) -> socket.socket:
 
 
 def address_of(settings: PageSettings, port: int) -> str:
-    """Return the address to open in a browser, with the token where there is one."""
+    """Return the address to open in a browser, with the token if there is one."""
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = {"0.0.0.0": socket.gethostname(), "[::]": socket.gethostname()}.get(host, host)
     return f"http://{host}:{port}/" + (f"?token={settings.token}" if settings.token else "")
@@ -103,14 +103,14 @@ def serve(
     told : callable
         Called with the address once it can be opened.
     warned : callable
-        Called with what to do if the page was not built.
+        Called with instructions if the page was not built.
     open_browser : bool
         Whether to open it in the user's browser, if the page was built.
 
     Raises
     ------
     MotionDBError
-        The database cannot be opened, or the address is taken.
+        The database cannot be opened, or the address is already in use.
     """
     import uvicorn
 
