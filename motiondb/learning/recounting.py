@@ -22,9 +22,9 @@ def with_counts(
     run_id : int
         Run that changed the counts.
     table : SegmentTable
-        Segments of the captures that are there now.
+        Segments of the current captures.
     counted : Counted
-        The counts that hold now.
+        The new counts.
     """
     fit, counts = model.fitted_word_map, counted.counts
     there = set(table.capture_ids.tolist())

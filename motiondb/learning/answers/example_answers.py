@@ -89,7 +89,7 @@ def search_motion(
     """
     allowed = [capture for capture in allowed if capture in learned.rows]
     query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
-    with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
+    with one_blas_thread():  # the matrices of one query are too small to gain from two threads
         refined = _find_motion(learned, pool, query, allowed)
         refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
         sure = _how_sure(learned, query, refined)

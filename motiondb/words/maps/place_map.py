@@ -39,7 +39,7 @@ from motiondb.records import FloatArray, IntArray
 from motiondb.words.maps.ordered_alignment import align_in_order
 
 RIDGE = 0.03
-"""Ridge of the regression. Larger values level the differences within a take. Of .01 to .3, the
+"""Ridge of the regression. Larger values reduce the differences within a take. Of .01 to .3, the
 values .03 and .1 were the best on joined real captures (32 to 40 questions a draw, four draws: .52
 and .53, a difference within chance)."""
 SHARPNESS = 6.0
@@ -306,8 +306,8 @@ def _labels(takes: ListedTakes) -> list[tuple[int, ...]]:
 def _unlisted(evidence: FloatArray, labels: Sequence[tuple[int, ...]]) -> FloatArray:
     """Return the evidence for the likeliest unlisted label, at least 0: array (segments, 1).
 
-    An action that no caption of the take lists may happen in it all the same. Where a label in
-    another take says what it looks like, it competes with the listed actions.
+    A take may show an action that none of its captions lists. If a label in another take has taught
+    what the action looks like, it competes with the listed actions.
     """
     none = np.zeros((len(evidence), 1))
     each = [evidence[:, list(label)].mean(axis=1, keepdims=True) for label in labels]
@@ -316,7 +316,7 @@ def _unlisted(evidence: FloatArray, labels: Sequence[tuple[int, ...]]) -> FloatA
 
 def _labelled_ratios(labelled: FloatArray, actions: Sequence[Sequence[int]]) -> FloatArray:
     """Return the nats that labels of intervals add to each action: array (segments, actions)."""
-    said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not said
+    said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not labelled
     return LABELLED * np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
 
 

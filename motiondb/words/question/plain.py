@@ -1,6 +1,6 @@
 """A question's tree as a plain order of actions, for functions that accept only that.
 
-Generation and the search by symbols decode words in order; they have no place for anything else.
+Generation and the search by symbols decode words in order; they support nothing else.
 """
 
 from __future__ import annotations
