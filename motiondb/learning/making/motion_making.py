@@ -322,7 +322,7 @@ def _not_by_symbols(action: PlannedAction, method: str) -> list[NotUsed]:
     """What the HMMs cannot do."""
     from motiondb.learning.making.excerpt_report import say_amounts
 
-    left = [NotUsed(text, f"{method} has no place for it") for text in say_amounts(action)]
+    left = [NotUsed(text, f"{method} does not support it") for text in say_amounts(action)]
     left += [
         NotUsed(f"not {' '.join(words)}", f"{method} excludes nothing; the result is judged for it")
         for words in action.excluded

@@ -174,7 +174,7 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
         case Action():
             return _plan_action(node, notes)
         case Anything():
-            notes.left.append(NotUsed("?", "nothing is made for any action"))
+            notes.left.append(NotUsed("?", "no motion is made for an open action"))
             return []
         case AnyOf():
             chosen = int(rng.integers(len(node.parts)))
@@ -280,7 +280,7 @@ def _excluded(nodes: Sequence[Node], notes: _Notes) -> list[tuple[str, ...]]:
     for node in nodes:
         if not isinstance(node, (Action, Anything)):
             notes.decided.append(
-                f"not {say(node)}: each of its actions is excluded in any order, number and length"
+                f"not {say(node)}: its actions are excluded in any order, number and duration"
             )
         excluded += [action.all_words for action in actions_of(node) if action.all_words]
     return excluded

@@ -90,8 +90,8 @@ def address_of(settings: PageSettings, port: int) -> str:
 
 def serve(
     settings: PageSettings,
-    told: Callable[[str], None],
-    warned: Callable[[str], None],
+    announce: Callable[[str], None],
+    warn: Callable[[str], None],
     open_browser: bool = True,
 ) -> None:
     """Serve the page until the process is interrupted.
@@ -100,9 +100,9 @@ def serve(
     ----------
     settings : PageSettings
         What the user decided.
-    told : callable
+    announce : callable
         Called with the address once it can be opened.
-    warned : callable
+    warn : callable
         Called with instructions if the page was not built.
     open_browser : bool
         Whether to open it in the user's browser, if the page was built.
@@ -119,7 +119,7 @@ def serve(
     check_settings(settings)
     settings = with_token(settings)
     if not is_built():
-        warned(NO_BUNDLE)
+        warn(NO_BUNDLE)
     with private_folder() as folder, listen(settings) as listening:
         application = make_application(settings, folder)
         address = address_of(settings, listening.getsockname()[1])
@@ -128,7 +128,7 @@ def serve(
             date_header=False, timeout_graceful_shutdown=END, lifespan="on",
         )  # fmt: skip
         listening.listen(128)
-        told(address)
+        announce(address)
         if open_browser and is_built():
             threading.Timer(0.5, webbrowser.open, [address]).start()
         uvicorn.Server(config).run(sockets=[listening])

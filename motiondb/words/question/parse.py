@@ -127,7 +127,7 @@ class _Parser(Pieces):
         if tree is not None:
             tree, dropped = drop_empty(tree)
             left_over += dropped
-        self.not_used += [NotUsed(say(bare).strip(), "no action stands beside it")
+        self.not_used += [NotUsed(say(bare).strip(), "there is no action that it belongs to")
                           for bare in left_over]  # fmt: skip
         return tree
 

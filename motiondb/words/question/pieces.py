@@ -142,7 +142,7 @@ class Pieces(ABC):
         self.depth += 1
         if self.depth > MOST_PARENTHESES:
             raise QueryError(
-                f"question: expected at most {MOST_PARENTHESES} parentheses within one another, "
+                f"question: expected at most {MOST_PARENTHESES} nested parentheses, "
                 "found more. Ask for less at a time."
             )
         same, self.same = self.same, False

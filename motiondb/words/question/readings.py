@@ -218,7 +218,7 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
     return list(dict.fromkeys(sets))
 
 
-_NOT_EXCLUDED = "what is excluded is excluded in any order, number and length"
+_NOT_EXCLUDED = "exclusions apply in any order, number and duration"
 
 
 def _repeat(reading: Reading, times: int) -> Reading:
@@ -237,7 +237,7 @@ def _repeat(reading: Reading, times: int) -> Reading:
 def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Reading:
     """A reading whose single part lasts."""
     if len(reading.parts) > 1:
-        reason = "search knows lengths of single actions only"
+        reason = "durations are searched for single actions only"
         not_used.append(NotUsed(say_duration(node.least, node.most), reason))
         return reading
     if node.most is not None:

@@ -47,7 +47,7 @@ _SPACE = re.compile(r"\s+")
 _SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but", "and")
 """Kinds that join parts; of several adjacent ones, the first in this order is used."""
 _UNUSED = {
-    "vague": "it names no length and no number of times",
+    "vague": "it names neither a duration nor a count",
     "only": "what else a capture shows is not compared",
     "measure": "angles, lengths and speeds are not compared",
     "number": "it says neither how often nor how long",
