@@ -1,4 +1,4 @@
-"""Commands scene grammar check, validate and suggest, and scene draw."""
+"""Commands scene grammar check, scene validate, scene suggest and scene draw."""
 
 from __future__ import annotations
 

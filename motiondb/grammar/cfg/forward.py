@@ -1,7 +1,7 @@
 """Forward probabilities: the next symbol at each position of a sentence, given those before it.
 
 A string that begins with the first i symbols and then X needs a symbol that is *predicted* at place
-i and whose left corner X is. The start symbol is predicted at 0. If a tail (Y Z) is a left corner
+i and has X as a left corner. The start symbol is predicted at 0. If a tail (Y Z) is a left corner
 at i of a predicted symbol, and Y derives the symbols i..k, then Z is predicted at k, times the
 inside probability of Y. The sum over all chains of left corners is taken in closed form (Stolcke,
 1995, whose forward probabilities these are, on a chart instead of Earley's states).
@@ -21,7 +21,7 @@ from motiondb.records import FloatArray, IntArray
 
 
 class Corners(NamedTuple):
-    """How strings begin.
+    """The rules, in the form needed for the beginnings of strings.
 
     Attributes
     ----------

@@ -33,7 +33,7 @@ class _Forms(NamedTuple):
     right : array (S,)
         Right child of each symbol that is a tail, else -1.
     chains : Sparse
-        What leads to each symbol without reading anything.
+        Chains to each symbol that read nothing.
     empties : array (S,)
         Probability that a symbol becomes empty.
     """
@@ -123,7 +123,7 @@ def longest_length(compiled: CompiledGrammar) -> float:
     """Return the length of the longest string of the grammar, infinite if there is no longest.
 
     A tree in which no symbol occurs below itself is at most as deep as the number of symbols.
-    Lengths that still grow after so many rounds are unbounded.
+    Lengths that still grow after that many rounds are unbounded.
     """
     lengths = np.full(compiled.n_symbols, -inf)
     lengths[compiled.terminals] = 1.0
