@@ -28,7 +28,7 @@ from motiondb.search.certainty import Certainty
 SPREAD = 2.5
 """In nats. Chosen among 0, 0.5, 1, 1.5, 2, 2.5, 3, 4 and 6 on CMU performers never seen: there the
 calibration error of the first five answers is smallest at 2.5, and the log-likelihood largest at 2
-and nearly as large at 2.5. The errors on captures of another studio stood in the same table; they
+and nearly as large at 2.5. The errors on captures of another studio were in the same table; they
 would have favoured a larger value."""
 
 
