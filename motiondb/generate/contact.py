@@ -61,8 +61,8 @@ def foot_slip(motion: Motion) -> float:
         The motion.
     """
     speeds = contact_speeds(motion)
-    there = speeds[np.isfinite(speeds)]
-    return float(there.mean()) if len(there) else 0.0
+    in_contact = speeds[np.isfinite(speeds)]
+    return float(in_contact.mean()) if len(in_contact) else 0.0
 
 
 def contact_speeds(motion: Motion) -> FloatArray:

@@ -193,12 +193,12 @@ def clip_candidates(
     if not string:
         raise QueryError("string: expected at least one terminal, found none. Name some.")
     number = {name: k for k, name in enumerate(terminals.names)}
-    there = np.isin(terminals.takes, np.array(sorted(source.paths), dtype=np.int64))
+    is_available = np.isin(terminals.takes, np.array(sorted(source.paths), dtype=np.int64))
     rows: dict[str, IntArray] = {}
     for name in dict.fromkeys(string):
         if name not in number:
             raise QueryError(f"{name!r}: expected a terminal of the grammar, found no such name.")
-        rows[name] = np.flatnonzero((terminals.labels == number[name]) & there)
+        rows[name] = np.flatnonzero((terminals.labels == number[name]) & is_available)
         if not len(rows[name]):
             raise QueryError(
                 f"{name}: expected a capture with this terminal, found all of them removed."

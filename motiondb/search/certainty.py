@@ -110,8 +110,8 @@ def answer_probability(
     def shown(actions: Sequence[tuple[float, float]]) -> float:
         result = 1.0
         for log_odds, said in actions:
-            heard = float(sure.log_odds(np.array([log_odds - said])))
-            result *= float(probability(heard + said))
+            by_motion = float(sure.log_odds(np.array([log_odds - said])))
+            result *= float(probability(by_motion + said))
         return result
 
     result = shown(asked)

@@ -258,9 +258,9 @@ def _top_exponent(chart: Chart, splits: IntArray, i: int, j: int) -> int:
     top, is_known = 0, False
     for k in splits:
         if chart.begin[k, j] < chart.end[k, j]:
-            here = chart.exponents[i, k] + chart.exponents[k, j]
-            if not is_known or here > top:
-                top, is_known = here, True
+            exponent = chart.exponents[i, k] + chart.exponents[k, j]
+            if not is_known or exponent > top:
+                top, is_known = exponent, True
     return top
 
 

@@ -83,9 +83,9 @@ def _add_tails(
     """Add the tails of two strings of ``length`` together to ``base``; their power of two."""
     top, is_known = 0, False
     for k in range(1, length):
-        here = exponents[k] + exponents[length - k]
-        if possible[k] and possible[length - k] and (not is_known or here > top):
-            top, is_known = here, True
+        exponent = exponents[k] + exponents[length - k]
+        if possible[k] and possible[length - k] and (not is_known or exponent > top):
+            top, is_known = exponent, True
     for k in range(1, length):
         if not (possible[k] and possible[length - k]):
             continue

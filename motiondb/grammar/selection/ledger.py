@@ -172,10 +172,10 @@ def rate(variances: FloatArray, precision: float) -> float:
     # If axes 0..m are encoded, each gets an equal share theta of the part of delta^2 that the other
     # axes do not use. The right m is the one where exactly the encoded axes have v > theta.
     levels = left / np.arange(1, len(falling) + 1)
-    told = np.flatnonzero((levels > 0.0) & (levels < falling))
-    if not len(told):
+    valid = np.flatnonzero((levels > 0.0) & (levels < falling))
+    if not len(valid):
         return 0.0
-    level = levels[told[-1]]
+    level = levels[valid[-1]]
     return float(0.5 * np.log2(np.maximum(falling / level, 1.0)).sum())
 
 

@@ -225,11 +225,11 @@ def _stand_ins(terminals: Terminals, vectors: Mapping[int, FloatArray]) -> dict[
     clips = {}
     for k, medoid in enumerate(terminals.medoids.tolist()):
         members = np.flatnonzero(terminals.labels == k)
-        there = members[np.isin(terminals.takes[members], list(vectors))]
-        if medoid in there:
+        available = members[np.isin(terminals.takes[members], list(vectors))]
+        if medoid in available:
             clips[k] = medoid
-        elif len(there):
-            clips[k] = int(there[np.argmin(np.abs(lengths[there] - lengths[medoid]))])
+        elif len(available):
+            clips[k] = int(available[np.argmin(np.abs(lengths[available] - lengths[medoid]))])
     return clips
 
 

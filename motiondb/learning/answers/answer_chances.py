@@ -174,10 +174,10 @@ def _of_part(
     odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
     if not reading.parts[k].actions or not odds_of_part:
         return None
-    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
+    by_motion = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
     return PartChance(
-        prod(_probability(h + said) for h, (_, said) in zip(heard, odds_of_part)),
-        prod(map(_probability, heard)),
+        prod(_probability(h + said) for h, (_, said) in zip(by_motion, odds_of_part)),
+        prod(map(_probability, by_motion)),
         all(reason.written > 0.0 for reason in why if reason.action in of_part),
     )
 

@@ -125,7 +125,7 @@ def _how_sure(
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
-    told = []
+    certainties = []
     for c in candidates:
         rows = learned.rows[c.capture]
         vector = score_vectors.interval_vectors(
@@ -140,10 +140,10 @@ def _how_sure(
             emphasis=query.emphasis,
         )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
-        told.append(
+        certainties.append(
             (by_motion.same_motion(float(alike), c.warp), by_motion.same_motion(chance, c.warp))
         )
-    return told
+    return certainties
 
 
 def _find_motion(

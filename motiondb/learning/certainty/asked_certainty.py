@@ -248,11 +248,11 @@ def find_windows(
             written.vectors[row], written.standardised[rows], written.table.starts[rows],
             written.table.ends[rows], length,
         )  # fmt: skip
-        here = (written.captures == capture) & said
+        showing = (written.captures == capture) & said
         meets = (written.starts < high) & (written.ends > low)
         vectors.append(window)
-        right.append(bool((here & meets).any()))
-        shows.append(bool(here.any()))
+        right.append(bool((showing & meets).any()))
+        shows.append(bool(showing.any()))
     return Gallery(np.array(vectors), np.array(right), np.array(shows))
 
 

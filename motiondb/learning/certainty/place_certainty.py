@@ -242,8 +242,8 @@ def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
     for asked in questions_of(take):
         support = known.support(asked.words, take.groups)
         if support:
-            told, cues = tell_place(take, asked.words, known.without(take.groups), support)
-            best = max(union_share(told, part) for part in asked.true)
+            interval, cues = tell_place(take, asked.words, known.without(take.groups), support)
+            best = max(union_share(interval, part) for part in asked.true)
             judged.append(Judged(cues, best >= RIGHT, (asked.group, asked.words, kind)))
     return judged
 

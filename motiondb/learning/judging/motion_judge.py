@@ -292,6 +292,6 @@ def judge_without(
     inside = set(table.owners[gone].tolist())
     for capture in inside:
         n_captures[sorted(table.said[capture][0])] -= 1.0
-    there = frozenset(table.owners.tolist()) - inside
+    remaining = frozenset(table.owners.tolist()) - inside
     mean = left.words / left.weight
-    return WithoutSources(table, np.asarray(slopes), mean, n_captures, there)
+    return WithoutSources(table, np.asarray(slopes), mean, n_captures, remaining)

@@ -139,11 +139,11 @@ def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
     >>> sorted(related_words(np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]), [1]))
     [0, 1]
     """
-    there = (says > 0.0).astype(float)
-    counts = np.maximum(there.sum(axis=0), 1.0)
+    present = (says > 0.0).astype(float)
+    counts = np.maximum(present.sum(axis=0), 1.0)
     related = set(words)
     for word in words:
-        both = there[:, word] @ there
+        both = present[:, word] @ present
         near = (both > 0.0) & ((both >= RELATED * counts[word]) | (both >= RELATED * counts))
         related |= set(np.flatnonzero(near).tolist())
     return related

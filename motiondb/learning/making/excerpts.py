@@ -248,10 +248,10 @@ def _times(
         said = f"the whole excerpt of {length:.1f} s, {times} times" if times > 1 else ""
         return Layout((unit,) * times, said, times)
     first = start + calmest_phase(poses[start:end], period)
-    there = max((end - first) // period, 1)
-    parts = [(first, first + there * period)] * (times // there)
-    if times % there:
-        parts.append((first, first + times % there * period))
+    n_cycles = max((end - first) // period, 1)
+    parts = [(first, first + n_cycles * period)] * (times // n_cycles)
+    if times % n_cycles:
+        parts.append((first, first + times % n_cycles * period))
     said = f"{times} cycles of {period / MOTION_FPS:.1f} s"
     return Layout(tuple(parts), said, times)
 

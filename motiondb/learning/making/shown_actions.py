@@ -204,10 +204,10 @@ def _judge_part(
         if word < len(named)
     )[:N_DESCRIBED]
     each = [_probability(learned, judge, groups, scores, group) for group in asked.groups]
-    told = [p for p in each if p is not None]
+    known = [p for p in each if p is not None]
     unsure = ""
     shown: bool | None = None
-    probability = min(told) if len(told) == len(each) else None
+    probability = min(known) if len(known) == len(each) else None
     if probability is not None and asked.placed is not None and _is_mixed(learned, judge, asked):
         if probability >= SHOWN_FROM:
             unsure = (
@@ -249,8 +249,8 @@ def _probability(
     if whole is not None:
         return whole
     each = [judge.probability(scores, number) for number in numbers]
-    told = [p for p in each if p is not None]
-    return min(told) if len(told) == len(each) else None
+    known = [p for p in each if p is not None]
+    return min(known) if len(known) == len(each) else None
 
 
 def _saying(

@@ -263,8 +263,8 @@ def join_said(
     own_said: NDArray[np.int64], words: tuple[str, ...], started: Started, weight: float
 ) -> NDArray[np.int64]:
     """Numbers of captions of every word: own ones plus w times the start's, at least 1 of these."""
-    there = started.taught.said @ started.columns(words)
-    joint = own_said + np.where(there > 0, np.maximum(np.rint(weight * there), 1.0), 0.0)
+    start_said = started.taught.said @ started.columns(words)
+    joint = own_said + np.where(start_said > 0, np.maximum(np.rint(weight * start_said), 1.0), 0.0)
     return np.asarray(joint, dtype=np.int64)
 
 

@@ -115,11 +115,11 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
         return answer_of(error, lambda message: private.sub("", message))
 
     async def malformed(_request: Request, error: RequestValidationError) -> Answer:
-        told = "; ".join(
+        faults = "; ".join(
             f"{'.'.join(str(part) for part in each['loc'])}: {each['msg']}"
             for each in error.errors()[:5]
         )
-        return error_answer("RequestError", told, 422)
+        return error_answer("RequestError", faults, 422)
 
     async def failed(_request: Request, error: HTTPException) -> Answer:
         kind = _KINDS.get(error.status_code, "RequestError")

@@ -97,13 +97,13 @@ class Guard:
 
     async def _measured(self, scope: Scope, receive: Receive, send: Send, most: int) -> None:
         """Pass the request on; refuse it if its body turns out to be larger than the limit."""
-        taken, is_too_large = 0, False
+        received, is_too_large = 0, False
 
         async def counted() -> Message:
-            nonlocal taken, is_too_large
+            nonlocal received, is_too_large
             message = await receive()
-            taken += len(message.get("body", b""))
-            if taken > most:
+            received += len(message.get("body", b""))
+            if received > most:
                 is_too_large = True
                 raise _too_large(most)
             return message

@@ -182,14 +182,14 @@ class FittedPlaces:
 
     def without(self, rows: IntArray) -> PlaceMap:
         """Return the map without the rows of these numbers; the means stay those of all rows."""
-        taken = self.centred[rows]
-        if len(rows) > taken.shape[1]:  # the smaller system
-            gram = np.linalg.inv(self.inverse) - taken.T @ taken
-            slopes = self.slopes - np.linalg.solve(gram, taken.T @ self.residuals[rows])
+        removed = self.centred[rows]
+        if len(rows) > removed.shape[1]:  # the smaller system
+            gram = np.linalg.inv(self.inverse) - removed.T @ removed
+            slopes = self.slopes - np.linalg.solve(gram, removed.T @ self.residuals[rows])
         else:
-            block = taken @ self.inverse @ taken.T
+            block = removed @ self.inverse @ removed.T
             error = np.linalg.solve(np.eye(len(rows)) - block, self.residuals[rows])
-            slopes = self.slopes - self.inverse @ (taken.T @ error)
+            slopes = self.slopes - self.inverse @ (removed.T @ error)
         return PlaceMap(np.asarray(slopes), np.asarray(-self.centre @ slopes), self.spreads)
 
 

@@ -130,8 +130,8 @@ def read_all(
     >>> readings[0, 1, 0].cover
     (3, 0)
     """
-    told = list(sentences)
-    room = 1 + max(map(len, told), default=0)
+    listed = list(sentences)
+    room = 1 + max(map(len, listed), default=0)
     if len(donor.rules) * room**2 > _LARGEST_CHART:
         return None
     lefts = [donor.start, *sorted(left for left in donor.rules if left != donor.start)]
@@ -145,7 +145,7 @@ def read_all(
         np.empty((deepest, room)),
     )
     readings = {}
-    for sentence in told:
+    for sentence in listed:
         symbols = np.array(sentence, dtype=np.int64)
         _fill(costs, symbols, chart)
         cover, nodes = _read(costs, symbols, chart)

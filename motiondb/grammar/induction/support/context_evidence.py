@@ -248,10 +248,10 @@ def _split_beside(rule_set: RuleSet, context: Context, beside: tuple[int, Right]
     written = [_with_symbols(context.right, new) for new in names]
     rights = rule_set.rules[context.left]
     rights.update(dict.fromkeys(written, rights.pop(context.right)))
-    told = rule_set.rules[neighbour]
+    alternatives = rule_set.rules[neighbour]
     itself = neighbour == context.left and chosen == context.right
-    first_kind = {r: told[r] for r in (written if itself else [chosen])}
-    second_kind = {r: count for r, count in told.items() if r not in first_kind}
+    first_kind = {r: alternatives[r] for r in (written if itself else [chosen])}
+    second_kind = {r: count for r, count in alternatives.items() if r not in first_kind}
     copied = dict(rule_set.rules[symbol])
     for new, kind in zip(names, (first_kind, second_kind), strict=True):
         rule_set.rules[new[context.place]], rule_set.rules[new[other]] = dict(copied), kind

@@ -60,12 +60,12 @@ def refit(donor: RuleSet, flat: RuleSet) -> RuleSet | None:
         if reading.cover:
             new.setdefault(reading.cover, []).append(sentence)
     refitted = _counted(flat, rows, derived + covered)
-    for cover, told in new.items():
-        refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in told))
+    for cover, same_cover in new.items():
+        refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
     if refitted.lawful():
         return refitted
     plain = _counted(flat, rows, derived)
-    for sentence in (sentence for told in new.values() for sentence in told):
+    for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
         plain.add(plain.start, sentence, sentences[sentence])
     return plain if plain.lawful() else None
 
