@@ -216,7 +216,7 @@ def _placed(
 ) -> PlacedReading | None:
     """Places by the evidence of places; None without it, or where it has no room for the parts.
 
-    There is none for words that no caption held when the database learned.
+    There is no such evidence for words that no caption held when the database learned.
     """
     take = learned.place_takes.get(capture)
     asked = {learned.word_numbers[w] for part in reading.parts for a in part.actions for w in a}

@@ -54,7 +54,7 @@ def read_board_text(folder: Path, name: str) -> tuple[str, bool]:
     Raises
     ------
     PageError
-        There is none of this name.
+        No diagram has this name.
     """
     if name in shipped(TACTICS):
         return shipped_text(name, TACTICS), True
@@ -97,7 +97,7 @@ def remove_board(folder: Path, name: str) -> None:
     Raises
     ------
     PageError
-        There is none of this name.
+        No diagram has this name.
     """
     path = board_path(folder, name)
     if not _is_own(path):
