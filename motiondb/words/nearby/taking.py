@@ -113,12 +113,14 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     Parameters
     ----------
     word : str
-        A word that is not known; as written, or its lemma.
+        A word whose lemma is not known; as written, or the lemma itself.
     known : collection of str
         Lemmas of the captions.
     table : NearbyTable
         The table of replacements of words.
     """
+    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
+        word = lemma(word)
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
     chances: dict[str, float] = {}
     for form in forms:
