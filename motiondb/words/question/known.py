@@ -129,6 +129,33 @@ def reason_unknown(near: tuple[str, ...]) -> str:
     return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
 
 
+def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
+    """A question whose unknown words have other hints than the known words of like spelling.
+
+    Parameters
+    ----------
+    question : KnownQuestion
+        The question.
+    hints : mapping of str to tuple of str
+        Unknown words -> known words that may be meant; empty where none may.
+    """
+    return replace(
+        question,
+        unknown={word: hints.get(word, near) for word, near in question.unknown.items()},
+        not_used=hinted(question.not_used, hints),
+    )
+
+
+def hinted(
+    not_used: Sequence[NotUsed], hints: Mapping[str, tuple[str, ...]]
+) -> tuple[NotUsed, ...]:
+    """Parts that are not used, with other hints for unknown words; see :func:`with_hints`."""
+    return tuple(
+        NotUsed(left.text, reason_unknown(hints[left.text])) if left.text in hints else left
+        for left in not_used
+    )
+
+
 def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
     """A tree with every action as ``known`` gives it, without those that it takes out."""
     match node:

@@ -125,6 +125,21 @@ def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
     assert db.generate("bow while layup", anyway=True).motion.n_frames > 30
 
 
+def test_the_side_of_a_limb_is_not_kept_without_the_limb(db: MotionDB) -> None:
+    """Captions have a kick and, in another action, a left turn, but no left foot."""
+    made = db.generate("kick with the left foot", seed=0)
+    assert made.actions == (("kick",),)
+    assert {left.text for left in made.not_used} == {"left", "foot"}
+
+
+def test_hints_of_spelling_are_not_given_for_english_words(db: MotionDB) -> None:
+    made = db.generate("run wlak in a circle", seed=0)
+    assert made.unknown == {"circle": (), "wlak": ("walk",)}
+    assert [left.reason for left in made.not_used if left.text == "circle"] == [
+        "no caption says it"
+    ]
+
+
 def test_directions_are_measured_in_the_motion(db: MotionDB) -> None:
     for words, sign in (("sit down", -1), ("stand up", 1)):
         made = db.generate(words, seed=0)
