@@ -47,6 +47,7 @@ from motiondb.learning.making.source_costs import (
 )
 from motiondb.learning.places.place_fitting import Written
 from motiondb.records import FloatArray
+from motiondb.words.lexicon.lemmas import VERBS
 from motiondb.words.question.tree import LIMBS, SIDES, NotUsed
 
 LEAST_SHOWN = 0.1
@@ -161,7 +162,7 @@ def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
 def _said_together(
     listed: dict[int, list[frozenset[int]]], group: tuple[str, ...], learned: Learned
 ) -> tuple[str, ...]:
-    """The largest part of a group of words that some caption says together.
+    """The largest part of a group of words, with its first verb, that some caption says together.
 
     Of parts of equal size the one without words of direction wins, then the one whose words come
     first. A side may stand in another action of the caption ("walk, veer left"), but the side of
@@ -169,6 +170,7 @@ def _said_together(
     """
     group = group[:MOST_WORDS]
     has_limb = bool(LIMBS.intersection(group))
+    verb = next((word for word in group if word in VERBS), None)
     sides = _free_sides(learned, group)
     for size in range(len(group), 0, -1):
         parts = sorted(
@@ -177,6 +179,8 @@ def _said_together(
         )
         for part in parts:
             words = tuple(group[k] for k in part)
+            if verb is not None and verb not in words:
+                continue
             if has_limb and SIDES.intersection(words) and not LIMBS & {*words}:
                 continue
             numbers = [_numbers(learned, words)]

@@ -132,6 +132,18 @@ def test_the_side_of_a_limb_is_not_kept_without_the_limb(db: MotionDB) -> None:
     assert {left.text for left in made.not_used} == {"left", "foot"}
 
 
+def test_the_verb_of_an_action_is_kept_before_other_words(db: MotionDB) -> None:
+    """No caption throws to the left or throws a ball; one has "pivot left" and a ball."""
+    made = db.generate("throw a ball to the left", seed=0, anyway=True)
+    assert "throw" in made.actions[0]
+
+
+def test_words_with_one_meaning_are_asked_for_once(db: MotionDB) -> None:
+    made = db.generate("walk on tiptoes", seed=0)  # taken as walk
+    assert made.actions == (("walk",),)
+    assert made.question.understood == "walk"
+
+
 def test_hints_of_spelling_are_not_given_for_english_words(db: MotionDB) -> None:
     made = db.generate("run wlak in a circle", seed=0)
     assert made.unknown == {"circle": (), "wlak": ("walk",)}
