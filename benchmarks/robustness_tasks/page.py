@@ -19,8 +19,8 @@ HEAD = """# Robustness: data loss and silent failures
 The tests are run by `python benchmarks/robustness.py PART --out DIR`, with the parts `fuzz`,
 `kills`, `damage`, `together` and `questions`. This page is written by `python
 benchmarks/robustness.py page --out DIR`. Short versions run with the tests (`tests/robustness`,
-`tests/capture/test_odd_captures.py`, `tests/store/test_store_damage.py`,
-`tests/store/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
+`tests/capture/test_odd_captures.py`, `tests/store/checking/test_store_damage.py`,
+`tests/store/connection/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
 `tests/cli/test_cli_waiting.py`). The tables count the cases that were run. A target with more cases
 than were run is listed as not met. The databases are learned from the sample data."""
 
@@ -30,8 +30,9 @@ UNKNOWN = """## What is not known, and limits
   (`.wal`). DuckDB replays the log up to its last complete transaction and does not report what
   follows. A log that was cut off, by a full disk or by copying while a command writes, therefore
   gives a consistent earlier state, and `check` reports no fault. A test shows that no part of a
-  later change is present without the changes before it (`tests/store/test_store_cut_log.py`). The
-  file does not show that changes were lost. A log with flipped bits is refused.
+  later change is present without the changes before it
+  (`tests/store/connection/test_store_cut_log.py`). The file does not show that changes were lost. A
+  log with flipped bits is refused.
 * **A file that is not a log.** DuckDB ignores a file of that name that does not begin like one of
   its logs, and `check` reports no fault.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves

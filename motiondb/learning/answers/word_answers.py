@@ -20,8 +20,8 @@ from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
 from motiondb.search.examples import alignment
 from motiondb.search.questions import by_words, reasons
-from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.known import KnownQuestion, reason_unknown
+from motiondb.words.nearby.taking import Taking, hints_of
+from motiondb.words.question.known import KnownQuestion, hinted, with_hints
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
@@ -239,16 +239,8 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         for match in answer.matches
     )  # fmt: skip
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
-    meant = {
-        word: tuple(near for near, _ in taking.words) or taking.spelling
-        for word, taking in suggested.items()
-    }
-    unknown = {word: meant.get(word, near) for word, near in answer.unknown.items()}
-    not_used = tuple(
-        NotUsed(left.text, reason_unknown(meant[left.text])) if left.text in meant else left
-        for left in answer.not_used
-    )
-    question = replace(answer.question, unknown=unknown)
+    hints = hints_of(suggested)
+    question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
         answer, matches=matches, question=question, not_used=not_used, taken=taken,
         suggested=suggested,

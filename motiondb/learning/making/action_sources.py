@@ -47,7 +47,8 @@ from motiondb.learning.making.source_costs import (
 )
 from motiondb.learning.places.place_fitting import Written
 from motiondb.records import FloatArray
-from motiondb.words.question.tree import SIDES, NotUsed
+from motiondb.words.lexicon.lemmas import VERBS
+from motiondb.words.question.tree import LIMBS, SIDES, NotUsed
 
 LEAST_SHOWN = 0.1
 """Y: a place that the caption's order rules out can still be overruled by the motion. With .02 it
@@ -131,7 +132,7 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
         ]  # fmt: skip
         groups.append(kept)
     action = replace(action, groups=tuple(dict.fromkeys(groups)))
-    sides = _numbers(learned, sorted(SIDES))
+    sides = _free_sides(learned, [word for group in action.groups for word in group])
     sources_found = []
     for capture, actions in listed.items():
         numbers = [_numbers(learned, group) for group in action.groups]
@@ -163,13 +164,17 @@ def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
 def _said_together(
     listed: dict[int, list[frozenset[int]]], group: tuple[str, ...], learned: Learned
 ) -> tuple[str, ...]:
-    """The largest part of a group of words that some caption says together.
+    """The largest part of a group of words, with its first verb, that some caption says together.
 
     Of parts of equal size, the one without words of direction is preferred, then the one whose
-    words come first. A side may stand in another action of the caption ("walk, veer left").
+    words come first. A side may stand in another action of the caption ("walk, veer left"), but the
+    side of a limb is not kept without the limb: "kick with the left foot" does not ask for a turn
+    left.
     """
-    sides = _numbers(learned, sorted(SIDES))
     group = group[:MOST_WORDS]
+    has_limb = bool(LIMBS.intersection(group))
+    verb = next((word for word in group if word in VERBS), None)
+    sides = _free_sides(learned, group)
     for size in range(len(group), 0, -1):
         parts = sorted(
             combinations(range(len(group)), size),
@@ -177,10 +182,19 @@ def _said_together(
         )
         for part in parts:
             words = tuple(group[k] for k in part)
+            if verb is not None and verb not in words:
+                continue
+            if has_limb and SIDES.intersection(words) and not LIMBS & {*words}:
+                continue
             numbers = [_numbers(learned, words)]
             if any(_cost_of_saying(said, numbers, sides) is not None for said in listed.values()):
                 return words
     return group[:1]
+
+
+def _free_sides(learned: Learned, words: Sequence[str]) -> frozenset[int]:
+    """Sides that may stand in another action of a caption; none where words name a limb."""
+    return frozenset() if LIMBS.intersection(words) else _numbers(learned, sorted(SIDES))
 
 
 def _cost_of_saying(

@@ -13,7 +13,7 @@ by their shares. Reasons add up for it as for any word.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,12 +113,14 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     Parameters
     ----------
     word : str
-        A word that is not known; as written, or its lemma.
+        A word whose lemma is not known; as written, or the lemma itself.
     known : collection of str
         Lemmas of the captions.
     table : NearbyTable
         The table of replacements of words.
     """
+    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
+        word = lemma(word)
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
     chances: dict[str, float] = {}
     for form in forms:
@@ -130,6 +132,18 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     if likely or any(table.is_english(form) for form in forms):
         return Taking(word, likely)
     return Taking(word, (), nearest_words(word, known))
+
+
+def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
+    """Unknown words that are not taken -> known words that may be meant, by sense or spelling.
+
+    >>> hints_of({"circle": Taking("circle", ()), "hurl": Taking("hurl", (("shoot", 0.4),))})
+    {'circle': (), 'hurl': ('shoot',)}
+    """
+    return {
+        word: tuple(near for near, _ in taking.words) or taking.spelling
+        for word, taking in suggested.items()
+    }
 
 
 def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:

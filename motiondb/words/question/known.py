@@ -92,12 +92,14 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
     >>> known.understood, known.unknown
     ('sit', {'wlak': ('walk',), 'moonwalk': ('walk',)})
+    >>> hold_to_known(parse("walk, walk"), {"walk": 4}).understood
+    'walk, then walk'
     """
     unknown: dict[str, tuple[str, ...]] = {}
     not_used = list(question.not_used)
 
     def known(action: Action) -> Action | None:
-        words = tuple(word for word in action.words if word in counts)
+        words = tuple(dict.fromkeys(word for word in action.words if word in counts))
         manners = []
         for word in action.words:
             if word not in counts and word not in unknown:
@@ -127,6 +129,33 @@ def reason_unknown(near: tuple[str, ...]) -> str:
         Known words.
     """
     return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
+
+
+def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
+    """A question whose unknown words have other hints than the known words of like spelling.
+
+    Parameters
+    ----------
+    question : KnownQuestion
+        The question.
+    hints : mapping of str to tuple of str
+        Unknown words -> known words that may be meant; empty where none may.
+    """
+    return replace(
+        question,
+        unknown={word: hints.get(word, near) for word, near in question.unknown.items()},
+        not_used=hinted(question.not_used, hints),
+    )
+
+
+def hinted(
+    not_used: Sequence[NotUsed], hints: Mapping[str, tuple[str, ...]]
+) -> tuple[NotUsed, ...]:
+    """Parts that are not used, with other hints for unknown words; see :func:`with_hints`."""
+    return tuple(
+        NotUsed(left.text, reason_unknown(hints[left.text])) if left.text in hints else left
+        for left in not_used
+    )
 
 
 def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
