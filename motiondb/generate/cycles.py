@@ -25,7 +25,8 @@ SHORTEST_PERIOD, LONGEST_PERIOD = 12, 90
 """Shortest and longest period, frames (0.4 s and 3 s at 30 a second): faster cycles are
 trembling. Chosen by hand."""
 LEAST_OVERLAP = 0.3
-"""Smallest share of a movement in which frames at a lag are compared. Chosen by hand; not tuned."""
+"""Smallest overlap of a movement with itself, shifted by the lag, as a share of its length.
+Chosen by hand; not tuned."""
 LENGTH_WEIGHT = 0.15
 """Cost by which a loop of one second is worse than one of two, in the units of the poses' squared
 distance. Longer loops are less monotonous. Chosen by hand; not tuned."""

@@ -27,7 +27,7 @@ MOST_SYMBOLS = 4
 CLEAR_WEIGHT = 3.0
 """w: weight of the symbol's own segments relative to t."""
 UNSAID = 1e-4
-"""Largest share of a word that NULL may explain, because requested actions must be visible."""
+"""Bound on t(word | NULL), because the symbols must explain requested actions. Chosen by hand."""
 
 
 def decode_actions(

@@ -54,7 +54,8 @@ SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
 repeated. Chosen by hand; not tuned."""
 LEAST_FRAMES = 15
-"""Shortest excerpt, frames (0.5 s), even if a shorter duration is requested. Chosen by hand."""
+"""Smallest bound on the length of an excerpt, frames (0.5 s), however short the requested
+duration. Chosen by hand."""
 LEAST_CHANGE = 0.02
 """Smallest relative change of the tempo that is made. Chosen by hand."""
 
