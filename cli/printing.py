@@ -151,7 +151,7 @@ def note_sources(sources: Sequence[WordSource]) -> None:
     for start, words in alone.items():
         typer.echo(
             f"known from the start {start} alone (captions there): {', '.join(words)}; no own "
-            "caption has checked their probabilities",
+            "caption has confirmed their probabilities",
             err=True,
         )
 

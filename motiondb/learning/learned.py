@@ -324,8 +324,8 @@ class Learned(LearnedModel):
     def place_takes(self) -> dict[int, by_words.TakeScores]:
         """Evidence for the place of all words in every capture, from the motion alone.
 
-        Empty if no places were learned. The evidence for a take that took part in learning is
-        that of all other takes.
+        Empty if no places were learned. The evidence for a take that was used in learning is that
+        of the map of all other takes.
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}

@@ -12,7 +12,7 @@ from. Notation:
             the ridge regression of g_w on x. Each window weighs 1/sqrt(windows of its capture).
 
 Two cues give a calibrated probability that a motion shows w: z_w, and z_w less the largest z of
-other words. Words that mostly stand in the same captions as w do not count among the others.
+other words. Words that mostly occur in the same captions as w do not count among the others.
 :mod:`motiondb.learning.judging.judge_fitting` describes their calibration.
 
 Source: ridge regression on pooled features is the strongest ordinary method of ``docs/quality.md``.

@@ -11,7 +11,7 @@ for segment i of such a capture:
     r_i   how much more evidence a map of whole captions has for the words than for others, nats a
           second (both: :mod:`motiondb.learning.making.competing_words`),
     x_i   the largest evidence for an excluded action,
-    u     number of words that the captions say beside those of the action,
+    u     number of words of the captions besides those of the action,
     d     distance of posture and travel from those of the other sources, in standard deviations,
     a     largest unlikelihood of a segment of the capture among all motion, nats a frame.
 
@@ -167,7 +167,7 @@ def _said_together(
     """The largest part of a group of words, with its first verb, that some caption says together.
 
     Of parts of equal size, the one without words of direction is preferred, then the one whose
-    words come first. A side may stand in another action of the caption ("walk, veer left"), but the
+    words come first. A side may occur in another action of the caption ("walk, veer left"), but the
     side of a limb is not kept without the limb: "kick with the left foot" does not ask for a turn
     left.
     """
@@ -193,7 +193,7 @@ def _said_together(
 
 
 def _free_sides(learned: Learned, words: Sequence[str]) -> frozenset[int]:
-    """Sides that may stand in another action of a caption; none where words name a limb."""
+    """Sides that may occur in another action of a caption; none where words name a limb."""
     return frozenset() if LIMBS.intersection(words) else _numbers(learned, sorted(SIDES))
 
 
@@ -202,7 +202,7 @@ def _cost_of_saying(
 ) -> float | None:
     """Cost of captions that name every group in one action; None if a group is not named.
 
-    Sides may stand in another action than the rest of their group.
+    Sides may occur in another action than the rest of their group.
     """
     cost = 0.0
     everything = frozenset().union(*actions)

@@ -1,4 +1,4 @@
-"""How clearly a segment shows the asked words and no others: two measures beside its place.
+"""How clearly a segment shows the requested words and no others: two measures besides its place.
 
 By neighbours. Each segment is compared with the segments of all other described captures:
 

@@ -1,9 +1,9 @@
 """Whether a motion shows what was asked: the judge's answer for every action.
 
-The judge (:mod:`motiondb.learning.judging.motion_judge`) has no part in making the motion, and
-never sees the captures that it was made from. An action of several words is judged as one word that
-all captures have whose captions say these words; where no other capture says all of them, by its
-least probable word.
+The judge (:mod:`motiondb.learning.judging.motion_judge`) is not used in making the motion, and
+never uses the captures from which it was made. An action of several words is judged as one word
+that all captures have whose captions say these words; where no other capture says all of them, by
+its least probable word.
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
 is described with the action alone, the judge cannot tell it from the actions that are always listed
@@ -276,7 +276,7 @@ def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
 
 
 def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str | None:
-    """A word that the captions which could confirm an action list too; None where there is none.
+    """A word that all captions which could confirm an action also list; None if there is none.
 
     It counts if all of these captions list several actions, and if at least ``ENTANGLED`` of its
     own captures list the action.

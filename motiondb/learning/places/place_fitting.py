@@ -38,7 +38,7 @@ Actions = list[list[int]]
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Places of the listed words of every take that took part.
+    """Places of the listed words of every take that was used in learning.
 
     Attributes
     ----------

@@ -1,7 +1,8 @@
 """The parts of a question in order, collected from left to right.
 
-A chain takes part after part with the separator before it, and gives the tree. The last connective
-of a list determines its meaning: with "or" all parts back to the last "then" are alternatives.
+A chain receives one part after the other, each with the separator before it, and returns the tree.
+The last connective of a list determines its meaning: with "or" all parts back to the last "then"
+are alternatives.
 """
 
 from __future__ import annotations
