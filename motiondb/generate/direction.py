@@ -7,9 +7,9 @@ words           measured                                        full amount
 ==============  ==============================================  ==================
 up, down        lasting change of the height of the pelvis      0.15 m
 left, right     turning to the left or right                    0.7 rad (40 degrees)
-forward         distance ahead                                       0.5 m
-backward, back  distance back                                        0.3 m
-sideways        distance to either side                              0.4 m
+forward         distance ahead                                  0.5 m
+backward, back  distance back                                   0.3 m
+sideways        distance to either side                         0.4 m
 ==============  ==============================================  ==================
 
 The amounts were chosen by hand; they are well above the sway of a standing person.

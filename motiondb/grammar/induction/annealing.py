@@ -7,9 +7,10 @@ From a rule set, changes are tried at random:
 * *class*: two parts that occur between the same neighbours become alternatives, in these two places
   or wherever they occur; one may be empty;
 * *chunk*: a part that occurs repeatedly becomes a nonterminal, or an alternative of one; where
-* loops are allowed, also of a nonterminal that it contains; *fold*: an alternative is replaced by
-* its nonterminal elsewhere; *merge*: two nonterminals become one; *substitute*: a nonterminal that
-* is not needed is replaced by its right side.
+  loops are allowed, also of a nonterminal that it contains;
+* *fold*: an alternative is replaced by its nonterminal elsewhere;
+* *merge*: two nonterminals become one;
+* *substitute*: a nonterminal that is not needed is replaced by its right side.
 
 A change that costs d bits is accepted with probability exp(-d / t). The temperature t falls
 geometrically. This finds structures that save bits only when they are complete, which a greedy

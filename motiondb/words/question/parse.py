@@ -11,9 +11,8 @@
 So "and" binds tighter than "or", "or" tighter than "while", and all tighter than an order. Beyond
 the grammar:
 
-* The last connective of a list determines its meaning: "walk, run or jump" is any of three, "walk,
-* turn
-  and sit" is an order of three.
+* The last connective of a list determines its meaning: "walk, run or jump" is any of three,
+  "walk, turn and sit" is an order of three.
 * "and" between two actions leaves open whether they come at once or in order (``Both``); with
   "while" or "at the same time" they are simultaneous.
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk

@@ -5,7 +5,7 @@
     Anything  any action                                   ?
     InOrder   its parts one after the other                walk, then sit
     AtOnce    its parts in the same interval               walk while wave
-    Both      all parts, in any order or at the same time           walk and wave
+    Both      all parts, simultaneously or in order        walk and wave
     AnyOf     at least one part                            walk or run
     Without   a part that does not show what is excluded   walk, not run
     Repeated  a part several times                         jump 3 times

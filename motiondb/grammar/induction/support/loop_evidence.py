@@ -6,9 +6,9 @@ the tree, on the path with the most of them; a use after which the loop derives 
 string does not count. A rule is supported if
 
 * some sentence has at least two rounds, three if there are fewer than twenty sentences: a movement
-* that is merely done twice in a row has one round. If another rule of the same loop has as many
-* rounds, one round less is enough, provided that the rule is used below a rule of the loop and
-* above one, in one sentence or in two; one of several repeating alternatives can therefore be rare;
+  that is merely done twice in a row has one round. If another rule of the same loop has as many
+  rounds, one round less is enough, provided that the rule is used below a rule of the loop and
+  above one, in one sentence or in two; one of several repeating alternatives can therefore be rare;
 * the sentences do not stop at a bound. Let C be the most rounds, m the number of sentences with C
   rounds, and q the share of those that went on among all times that a sentence could go on or stop
   before C. If loops end only by chance, m sentences all stop at C with probability (1 - q)^m. The
