@@ -33,16 +33,17 @@ UNKNOWN = """## What is not known, and limits
   later change is present without the changes before it
   (`tests/store/connection/test_store_cut_log.py`). The file does not show that changes were lost. A
   log with flipped bits is refused.
-* **A log that is none.** A file of that name that does not begin like a log of DuckDB's is passed
-  over by DuckDB, and `check` calls the database sound.
+* **A file that is not a log.** DuckDB ignores a file of that name that does not begin like one of
+  its logs, and `check` reports no fault.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves
   only if captures and words are as it read them; otherwise it begins again. After three attempts it
-  gives up, says so, and changes nothing. Where somebody always writes, it never ends otherwise.
-* **Ending with a killed command.** The processes that read files for `add` end within a second or
-  two after it was killed: at once where the kernel ends them (Linux, when the command's main thread
-  started them), otherwise when their own thread has looked, every quarter of a second. A library
-  that keeps Python from running delays that on other systems than Linux. On Windows they end with
-  the file that they read.
+  stops with a message and changes nothing. If another process writes all the time, this is always
+  the result.
+* **Processes of a killed command.** The processes that read files for `add` end within a second or
+  two after it was killed: at once if the kernel ends them (Linux, if the command's main thread
+  started them), otherwise when their own thread checks, every quarter of a second. On systems other
+  than Linux, a library that blocks Python delays this. On Windows they end after the file that they
+  are reading.
 * **Power failures.** The kills end processes, not the computer. Data that the disk had not yet
 written are not tested.
 * **The system's temporary folder** is not examined after kills. Reading of C3D files uses it, as

@@ -1,4 +1,4 @@
-"""knowledge export, knowledge show: the learned model, as a start for other databases."""
+"""Commands knowledge export and show: the learned model, as a start for other databases."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def print_start(first: Mapping[str, Any]) -> None:
         )
     else:
         typer.echo("No own captions: all words and probabilities are those of the start.")
-        typer.echo("The probabilities are brought nearer to 0.5: no own caption has checked them.")
+        typer.echo("The probabilities are moved towards 0.5: no own caption has confirmed them.")
     if not first["fits"]:
         typer.echo(
             f"{first['strange_motion']:.0%} of the motion is unlike anything that the symbols of "

@@ -37,7 +37,7 @@ class RescueReport:
     lost : tuple of str
         A sentence for everything that is not in the new database.
     was_learned : bool
-        Whether the database had learned, or may have: that is not taken over.
+        Whether the database had learned, or may have. Learned data are not rescued.
     """
 
     output: Path

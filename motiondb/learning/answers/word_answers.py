@@ -29,7 +29,8 @@ from motiondb.words.question.tree import NotUsed, actions_of
 from motiondb.words.translation import decoding
 
 MOST_DECODED = 50
-"""Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""
+"""Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
+sequences are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ class WordAnswer:
     actions : tuple of tuple of str
         The question as a plain order of actions; () stands for any action.
     not_used : tuple of NotUsed
-        What of the question played no part in the search.
+        Parts of the question that were not used in the search.
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None if no sequence was found.
     reasons : tuple
@@ -218,7 +219,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     answer : WordAnswer
         Found with the taken words in the vocabulary (``learning.taken_words``).
     takings : mapping of str to Taking
-        What is made of every word that no caption holds.
+        Replacement of every word that no caption holds.
     """
     taken = {word: taking for word, taking in takings.items() if taking.is_taken}
     share = float(np.prod([taking.probability for taking in taken.values()]))

@@ -22,7 +22,7 @@ The value of a segment is
 and the cost of a capture U u + D d^2 + A max(a - a0, 0), where a0 is the least median of a over the
 captures of a performer, or RARE where that is more. So a bar, a motorcycle, a dance or a
 somersault is used for a plain word only where no plain capture shows it, and the standing before a
-jump is not taken for the jump.
+jump is not used as the jump.
 
 Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
 as directions, which are measured in the motion (:mod:`motiondb.generate.direction`).
@@ -59,15 +59,17 @@ its neighbours. Chosen by hand; not tuned."""
 EXCLUDED_WEIGHT = 0.5
 """X: twice E, because an exclusion is meant strictly. Chosen by hand; not tuned."""
 LEAST_EVIDENCE = 1.0
-"""Evidence in nats a second below which the motion says nothing of the place. Chosen by hand."""
+"""Evidence in nats a second below which the motion does not determine the place. Chosen by hand."""
 MOST_EVIDENCE = 16.0
-"""Evidence beyond which a segment is not better, nats a second. Chosen by hand; not tuned."""
+"""Evidence above which a segment is not valued higher, nats a second. Chosen by hand; not tuned."""
 UNASKED_WEIGHT = 0.7
 """U. Chosen by hand; .35 and .7 make no difference to how many excerpts the judge finds right."""
 MOST_UNASKED = 6
-"""Words beyond which a caption is no less plain. Chosen by hand; not tuned."""
+"""Number of further words above which the cost of a caption no longer rises. Chosen by hand; not
+tuned."""
 APART = 1.0
-"""Cost of a caption that says the words in different actions ("walk, veer left"). By hand."""
+"""Cost of a caption that says the words in different actions ("walk, veer left"). Chosen by
+hand."""
 SPEED_SAID = 1.0
 """Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
 MOST_WORDS = 8
@@ -76,7 +78,7 @@ DIRECTIONS = SIDES | {
     "up", "down", "forward", "backward", "back", "around", "over", "under", "sideways", "away",
     "off", "out", "in", "on", "straight",
 }  # fmt: skip
-"""Words that say where to: without a caption that has them they are left out before others are."""
+"""Words of direction: if no caption has them, they are left out before other words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +166,10 @@ def _said_together(
 ) -> tuple[str, ...]:
     """The largest part of a group of words, with its first verb, that some caption says together.
 
-    Of parts of equal size the one without words of direction wins, then the one whose words come
-    first. A side may stand in another action of the caption ("walk, veer left"), but the side of
-    a limb is not kept without the limb: "kick with the left foot" does not ask for a turn left.
+    Of parts of equal size, the one without words of direction is preferred, then the one whose
+    words come first. A side may stand in another action of the caption ("walk, veer left"), but
+    the side of a limb is not kept without the limb: "kick with the left foot" does not ask for a
+    turn to the left.
     """
     group = group[:MOST_WORDS]
     has_limb = bool(LIMBS.intersection(group))
@@ -197,7 +200,7 @@ def _free_sides(learned: Learned, words: Sequence[str]) -> frozenset[int]:
 def _cost_of_saying(
     actions: Sequence[frozenset[int]], groups: Sequence[frozenset[int]], sides: frozenset[int]
 ) -> float | None:
-    """Cost of captions that say every group in one action; None where a group is not said.
+    """Cost of captions that name every group in one action; None if a group is not named.
 
     Sides may stand in another action than the rest of their group.
     """

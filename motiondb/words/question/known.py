@@ -1,4 +1,4 @@
-"""A question held to the words that captions have: the rest is taken out and named."""
+"""A question reduced to the words that captions have; other words are removed and listed."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class KnownQuestion:
         Of known words; an action of which no word is known is left out. A manner is the word that
         captions use for it.
     unknown : mapping of str to tuple of str
-        From each word that is not known to the nearest known ones, best first.
+        For each unknown word, the nearest known words, best first.
     not_used : tuple of NotUsed
-        What of the question has no place in the tree, unknown words included.
+        Parts of the question that are not in the tree, unknown words included.
     """
 
     text: str
@@ -74,7 +74,7 @@ class KnownQuestion:
 
 
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
-    """Take the words that no caption has out of a question, and name them.
+    """Remove the words that no caption has from a question, and list them.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     Raises
     ------
     QueryError
-        Where no word of the question is known; names the nearest known ones.
+        No word of the question is known; the message names the nearest known ones.
 
     >>> from motiondb.words.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
@@ -159,7 +159,7 @@ def hinted(
 
 
 def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
-    """A tree with every action as ``known`` gives it, without those that it takes out."""
+    """A tree with ``known`` applied to every action; None removes the action."""
     match node:
         case Action():
             return known(node)
