@@ -1,4 +1,4 @@
-"""knowledge export, knowledge show: the learned model, as a start for other databases."""
+"""Commands knowledge export and show: the learned model, as a start for other databases."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ def _suggest_parts(limit: int, db: Path, json: bool) -> None:
         return
     print_table(
         "",
-        ["rank", "capture", "seconds", "gain", "captions list", "would tell of"],
+        ["rank", "capture", "seconds", "gain", "captions list", "would also describe"],
         [
             [
                 str(one.rank), one.capture, f"{one.start:.2f}-{one.end:.2f}", f"{one.gain:.1%}",

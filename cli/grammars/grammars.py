@@ -51,7 +51,7 @@ def register(app: typer.Typer) -> None:
 def learn(
     captures: Annotated[
         list[str],
-        typer.Argument(metavar="CAPTURE...", help="Names of captures, best of long takes."),
+        typer.Argument(metavar="CAPTURE...", help="Names of captures, preferably long takes."),
     ],
     terminals: Annotated[
         str | None,

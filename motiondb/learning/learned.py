@@ -104,7 +104,7 @@ class LearnedModel:
         The baseline of drift; None in databases of versions that did not keep it.
     places : Places or None
         Where in their takes the actions of captions happen, as ``learn`` found them; None if no
-        words were written, and in databases of versions that did not look for them.
+        words were written, and in databases of versions that did not learn them.
     started : Started or None
         Knowledge of another database that it learned with. Then symbols and feature space are that
         knowledge's, and association, transitions, lengths and word map join its sums with
@@ -113,8 +113,8 @@ class LearnedModel:
         Evidence for words at each frame, by which intervals are refined; None where no words were
         written, and in databases of versions that did not learn it.
     judge : MotionJudge or None
-        Tells which words a generated motion shows; None if no words were written, and in
-        databases of versions that did not have it.
+        Decides which words a generated motion shows; None if no words were written, and in
+        databases of versions without a judge.
     """
 
     run_id: int
@@ -329,8 +329,8 @@ class Learned(LearnedModel):
     def place_takes(self) -> dict[int, by_words.TakeScores]:
         """Evidence for the place of all words in every capture, from the motion alone.
 
-        Empty if no places were learned. The evidence for a take that took part in learning is
-        that of all other takes.
+        Empty if no places were learned. The evidence for a take that was used in learning is that
+        of the map of all other takes.
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
@@ -374,15 +374,15 @@ class Learned(LearnedModel):
 
     @cached_property
     def unplaced(self) -> dict[int, FloatArray]:
-        """Evidence for words by a map without places, without the take itself, per capture."""
+        """Evidence for words by a map that ignores places and is fitted without the take itself."""
         said, n_words = said_words(self.described, self.word_numbers), len(self.association.words)
         return unplaced_evidence(self.places, said, self.segments, self.standardised, n_words)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:
-        """Nats for the place of words that captions of intervals say: arrays (segments, words).
+        """Evidence, in nats, that captions of intervals add to the places of words.
 
-        Of the captures that have such captions now.
+        Capture number -> array (segments, words), for captures that have such captions now.
         """
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
         evidence = {}

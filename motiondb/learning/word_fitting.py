@@ -1,7 +1,7 @@
 """Words from segments and captions: association, word map, counts and certainties.
 
-Expectation-maximisation and ridge regression run once, when the database learns; what is published
-follows from the counts (:mod:`motiondb.learning.counting`).
+Expectation-maximisation and ridge regression run once, when the database learns; the models for
+questions are computed from the counts (:mod:`motiondb.learning.counting`).
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     table : SegmentTable
         Segments of all captures, by the symbols of the start.
     taught : TaughtWords
-        What people wrote about them.
+        Captions of these captures.
     started : Started
         The start.
     """
@@ -195,7 +195,7 @@ def _training_rows(
 ) -> _Rows:
     vectors, presence, captures = counting.training_rows(table, described, scores, number)
     who = np.unique([performers[int(c)] for c in captures], return_inverse=True)[1]
-    if len(vectors) == 1:  # twice, so that something is left when the map leaves one out
+    if len(vectors) == 1:  # doubled, so that a row is left when the map leaves one out
         vectors, presence, who = vectors.repeat(2, 0), presence.repeat(2, 0), np.arange(2)
     return _Rows(vectors, presence, captures, who)
 

@@ -94,7 +94,7 @@ def search_motion(
     """
     allowed = [capture for capture in allowed if capture in learned.rows]
     query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
-    with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
+    with one_blas_thread():  # the matrices of one query are too small to gain from two threads
         refined = _find_motion(learned, pool, query, allowed)
         refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
         sure = _how_sure(learned, query, refined)
@@ -131,7 +131,7 @@ def _how_sure(
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
-    told = []
+    certainties = []
     for c in candidates:
         rows = learned.rows[c.capture]
         vector = score_vectors.interval_vectors(
@@ -146,10 +146,10 @@ def _how_sure(
             emphasis=query.emphasis,
         )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
-        told.append(
+        certainties.append(
             (by_motion.same_motion(float(alike), c.warp), by_motion.same_motion(chance, c.warp))
         )
-    return told
+    return certainties
 
 
 def _find_motion(

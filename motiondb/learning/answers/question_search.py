@@ -1,4 +1,4 @@
-"""Questions in words: looked for in every capture, answers decomposed and weighed."""
+"""Search for a question in words: the best interval of every capture, reasons, certainty."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from motiondb.words.question.readings import Reading, readings
 from motiondb.words.question.tree import NotUsed
 
 NOT_A_CAPTION = NotUsed(
-    "quotation marks", "alternatives, exclusions, counts and lengths are not compared as a caption"
+    "quotation marks",
+    "alternatives, exclusions, counts and durations are not compared as a caption",
 )
 """The note for a question in quotation marks that cannot be compared as a caption."""
 
@@ -47,9 +48,9 @@ def find(
     Parameters
     ----------
     allowed : sequence of int
-        Captures to look through.
+        Numbers of the captures to search.
     limit : int
-        How many answers at most.
+        Largest number of answers.
     written : bool
         Whether the captions of the captures count as evidence, in addition to the motion.
     as_caption : bool

@@ -20,8 +20,8 @@ from motiondb.learning.written_words import WrittenWord
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search.examples import alignment
 from motiondb.search.questions import by_words, reasons
-from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.known import KnownQuestion, reason_unknown
+from motiondb.words.nearby.taking import Taking, hints_of
+from motiondb.words.question.known import KnownQuestion, hinted, with_hints
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
@@ -29,7 +29,8 @@ from motiondb.words.question.tree import NotUsed, actions_of
 from motiondb.words.translation import decoding
 
 MOST_DECODED = 50
-"""Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""
+"""Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
+sequences are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ class WordAnswer:
     actions : tuple of tuple of str
         The question as a plain order of actions; () stands for any action.
     not_used : tuple of NotUsed
-        What of the question played no part in the search.
+        Parts of the question that were not used in the search.
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None if no sequence was found.
     reasons : tuple
@@ -224,7 +225,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     answer : WordAnswer
         Found with the taken words in the vocabulary (``learning.taken_words``).
     takings : mapping of str to Taking
-        What is made of every word that no caption holds.
+        Replacement of every word that no caption holds.
     """
     taken = {word: taking for word, taking in takings.items() if taking.is_taken}
     share = float(np.prod([taking.probability for taking in taken.values()]))
@@ -244,16 +245,8 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         for match in answer.matches
     )  # fmt: skip
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
-    meant = {
-        word: tuple(near for near, _ in taking.words) or taking.spelling
-        for word, taking in suggested.items()
-    }
-    unknown = {word: meant.get(word, near) for word, near in answer.unknown.items()}
-    not_used = tuple(
-        NotUsed(left.text, reason_unknown(meant[left.text])) if left.text in meant else left
-        for left in answer.not_used
-    )
-    question = replace(answer.question, unknown=unknown)
+    hints = hints_of(suggested)
+    question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
         answer, matches=matches, question=question, not_used=not_used, taken=taken,
         suggested=suggested,

@@ -47,8 +47,10 @@ class WordSource:
         """
         captions = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
         if not self.own_captions:
-            there = "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
-            return f"{self.word}: known from the start {self.start} alone ({there} there)"
+            start_captions = (
+                "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
+            )
+            return f"{self.word}: known from the start {self.start} alone ({start_captions} there)"
         if not self.start_captions:
             return f"{self.word}: known from {captions} alone"
         return (
@@ -70,10 +72,10 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
     weight = start_weight(counts.moments.n)
     sources = []
     for word in dict.fromkeys(words):
-        there, here = started.said.get(word, 0), captions_of.get(word, 0)
-        if there or here:
+        in_start, in_own = started.said.get(word, 0), captions_of.get(word, 0)
+        if in_start or in_own:
             name = started.knowledge.origin.name
-            sources.append(WordSource(word, name, there, here, weight if here else 1.0))
+            sources.append(WordSource(word, name, in_start, in_own, weight if in_own else 1.0))
     return tuple(sources)
 
 

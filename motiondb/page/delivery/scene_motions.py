@@ -22,7 +22,7 @@ def load_scene(
     Raises
     ------
     MotionDBError
-        There is no such scene, or captures of a kept one were removed.
+        There is no such scene, or captures of a stored scene were removed.
     """
     if ref.kind == "scene":
         data = (page.scene_folder(ref.name) / MOTION_FILE).read_bytes()
@@ -44,7 +44,7 @@ def load_scene(
 
 
 def _part(track: Track, start: float | None, end: float | None, fps: float) -> Track:
-    """Return a part of a track (seconds) at a lower or the same rate."""
+    """Return the part of a track from start to end (seconds), at the same or a lower frame rate."""
     n_frames = len(track.points)
     low = min(round((start or 0.0) * MOTION_FPS), n_frames)
     high = n_frames if end is None else min(round(end * MOTION_FPS), n_frames)

@@ -34,7 +34,7 @@ def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
 
 
 def _explained(why: Explanation) -> dict[str, Any]:
-    """Return the facts of an explanation, each word with what ``--explain`` names of it."""
+    """Return the facts of an explanation; for each word, the shares that ``--explain`` prints."""
     facts = why.facts()
     groups = [(facts["words"], why.words)]
     groups += [(row["words"], out.words) for row, out in zip(facts["excluded"], why.excluded)]
@@ -64,7 +64,7 @@ def _verdict(db: MotionDB, answer: WordAnswer | ExampleAnswer) -> dict[str, Any]
 
 
 def _with_take(db: MotionDB, match: Match) -> dict[str, Any]:
-    """Return a match with what is shown of its capture: who, licence, symbols and words."""
+    """Return a match with performer, licence, symbols and captions of its capture."""
     row = db.browsed(match.capture)
     assert row is not None  # both come from one revision
     return match_facts(match) | {

@@ -1,4 +1,4 @@
-"""Routes of motion: binary for the player, small ones for tables, files for download."""
+"""Routes of motion: binary for the player, and thumbnails for tables."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
 MOST_THUMBS = 200
-"""Thumbnails of one request at most. Chosen by hand; not tuned."""
+"""Largest number of thumbnails of one request. Chosen by hand; not tuned."""
 THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
-"""Frames of a small motion, and the seconds that they span. Chosen by hand."""
+"""Frames of a thumbnail, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64
-"""Motions of one request at most. Chosen by hand; not tuned."""
+"""Largest number of motions of one request. Chosen by hand; not tuned."""
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "Motion as binary; docs/page.md tells the form.",
+        "description": "Motion as binary; docs/page.md describes the format.",
         "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
 }
@@ -76,7 +76,7 @@ def router(page: Page) -> APIRouter:
             Query(min_length=1, max_length=MOST_THUMBS),
         ],
     ) -> Response:
-        """Small motions of stored captures, facing forward; unknown ones have no frames."""
+        """Thumbnails of stored captures, facing forward; unknown captures have no frames."""
         with page.held.use() as db, db.session.reading():
             return _binary([_thumb(db, each) for each in name])
 

@@ -1,4 +1,4 @@
-/** Motions by name, asked for once: from the server, or from the data embedded in the page. */
+/** Motions by name, each requested once: from the server, or from the data embedded in the page. */
 
 import type { Motion } from "../player/motion.ts";
 import { bytes } from "./client.ts";
@@ -9,7 +9,7 @@ export interface Motions {
   tracks(ref: string, start?: number | null, end?: number | null): Promise<Track[]>;
   /** A few frames of a stored capture for its thumbnail; null where there are none. */
   thumb(name: string): Promise<Motion | null>;
-  /** Forget what may have changed. */
+  /** Drop everything that may have changed. */
   forget(): void;
 }
 
@@ -54,7 +54,7 @@ interface Waiting {
   reject: (fault: unknown) => void;
 }
 
-/** Thumbnails that are asked for in the same moment travel in one request. */
+/** Thumbnails that are requested at the same moment share one request. */
 function batchedThumbs(): (name: string) => Promise<Motion | null> {
   let waiting: Waiting[] = [];
   async function flush(): Promise<void> {
@@ -77,7 +77,7 @@ function batchedThumbs(): (name: string) => Promise<Motion | null> {
     });
 }
 
-/** Motions that travelled inside the page. */
+/** Motions that are embedded in the page. */
 export function embeddedMotions(containers: ReadonlyMap<string, () => ArrayBuffer>): Motions {
   const read = new Map<string, Track[]>();
   return {

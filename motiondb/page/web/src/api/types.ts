@@ -1,4 +1,4 @@
-/** What the server answers. The contract is `GET /api/openapi.json`. Times in seconds. */
+/** Types of the server's answers. The contract is `GET /api/openapi.json`. Times in seconds. */
 
 export interface Caption {
   words: string;
@@ -181,7 +181,7 @@ export interface Job {
   seconds: number;
   message: string | null;
   result: Record<string, unknown> | null;
-  /** Ref of a first motion of a scene that is being updated. */
+  /** Ref of the first motion of a scene that is being updated. */
   preview: string | null;
   curve?: [number, number][];
 }

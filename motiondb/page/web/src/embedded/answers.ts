@@ -1,4 +1,4 @@
-/** The answers of a file without a server, shown with the same parts as in the page. */
+/** The answers of a file without a server, shown by the same components as in the page. */
 
 import type { Motions } from "../api/motions.ts";
 import type { CaptureFacts, GenerateAnswer, LikeAnswer, SearchAnswer, Source } from "../api/types.ts";

@@ -19,9 +19,9 @@ export interface StageView {
   recolour(colours: StageColours): void;
 }
 
-/** Sharper than this is not seen, but costs. */
+/** Largest pixel ratio; a larger one costs time but is not visible. */
 const MOST_PIXELS_PER_POINT = 2;
-/** A longer pause (a hidden tab) counts as this, in seconds. */
+/** Longest time step, seconds; a longer pause (a hidden tab) counts as this. */
 const LONGEST_STEP = 0.1;
 
 interface Entry {
@@ -32,7 +32,7 @@ interface Entry {
 
 export interface Stage {
   readonly available: boolean;
-  /** Begin to draw a view; returns how to end. */
+  /** Start drawing a view; returns a function that stops it. */
   add(view: StageView): () => void;
   /** Frames drawn in the last second, all views together. */
   framesPerSecond(): number;

@@ -106,7 +106,8 @@ export async function startPage(root: HTMLElement): Promise<void> {
     open?.update(route.parameters);
   }
 
-  // The revision that the view was told: others refresh the status too, as a job does when it ends.
+  // The revision that was last passed to the view: the status is also refreshed elsewhere, for
+  // example when a job ends.
   let told = status.revision;
   async function catchUp(): Promise<void> {
     const { revision } = await context.refresh();
@@ -118,7 +119,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
   live.listen((news) => {
     if (news.kind === "connection") {
       lost.hidden = news.open;
-      // What happened before the connection was open was not told.
+      // Changes made before the connection was open were not reported.
       if (news.open) void catchUp().catch(context.fail);
     } else if (news.kind === "job") open?.news?.(news);
     else if (news.revision !== told) void catchUp().catch(context.fail);

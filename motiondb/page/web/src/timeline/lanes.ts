@@ -1,4 +1,4 @@
-/** What a timeline shows: lanes of blocks, and how blocks that overlap are put into rows. */
+/** The content of a timeline: lanes of blocks, and the rows of blocks that overlap. */
 
 import type { Caption, Segment, Stretch, WordsOverTime } from "../api/types.ts";
 import { probability } from "../parts/text.ts";
@@ -12,7 +12,7 @@ export interface Block {
   title: string;
   /** Colour of the field; the colour of the lane if absent. */
   colour?: string;
-  /** Faint: not known, not shown. */
+  /** Drawn faintly: not known, or not shown. */
   faint?: boolean;
 }
 
@@ -87,7 +87,7 @@ export function wordLane(words: readonly WordsOverTime[]): Lane {
   };
 }
 
-/** Where every stretch of a made motion comes from, with its licence. */
+/** The source of every stretch of a generated motion, with its licence. */
 export function stretchLane(stretches: readonly Stretch[]): Lane {
   const names = [...new Set(stretches.map((one) => one.capture))];
   return {

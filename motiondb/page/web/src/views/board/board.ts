@@ -137,7 +137,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     undoButton.disabled = false;
   }
 
-  /** Take a changed diagram; the server says what it thinks of it. */
+  /** Take a changed diagram; the server checks it. */
   function edit(next: Diagram): void {
     remember(diagram);
     diagram = next;
@@ -288,7 +288,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           h("label", { for: "board-seed" }, "Seed"),
           seed,
           undoButton,
-          h("label", { class: "check" }, warm, "follow changes"),
+          h("label", { class: "check" }, warm, "update after changes"),
         ),
         faults,
         side,

@@ -1,4 +1,4 @@
-/** Describe and generate: a sentence becomes motion, beside what it shows and does not show. */
+/** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
 import { get, messageOf, post } from "../../api/client.ts";
 import type { GenerateAnswer, Made } from "../../api/types.ts";
@@ -81,7 +81,12 @@ function open(host: HTMLElement, context: Context): OpenView {
       count,
       h("label", { for: "method" }, "Method"),
       method,
-      h("label", { class: "check", title: "Do not take a word for another one" }, exact, "Only known words"),
+      h(
+        "label",
+        { class: "check", title: "Do not replace unknown words by known ones" },
+        exact,
+        "Only known words",
+      ),
       sync,
     ),
   );
@@ -102,7 +107,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     );
   });
 
-  /** All variants from their start, so that they can be compared. */
+  /** Play all variants from their start, so that they can be compared. */
   function together(): void {
     for (const { clip } of variants) {
       const { playback } = clip.screen;
@@ -186,7 +191,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         ? notLearned(null, context)
         : emptyState(
             "Write a sentence",
-            "Motion is put together from captures that show these actions. What cannot be shown is named, and every stretch keeps its source and licence.",
+            "Motion is put together from captures that show these actions. Actions that cannot be shown are named, and every stretch keeps its source and licence.",
             EXAMPLES.map((q) => ({
               label: q,
               plain: true,

@@ -1,4 +1,4 @@
-/** One generated motion: it plays, says what it shows, and where every stretch comes from. */
+/** One generated motion: its player, the actions it shows, and the source of every stretch. */
 
 import { post } from "../../api/client.ts";
 import type { Motions } from "../../api/motions.ts";
@@ -27,7 +27,7 @@ export interface VariantActions {
   canSave: boolean;
 }
 
-/** What was asked, over the time in which it was made. */
+/** The requested actions, over the times at which they were made. */
 export function askedLane(made: Made): Lane {
   return {
     name: "asked",

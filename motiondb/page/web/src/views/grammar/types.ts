@@ -1,4 +1,4 @@
-/** Grammars and sequences as the server tells them. Times in seconds, places [x, z] in metres. */
+/** Grammars and sequences as the server sends them. Times in seconds, places [x, z] in metres. */
 
 import type { Source, Stretch, DescribedWord } from "../../api/types.ts";
 

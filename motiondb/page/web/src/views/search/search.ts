@@ -83,7 +83,12 @@ function open(host: HTMLElement, context: Context): OpenView {
       h("label", { for: "search-limit" }, "Answers"),
       limit,
       h("label", { for: "search-exact" }, "Only known words"),
-      h("span", {}, exact, h("span", { class: "muted small" }, " do not take a word for another one")),
+      h(
+        "span",
+        {},
+        exact,
+        h("span", { class: "muted small" }, " do not replace unknown words by known ones"),
+      ),
       h("label", { for: "search-symbols" }, "By symbols"),
       h(
         "span",
@@ -239,7 +244,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         : emptyState(
             "What are you looking for?",
             [
-              "Write what somebody does, in your own words. Order, “while”, “or”, “not”, counts and lengths are understood. Or drop a motion-capture file here to find motion like it.",
+              "Write what somebody does, in your own words. Order, “while”, “or”, “not”, counts and durations are understood. Or drop a motion-capture file here to find motion like it.",
             ],
             EXAMPLES.map((q) => ({ label: q, plain: true, run: () => go(routeTo("search", { q })) })),
           ),
