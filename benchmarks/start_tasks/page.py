@@ -61,8 +61,8 @@ def _unseen(results: dict[str, Any]) -> str:
 def _shift(oracle: list[float]) -> str:
     """What the best constant for all answers would leave of an error."""
     return (
-        f"The one constant that fits these answers best, which can be known only from their captions, is "
-        f"{oracle[0]:+.2f} nats; with it, the error would be {oracle[1]:.3f}."
+        "The one constant that fits these answers best, which can be known only from their "
+        f"captions, is {oracle[0]:+.2f} nats; with it, the error would be {oracle[1]:.3f}."
     )
 
 
