@@ -121,6 +121,21 @@ const SHADOW_FRAGMENT = /* glsl */ `
 
 const TO_LIGHT = new THREE.Vector3(0.45, 1, 0.35).normalize();
 
+// All screens share the two materials: a program that no material uses is forgotten, and a browser
+// takes long to compile it again. The colour of shadows is the same everywhere.
+const BODY = new THREE.ShaderMaterial({
+  vertexShader: BODY_VERTEX,
+  fragmentShader: BODY_FRAGMENT,
+  uniforms: { toLight: { value: TO_LIGHT } },
+});
+const SHADOW = new THREE.ShaderMaterial({
+  vertexShader: SHADOW_VERTEX,
+  fragmentShader: SHADOW_FRAGMENT,
+  uniforms: { toLight: { value: TO_LIGHT }, colour: { value: new THREE.Color() } },
+  depthWrite: false,
+  side: THREE.DoubleSide,
+});
+
 export interface Capsules {
   /** Bodies and shadows, to be added to a scene. */
   readonly object: THREE.Group;
@@ -145,24 +160,12 @@ export function makeCapsules(room: number, fineness: Fineness, shadows: boolean)
   geometry.setAttribute("tint", tint);
   geometry.instanceCount = 0;
 
-  const body = new THREE.ShaderMaterial({
-    vertexShader: BODY_VERTEX,
-    fragmentShader: BODY_FRAGMENT,
-    uniforms: { toLight: { value: TO_LIGHT } },
-  });
-  const shadow = new THREE.ShaderMaterial({
-    vertexShader: SHADOW_VERTEX,
-    fragmentShader: SHADOW_FRAGMENT,
-    uniforms: { toLight: { value: TO_LIGHT }, colour: { value: new THREE.Color() } },
-    depthWrite: false,
-    side: THREE.DoubleSide,
-  });
   const object = new THREE.Group();
-  const bodies = new THREE.Mesh(geometry, body);
+  const bodies = new THREE.Mesh(geometry, BODY);
   bodies.frustumCulled = false;
   object.add(bodies);
   if (shadows) {
-    const flat = new THREE.Mesh(geometry, shadow);
+    const flat = new THREE.Mesh(geometry, SHADOW);
     flat.frustumCulled = false;
     flat.renderOrder = -2; // above the ground's colour, below its lines and the bodies
     object.add(flat);
@@ -177,12 +180,8 @@ export function makeCapsules(room: number, fineness: Fineness, shadows: boolean)
       geometry.instanceCount = count;
     },
     setShadow(colour) {
-      shadow.uniforms["colour"]!.value = colour;
+      SHADOW.uniforms["colour"]!.value = colour;
     },
-    dispose() {
-      geometry.dispose();
-      body.dispose();
-      shadow.dispose();
-    },
+    dispose: () => geometry.dispose(),
   };
 }

@@ -43,6 +43,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     async refresh() {
       status = await get<Status>("/api/status");
       showStatus();
+      tellRevision();
       return status;
     },
     notify: messages.notify,
@@ -106,10 +107,10 @@ export async function startPage(root: HTMLElement): Promise<void> {
     open?.update(route.parameters);
   }
 
-  // The revision that the view was told: others refresh the status too, as a job does when it ends.
+  // The revision that the view was told. Whoever asks for the state may learn of a new one.
   let told = status.revision;
-  async function catchUp(): Promise<void> {
-    const { revision } = await context.refresh();
+  function tellRevision(): void {
+    const { revision } = status;
     if (revision === told) return;
     told = revision;
     open?.news?.({ kind: "revision", revision });
@@ -119,9 +120,9 @@ export async function startPage(root: HTMLElement): Promise<void> {
     if (news.kind === "connection") {
       lost.hidden = news.open;
       // What happened before the connection was open was not told.
-      if (news.open) void catchUp().catch(context.fail);
+      if (news.open) void context.refresh().catch(context.fail);
     } else if (news.kind === "job") open?.news?.(news);
-    else if (news.revision !== told) void catchUp().catch(context.fail);
+    else if (news.revision !== told) void context.refresh().catch(context.fail);
   });
   addEventListener("hashchange", show);
   addEventListener("keydown", (event) => {
