@@ -13,6 +13,8 @@ export interface StageView {
   readonly canvas: HTMLCanvasElement;
   readonly scene: THREE.Scene;
   readonly camera: THREE.PerspectiveCamera;
+  /** Whether there is nothing to see yet; the canvas then has the colour of the page. */
+  isEmpty(): boolean;
   /** Called before each frame with the seconds since the last; true: draw this view. */
   update(seconds: number): boolean;
   /** Called when the colours of the page change, and once at the start. */
@@ -22,25 +24,46 @@ export interface StageView {
 /** Sharper than this is not seen, but costs. */
 const MOST_PIXELS_PER_POINT = 2;
 /** A longer pause (a hidden tab) counts as this, in seconds. */
-const LONGEST_STEP = 0.1;
+const LONGEST_STEP = 0.25;
+/**
+ * Milliseconds of a frame in which views are drawn; the others have their turn in the next frame.
+ * Without a graphics processor many players would else leave no time for the page itself.
+ * Chosen by hand: a frame has 16.
+ */
+const DRAWING = 10;
+
+/**
+ * A view whose frames take longer, milliseconds, is drawn without smoothed edges while it moves, and
+ * with them when it stands still. Chosen by hand: sixty frames a second leave 16.
+ */
+const SLOW = 8;
+/** The share of the newest frame in the time that a view takes. Chosen by hand. */
+const NEWEST = 0.2;
+/** Per frame without smoothed edges, what is left of the time that one with them took: after some
+ * hundred frames it is tried again, as the machine may have been busy. Chosen by hand. */
+const FORGET = 0.9995;
 
 interface Entry {
   view: StageView;
   visible: boolean;
   stale: boolean;
+  /** When it had its last turn, milliseconds. */
+  last: number;
+  /** Milliseconds that a frame with smoothed edges takes, over the last ones. */
+  takes: number;
+  /** Whether the last frame was drawn without smoothed edges. */
+  rough: boolean;
 }
 
 export interface Stage {
   readonly available: boolean;
   /** Begin to draw a view; returns how to end. */
   add(view: StageView): () => void;
-  /** Frames drawn in the last second, all views together. */
-  framesPerSecond(): number;
 }
 
-function makeRenderer(): THREE.WebGLRenderer | null {
+function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
   try {
-    const renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
+    const renderer = new THREE.WebGLRenderer({ antialias, powerPreference: "high-performance" });
     renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the shaders give display colours
     renderer.autoClear = true;
     return renderer;
@@ -53,10 +76,10 @@ function makeRenderer(): THREE.WebGLRenderer | null {
 export function makeStage(): Stage {
   const entries = new Map<Element, Entry>();
   let renderer: THREE.WebGLRenderer | null | undefined;
+  let quick: THREE.WebGLRenderer | null | undefined; // without smoothed edges; made when needed
   let colours: StageColours | null = null;
-  let last = 0;
   let running = false;
-  let drawn: number[] = [];
+  let turn = 0;
 
   const seen = new IntersectionObserver((changes) => {
     for (const change of changes) {
@@ -105,37 +128,59 @@ export function makeStage(): Stage {
       return;
     }
     requestAnimationFrame(frame);
-    const seconds = Math.min((now - last) / 1000, LONGEST_STEP);
-    last = now;
-    drawn = drawn.filter((time) => time > now - 1000);
-    let any = false;
-    for (const entry of entries.values()) {
-      if (!entry.visible) continue;
-      const changed = entry.view.update(seconds);
-      if ((changed || entry.stale) && renderer) {
+    const all = [...entries.values()];
+    const began = performance.now();
+    const first = turn % all.length;
+    for (let i = 0; i < all.length; i += 1) {
+      const entry = all[(first + i) % all.length]!;
+      if (!entry.visible) {
+        entry.last = now;
+        continue;
+      }
+      if (performance.now() - began > DRAWING) {
+        turn = first + i;
+        break;
+      }
+      const changed = entry.view.update(Math.min((now - entry.last) / 1000, LONGEST_STEP));
+      entry.last = now;
+      if ((changed || entry.stale || entry.rough) && renderer && !entry.view.isEmpty()) {
         entry.stale = false;
-        draw(renderer, entry.view);
-        any = true;
+        drawEntry(renderer, entry, changed);
       }
     }
-    if (any) drawn.push(now);
+  }
+
+  function drawEntry(sharp: THREE.WebGLRenderer, entry: Entry, moves: boolean): void {
+    const isRough = moves && entry.takes > SLOW;
+    if (isRough && quick === undefined) quick = makeRenderer(false);
+    const began = performance.now();
+    draw((isRough && quick) || sharp, entry.view);
+    if (isRough) entry.takes *= FORGET;
+    else if (moves && !entry.rough) entry.takes += NEWEST * (performance.now() - began - entry.takes);
+    entry.rough = isRough;
   }
 
   return {
     get available() {
-      renderer ??= makeRenderer();
+      renderer ??= makeRenderer(true);
       return renderer !== null;
     },
     add(view) {
-      if (renderer === undefined) renderer = makeRenderer();
+      if (renderer === undefined) renderer = makeRenderer(true);
       colours ??= stageColours();
       view.recolour(colours);
-      entries.set(view.canvas, { view, visible: false, stale: true });
+      entries.set(view.canvas, {
+        view,
+        visible: false,
+        stale: true,
+        last: performance.now(),
+        takes: 0,
+        rough: false,
+      });
       seen.observe(view.canvas);
       sized.observe(view.canvas);
       if (!running) {
         running = true;
-        last = performance.now();
         requestAnimationFrame(frame);
       }
       return () => {
@@ -144,6 +189,5 @@ export function makeStage(): Stage {
         sized.unobserve(view.canvas);
       };
     },
-    framesPerSecond: () => drawn.length,
   };
 }
