@@ -95,6 +95,13 @@ def served(database: Path) -> Iterator[str]:
             server.terminate()
 
 
+def make_sample_database(database: Path) -> None:
+    """Add the sample data and learn from it."""
+    with motiondb.open(database) as db:
+        db.add(SAMPLES / "captures", SAMPLES / "captions.tsv")
+        db.learn()
+
+
 def catalogue(browser: Any, address: str) -> None:
     """The first view, and scrolling to the end."""
     times = []
@@ -208,9 +215,7 @@ def main() -> None:
         if chosen.db:
             shutil.copy(chosen.db, database)
         else:
-            with motiondb.open(database) as db:
-                db.add(SAMPLES / "captures", SAMPLES / "captions.tsv")
-                db.learn()
+            make_sample_database(database)
         program = shutil.which("chromium") or shutil.which("google-chrome")
         with served(database) as address, sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)

@@ -42,6 +42,7 @@ export function askedLane(made: Made): Lane {
 }
 
 function shownList(made: Made, seek: (time: number) => void): HTMLElement {
+  const shared = sharedReason(made.shown);
   return h(
     "ul",
     { class: "plain shown-list", "aria-label": "Shown and not shown" },
@@ -56,7 +57,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
           h("b", {}, text),
           shown ? " is shown" : shown === null ? " is not confirmed" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
-          reason ? `: ${reason}` : "",
+          reason && reason !== shared ? `: ${reason}` : "",
           " ",
         ),
         h(
@@ -74,7 +75,15 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
         h("span", {}, h("b", {}, text), " is not shown: ", reason),
       ),
     ),
+    shared ? h("li", { class: "muted shared-reason" }, `Not confirmed: ${shared}.`) : null,
   );
+}
+
+/** Why none of several actions is confirmed, if the reason is the same: it need not be read at each. */
+export function sharedReason(shown: Made["shown"]): string {
+  const first = shown[0]?.reason ?? "";
+  const all = shown.every((one) => one.shown === null && one.reason === first);
+  return shown.length > 1 && all ? first : "";
 }
 
 export function makeVariant(

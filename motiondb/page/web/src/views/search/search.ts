@@ -1,15 +1,16 @@
 /** Search: one box for a question, or an example; answers play side by side. */
 
-import { get, isAbort, messageOf } from "../../api/client.ts";
+import { get, isAbort } from "../../api/client.ts";
 import type { LikeAnswer, SearchAnswer } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState } from "../../parts/states.ts";
 import { sortFiles, upload } from "../../parts/upload.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView, View } from "../view.ts";
+import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
 import { makeExample, type Example } from "./example.ts";
@@ -222,7 +223,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (isAbort(fault)) return;
       answers.clear();
       understood.replaceChildren();
-      fill(answers.element, notLearned(fault, context) ?? faultState(messageOf(fault)));
+      const choose = (word: string): void => go(routeTo("search", { q: word }));
+      fill(answers.element, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
     busy(false);
   }
