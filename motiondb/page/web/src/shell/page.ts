@@ -33,6 +33,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     );
     return;
   }
+  let asking: Promise<Status> | null = null;
   const messages = makeMessages();
   const live = openLive();
   const context: Context = {
@@ -40,11 +41,9 @@ export async function startPage(root: HTMLElement): Promise<void> {
     motions: serverMotions(),
     live,
     status: () => status,
-    async refresh() {
-      status = await get<Status>("/api/status");
-      showStatus();
-      tellRevision();
-      return status;
+    refresh() {
+      asking = askStatus();
+      return asking;
     },
     notify: messages.notify,
     fail: (fault) => (isAbort(fault) ? undefined : messages.fail(messageOf(fault))),
@@ -78,6 +77,13 @@ export async function startPage(root: HTMLElement): Promise<void> {
     host,
     messages.element,
   );
+
+  async function askStatus(): Promise<Status> {
+    status = await get<Status>("/api/status");
+    showStatus();
+    tellRevision();
+    return status;
+  }
 
   function showStatus(): void {
     const mode = status.read_only ? " · read only" : "";
@@ -116,13 +122,19 @@ export async function startPage(root: HTMLElement): Promise<void> {
     open?.news?.({ kind: "revision", revision });
   }
 
+  /** Ask for the state of a revision, unless what was just asked for tells it already. */
+  async function catchUp(revision: number): Promise<void> {
+    await asking?.catch(() => undefined);
+    if (revision !== told) await context.refresh();
+  }
+
   live.listen((news) => {
     if (news.kind === "connection") {
       lost.hidden = news.open;
       // What happened before the connection was open was not told.
       if (news.open) void context.refresh().catch(context.fail);
     } else if (news.kind === "job") open?.news?.(news);
-    else if (news.revision !== told) void context.refresh().catch(context.fail);
+    else void catchUp(news.revision).catch(context.fail);
   });
   addEventListener("hashchange", show);
   addEventListener("keydown", (event) => {

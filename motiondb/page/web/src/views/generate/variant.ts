@@ -8,7 +8,7 @@ import { icon } from "../../dom/icons.ts";
 import { download } from "../../parts/download.ts";
 import { askToKeep, suggestedName } from "../../parts/keeping.ts";
 import { sourceList } from "../../parts/sources.ts";
-import { probability, seconds } from "../../parts/text.ts";
+import { probability, seconds, sharedReason } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
@@ -77,13 +77,6 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
     ),
     shared ? h("li", { class: "muted shared-reason" }, `Not confirmed: ${shared}.`) : null,
   );
-}
-
-/** Why none of several actions is confirmed, if the reason is the same: it need not be read at each. */
-export function sharedReason(shown: Made["shown"]): string {
-  const first = shown[0]?.reason ?? "";
-  const all = shown.every((one) => one.shown === null && one.reason === first);
-  return shown.length > 1 && all ? first : "";
 }
 
 export function makeVariant(
