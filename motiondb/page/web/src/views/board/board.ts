@@ -296,12 +296,11 @@ function open(host: HTMLElement, context: Context): OpenView {
       ),
     ),
   );
-  host.addEventListener("keydown", (event) => {
-    if (
-      (event.ctrlKey || event.metaKey) &&
-      event.key === "z" &&
-      !(event.target as Element).matches("input, textarea")
-    ) {
+  // A button that was pressed and is disabled now leaves the focus to the page.
+  const onKey = (event: KeyboardEvent): void => {
+    const at = event.target as Element;
+    if (at !== document.body && !host.contains(at)) return;
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !at.matches("input, textarea")) {
       event.preventDefault();
       undo();
     } else if (event.key === "Escape") {
@@ -309,7 +308,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       tools.clear();
       show();
     }
-  });
+  };
+  document.addEventListener("keydown", onKey);
 
   async function load(wanted: string): Promise<void> {
     undone = [];
@@ -345,6 +345,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       making.open(route.scene || null, route.job || null);
     },
     close() {
+      document.removeEventListener("keydown", onKey);
       clearTimeout(timer);
       making.close();
     },
