@@ -32,16 +32,10 @@ const LONGEST_STEP = 0.25;
  */
 const DRAWING = 10;
 
-/**
- * A view whose frames take longer, milliseconds, is drawn without smoothed edges while it moves, and
- * with them when it stands still. Chosen by hand: sixty frames a second leave 16.
- */
-const SLOW = 8;
-/** The share of the newest frame in the time that a view takes. Chosen by hand. */
-const NEWEST = 0.2;
-/** Per frame without smoothed edges, what is left of the time that one with them took: after some
- * hundred frames it is tried again, as the machine may have been busy. Chosen by hand. */
-const FORGET = 0.9995;
+/** Milliseconds without movement after which edges are smoothed, where movement has none. By hand. */
+const STILL = 150;
+/** Pixels of a smoothed picture for each of its width and height. Chosen by hand: four for one. */
+const FINER = 2;
 
 interface Entry {
   view: StageView;
@@ -49,16 +43,35 @@ interface Entry {
   stale: boolean;
   /** When it had its last turn, milliseconds. */
   last: number;
-  /** Milliseconds that a frame with smoothed edges takes, over the last ones. */
-  takes: number;
-  /** Whether the last frame was drawn without smoothed edges. */
-  rough: boolean;
+  /** When it was last drawn without smoothed edges; null: it has them. */
+  rough: number | null;
 }
 
 export interface Stage {
   readonly available: boolean;
   /** Begin to draw a view; returns how to end. */
   add(view: StageView): () => void;
+}
+
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
+/**
+ * Whether there is no graphics processor. Smoothed edges then cost more than all else, so that what
+ * moves is drawn without them, and a picture that stands still once more, larger, and made smaller.
+ */
+function isSoftware(renderer: THREE.WebGLRenderer): boolean {
+  const gl = renderer.getContext();
+  const known = gl.getExtension("WEBGL_debug_renderer_info");
+  return SOFTWARE.test(String(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER)));
+}
+
+/** The renderer: with smoothed edges if there is a graphics processor. */
+function chooseRenderer(): { renderer: THREE.WebGLRenderer | null; software: boolean } {
+  const plain = makeRenderer(false);
+  if (!plain || isSoftware(plain)) return { renderer: plain, software: true };
+  plain.dispose();
+  plain.forceContextLoss();
+  return { renderer: makeRenderer(true), software: false };
 }
 
 function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
@@ -76,10 +89,13 @@ function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
 export function makeStage(): Stage {
   const entries = new Map<Element, Entry>();
   let renderer: THREE.WebGLRenderer | null | undefined;
-  let quick: THREE.WebGLRenderer | null | undefined; // without smoothed edges; made when needed
+  let software = false;
   let colours: StageColours | null = null;
   let running = false;
   let turn = 0;
+  // The size of the renderer's picture for what moves, and whether a smoothed one has changed it.
+  let most: [width: number, height: number] = [1, 1];
+  let spoiled = false;
 
   const seen = new IntersectionObserver((changes) => {
     for (const change of changes) {
@@ -101,7 +117,11 @@ export function makeStage(): Stage {
     }
   });
 
-  function draw(gl: THREE.WebGLRenderer, view: StageView): void {
+  function begin(): void {
+    if (renderer === undefined) ({ renderer, software } = chooseRenderer());
+  }
+
+  function draw(gl: THREE.WebGLRenderer, view: StageView, finer: number): void {
     const { canvas, camera, scene } = view;
     const scale = Math.min(devicePixelRatio, MOST_PIXELS_PER_POINT);
     const width = Math.round(canvas.clientWidth * scale);
@@ -109,17 +129,22 @@ export function makeStage(): Stage {
     if (width === 0 || height === 0) return;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const source = gl.domElement;
-    if (source.width < width || source.height < height) {
-      gl.setSize(Math.max(source.width, width), Math.max(source.height, height), false);
+    const [across, down] = [width * finer, height * finer];
+    if (finer > 1) gl.setSize(across, down, false);
+    else if (source.width < width || source.height < height || spoiled) {
+      spoiled = false;
+      most = [Math.max(most[0], width), Math.max(most[1], height)];
+      gl.setSize(most[0], most[1], false);
     }
+    if (finer > 1) spoiled = true;
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    gl.setViewport(0, 0, width, height);
-    gl.setScissor(0, 0, width, height);
+    gl.setViewport(0, 0, across, down);
+    gl.setScissor(0, 0, across, down);
     gl.setScissorTest(true);
     gl.render(scene, camera);
     const context = canvas.getContext("2d", { alpha: false });
-    context?.drawImage(source, 0, source.height - height, width, height, 0, 0, width, height);
+    context?.drawImage(source, 0, source.height - down, across, down, 0, 0, width, height);
   }
 
   function frame(now: number): void {
@@ -143,30 +168,25 @@ export function makeStage(): Stage {
       }
       const changed = entry.view.update(Math.min((now - entry.last) / 1000, LONGEST_STEP));
       entry.last = now;
-      if ((changed || entry.stale || entry.rough) && renderer && !entry.view.isEmpty()) {
+      if (!renderer || entry.view.isEmpty()) continue;
+      if (changed || entry.stale) {
         entry.stale = false;
-        drawEntry(renderer, entry, changed);
+        entry.rough = software ? now : null;
+        draw(renderer, entry.view, 1);
+      } else if (entry.rough !== null && now - entry.rough > STILL) {
+        entry.rough = null;
+        draw(renderer, entry.view, FINER);
       }
     }
   }
 
-  function drawEntry(sharp: THREE.WebGLRenderer, entry: Entry, moves: boolean): void {
-    const isRough = moves && entry.takes > SLOW;
-    if (isRough && quick === undefined) quick = makeRenderer(false);
-    const began = performance.now();
-    draw((isRough && quick) || sharp, entry.view);
-    if (isRough) entry.takes *= FORGET;
-    else if (moves && !entry.rough) entry.takes += NEWEST * (performance.now() - began - entry.takes);
-    entry.rough = isRough;
-  }
-
   return {
     get available() {
-      renderer ??= makeRenderer(true);
+      begin();
       return renderer !== null;
     },
     add(view) {
-      if (renderer === undefined) renderer = makeRenderer(true);
+      begin();
       colours ??= stageColours();
       view.recolour(colours);
       entries.set(view.canvas, {
@@ -174,8 +194,7 @@ export function makeStage(): Stage {
         visible: false,
         stale: true,
         last: performance.now(),
-        takes: 0,
-        rough: false,
+        rough: null,
       });
       seen.observe(view.canvas);
       sized.observe(view.canvas);
