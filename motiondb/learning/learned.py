@@ -49,6 +49,7 @@ from motiondb.records import (
 from motiondb.search import certainty
 from motiondb.search.examples import extents
 from motiondb.search.questions import by_words
+from motiondb.search.questions.bounds import TakeExtremes, take_extremes
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
 from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
@@ -304,26 +305,33 @@ class Learned(LearnedModel):
     def seen_takes(self) -> dict[int, by_words.TakeScores]:
         """Log-odds of all words in every capture, from the motion alone."""
         return {
-            capture: by_words.TakeScores(
-                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
-            )
-            for capture, rows in self.rows.items()
-            for odds in [self.motion_log_odds[capture]]
+            capture: self._take(capture, odds) for capture, odds in self.motion_log_odds.items()
         }
 
     @cached_property
     def takes(self) -> dict[int, by_words.TakeScores]:
         """Log-odds of all words in every capture, from the motion and the captions."""
         takes = {}
-        for capture, rows in self.rows.items():
-            odds = self.motion_log_odds[capture]
+        for capture, odds in self.motion_log_odds.items():
             evidence = self.written.get(capture)
             if evidence is not None:
                 odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
-            takes[capture] = by_words.TakeScores(
-                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
-            )
+            takes[capture] = self._take(capture, odds)
         return takes
+
+    def _take(self, capture: int, odds: FloatArray) -> by_words.TakeScores:
+        rows, table = self.rows[capture], self.segments
+        return by_words.TakeScores(table.starts[rows], table.ends[rows], odds[:-1], odds[-1])
+
+    @cached_property
+    def take_extremes(self) -> TakeExtremes:
+        """The largest and smallest log-odds of all words in every capture of ``takes``."""
+        return take_extremes(self.takes)
+
+    @cached_property
+    def seen_extremes(self) -> TakeExtremes:
+        """The same from the motion alone."""
+        return take_extremes(self.seen_takes)
 
     @cached_property
     def place_takes(self) -> dict[int, by_words.TakeScores]:
@@ -353,8 +361,10 @@ class Learned(LearnedModel):
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
-        standardised, n = self.standardised, len(self.association.words)
-        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
+        n_words, performers = len(self.association.words), self.performers
+        return evidence_by_others(
+            self.places, self.segments, self.standardised, n_words, performers
+        )
 
     @cached_property
     def placed_words(self) -> frozenset[int]:
@@ -380,10 +390,7 @@ class Learned(LearnedModel):
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:
-        """Evidence, in nats, that captions of intervals add to the places of words.
-
-        Capture number -> array (segments, words), for captures that have such captions now.
-        """
+        """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
         evidence = {}
         for capture, rows in self.rows.items():

@@ -186,13 +186,16 @@ class QuestionVerbs(CatalogueVerbs):
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""
-        with self.session.reading():
+
+        def load() -> list[str]:
             captured = [info for info in self.captures() if info.kind == "captured"]
             if not self.is_learned():
                 return [info.name for info in captured]
             table = store.load_segments(self.store, scores=False)
             learned = set(table.capture_ids.tolist())
             return [info.name for info in captured if info.capture_id not in learned]
+
+        return list(self.session.kept("unlearned", load))
 
     def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
         """Captures without captions, the most informative about the others first.

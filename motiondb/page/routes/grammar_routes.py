@@ -79,8 +79,10 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/grammars", response_model=grammar_schemas.GrammarRows)
     def grammars() -> Answer:
         """The grammars of the database."""
-        with page.held.use() as db, db.session.reading():
-            rows = [_row(db, size) for size in db.grammars.sizes()]
+        with page.held.use() as db:
+            rows = db.session.kept(
+                "grammars of the page", lambda: [_row(db, size) for size in db.grammars.sizes()]
+            )
         return Answer({"grammars": rows})
 
     @routes.get("/api/grammar", response_model=grammar_schemas.GrammarFacts)

@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from motiondb.database import MotionDB
 from motiondb.page.delivery.refs import Ref, load_motion, read_ref
-from motiondb.page.delivery.scene_motions import load_scene
+from motiondb.page.delivery.scene_motions import load_scene, made_scene
 from motiondb.page.motion import container, figure
 from motiondb.page.motion.container import Track, body_track
 from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
@@ -56,6 +56,10 @@ def router(page: Page) -> APIRouter:
         ref: RefText, start: Start = None, end: End = None, fps: Rate = MOTION_FPS
     ) -> Response:
         """A motion, or a scene with several tracks, as compact binary."""
+        if start is None and end is None and fps == MOTION_FPS:
+            made = made_scene(page, read_ref(ref))
+            if made is not None:  # as the job wrote it, without opening the database
+                return Response(made, media_type=container.MEDIA_TYPE)
         with page.held.use() as db, db.session.reading():
             data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
         return _binary(data)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from motiondb.database import MotionDB
+from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift
 
 
@@ -59,18 +60,18 @@ class HeldDatabase:
                 if not self._users:
                     self._database.release()
 
+    def warm_view(self) -> None:
+        """Load what the first view of the page needs."""
+        with suppress(MotionDBError), self.use() as db:  # the first request will tell
+            db.browse()
+            database_facts(db)
+
     def warm(self) -> None:
         """Load the data that questions need, so that the first user does not wait for it."""
-        from motiondb.errors import MotionDBError
-
-        try:
-            with self.use() as db:
-                db.browse()
-                database_facts(db)
-                if db.is_learned() and db.learned.has_words:
-                    db.search(db.vocabulary()[0], limit=1)
-        except MotionDBError:  # the first request will report it
-            return
+        self.warm_view()
+        with suppress(MotionDBError), self.use() as db:
+            if db.is_learned() and db.learned.has_words:
+                db.search(db.vocabulary()[0], limit=1)
 
     def close(self) -> None:
         """Close the file."""

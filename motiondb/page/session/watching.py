@@ -43,6 +43,8 @@ class Watch:
         self._ended.set()
 
     def _look(self) -> None:
+        if self._warms:  # whoever starts the server opens the page next
+            self._held.warm_view()
         quiet, is_warm = 0, not self._warms
         while not self._ended.wait(EVERY):
             mark = self._stamp()

@@ -167,6 +167,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     canvas,
     scene,
     camera,
+    isEmpty: () => shown.tracks.length === 0,
     update(seconds) {
       const before = playback.time;
       playback = advance(playback, seconds);

@@ -5,6 +5,7 @@ import type { GenerateAnswer, Made } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
+import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { questionElement } from "../search/question.ts";
 import type { Context, OpenView, View } from "../view.ts";
@@ -168,7 +169,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       showVariants(answer.variants);
     } catch (fault) {
       if (mine !== running) return;
-      fill(results, notLearned(fault, context) ?? faultState(messageOf(fault)));
+      const choose = (word: string): void => go(routeTo("generate", { q: word, seed: 0 }));
+      fill(results, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
   }
 

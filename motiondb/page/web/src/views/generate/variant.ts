@@ -8,7 +8,7 @@ import { icon } from "../../dom/icons.ts";
 import { download } from "../../parts/download.ts";
 import { askToKeep, suggestedName } from "../../parts/keeping.ts";
 import { sourceList } from "../../parts/sources.ts";
-import { probability, seconds } from "../../parts/text.ts";
+import { probability, seconds, sharedReason } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
@@ -42,6 +42,7 @@ export function askedLane(made: Made): Lane {
 }
 
 function shownList(made: Made, seek: (time: number) => void): HTMLElement {
+  const shared = sharedReason(made.shown);
   return h(
     "ul",
     { class: "plain shown-list", "aria-label": "Shown and not shown" },
@@ -56,7 +57,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
           h("b", {}, text),
           shown ? " is shown" : shown === null ? " is not confirmed" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
-          reason ? `: ${reason}` : "",
+          reason && reason !== shared ? `: ${reason}` : "",
           " ",
         ),
         h(
@@ -74,6 +75,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
         h("span", {}, h("b", {}, text), " is not shown: ", reason),
       ),
     ),
+    shared ? h("li", { class: "muted shared-reason" }, `Not confirmed: ${shared}.`) : null,
   );
 }
 

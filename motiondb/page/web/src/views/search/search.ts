@@ -10,6 +10,7 @@ import { sortFiles, upload } from "../../parts/upload.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView, View } from "../view.ts";
+import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
 import { makeExample, type Example } from "./example.ts";
@@ -227,7 +228,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (isAbort(fault)) return;
       answers.clear();
       understood.replaceChildren();
-      fill(answers.element, notLearned(fault, context) ?? faultState(messageOf(fault)));
+      const choose = (word: string): void => go(routeTo("search", { q: word }));
+      const asked = wanted.q && !wanted.where; // a filter may be at fault, too
+      const shown = asked ? faultWithWords(fault, choose) : faultState(messageOf(fault));
+      fill(answers.element, notLearned(fault, context) ?? shown);
     }
     busy(false);
   }
