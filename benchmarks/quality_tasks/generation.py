@@ -12,7 +12,7 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.generate.contact import foot_slip
-from motiondb.learning.answers.word_answers import describe
+from motiondb.learning.answers.descriptions import describe
 from motiondb.pictures.strip import strip_figure
 from motiondb.pose import body, retarget
 from motiondb.pose.features import recognition_features

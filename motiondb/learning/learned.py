@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.caption_evidence import caption_evidence
+from motiondb.learning.caption_evidence import caption_evidence, interval_evidence
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
     Counted,
@@ -30,7 +30,6 @@ from motiondb.learning.places.place_fitting import (
     Places,
     Written,
     evidence_by_others,
-    label_intervals,
     place_evidence,
     unplaced_evidence,
 )
@@ -55,7 +54,7 @@ from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
 from motiondb.words.maps.edge_map import EdgeMap
-from motiondb.words.maps.place_map import LABELLED
+from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.translation import explanation, transition
 
@@ -114,6 +113,12 @@ class LearnedModel:
     judge : MotionJudge or None
         Tells which words a generated motion shows; None if no words were written, and in
         databases of versions that did not have it.
+    pooled : PooledMap or None
+        Second opinion on the words of an interval, for the resemblance to an example; None where
+        no words were written, with a start, and in databases of versions that did not learn it.
+    share_calibration : array (2,) or None
+        Calibration of the words told of a motion (:mod:`motiondb.words.maps.caption_map`); None in
+        the same cases, in which the word map tells them.
     """
 
     run_id: int
@@ -137,6 +142,8 @@ class LearnedModel:
     started: Started | None = None
     judge: MotionJudge | None = None
     edges: EdgeMap | None = None
+    pooled: PooledMap | None = None
+    share_calibration: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -385,13 +392,7 @@ class Learned(LearnedModel):
         Of the captures that have such captions now.
         """
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        evidence = {}
-        for capture, rows in self.rows.items():
-            parts = written.of_intervals(capture)
-            said = label_intervals(self.segments, rows, parts, False, len(self.word_numbers))
-            if said is not None:
-                evidence[capture] = LABELLED * np.nan_to_num(said)
-        return evidence
+        return interval_evidence(self.segments, self.rows, written)
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

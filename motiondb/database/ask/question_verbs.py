@@ -13,6 +13,7 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import (
     caption_suggestions,
+    descriptions,
     example_answers,
     part_suggestions,
     word_answers,
@@ -161,7 +162,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
-    ) -> tuple[word_answers.Description, ...]:
+    ) -> tuple[descriptions.Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
@@ -181,7 +182,7 @@ class QuestionVerbs(CatalogueVerbs):
             When there is no such capture.
         """
         with self.session.reading():
-            return word_answers.describe(self.learned, self.motion(example, start, end))
+            return descriptions.describe(self.learned, self.motion(example, start, end))
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""

@@ -14,10 +14,9 @@ from motiondb.learning.answers.explained_answer import Explanation, explain
 from motiondb.learning.answers.whole_captions import unquote
 from motiondb.learning.answers.word_sources import WordSource, word_sources
 from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import decode, recognise, understand
+from motiondb.learning.recognition import decode, understand
 from motiondb.learning.written_words import WrittenWord
-from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
+from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search.examples import alignment
 from motiondb.search.questions import by_words, reasons
 from motiondb.words.nearby.taking import Taking
@@ -301,56 +300,6 @@ def _search_decoded(
         for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
     )
     return WordAnswer(matches, question, actions, not_used, decoded)
-
-
-@dataclass(frozen=True)
-class Description:
-    """The words of an interval of a motion.
-
-    Attributes
-    ----------
-    start : float
-        Seconds.
-    end : float
-        Seconds.
-    words : tuple of (str, float)
-        Words with their probabilities, most probable first.
-    symbols : tuple of int
-        Symbols of the interval's segments.
-    """
-
-    start: float
-    end: float
-    words: tuple[tuple[str, float], ...]
-    symbols: tuple[int, ...] = ()
-
-
-def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
-    """The words of a motion over time; neighbours with the same likeliest words become one."""
-    seen = recognise(learned, motion)
-    starts, ends, symbols = seen.starts, seen.ends, seen.symbols
-    probabilities = learned.word_map.probabilities(seen.window_vectors()) * learned.is_known()
-    groups: list[list[int]] = []
-    for n, row in enumerate(probabilities):
-        likeliest = set(np.argsort(-row)[:2])
-        if groups and set(np.argsort(-probabilities[groups[-1]].mean(axis=0))[:2]) == likeliest:
-            groups[-1].append(n)
-        else:
-            groups.append([n])
-    seconds = FEATURE_STEP / MOTION_FPS
-    answers = []
-    for group in groups:
-        mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
-        order = [w for w in np.argsort(-mean, kind="stable")[:n_words] if mean[w] > 0.0]
-        answers.append(
-            Description(
-                round(float(starts[group[0]]) * seconds, 3),
-                round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
-                tuple((learned.association.words[w], float(mean[w])) for w in order),
-                tuple(int(s) for s in symbols[group]),
-            )
-        )
-    return tuple(answers)
 
 
 def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
