@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from math import ceil, floor
 
 import numpy as np
 
@@ -39,6 +40,9 @@ from motiondb.symbols.distances import space as symbol_spaces
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.maps.edge_map import EdgeMap
 from motiondb.words.maps.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
+
+NEARLY = 1e-6
+"""Feature frames by which the rounding of seconds may move the end of an interval."""
 
 
 def fit_model(
@@ -222,8 +226,8 @@ def _fit_pooled(
     rows = []
     for row, ((capture, start, end), spoken) in enumerate(merged.items()):
         first, last = bounds[capture]
-        low = min(first + int(start // FEATURE_STEP), last - 1)
-        high = min(max(first - int(-end // FEATURE_STEP), low + 1), last)
+        low = min(first + floor(start / FEATURE_STEP + NEARLY), last - 1)
+        high = min(max(first + ceil(end / FEATURE_STEP - NEARLY), low + 1), last)
         rows.append(pooled_statistics(frames[low:high]))
         presence[row, [numbers[word] for word in spoken]] = True
     with one_blas_thread():  # sums of several threads differ in their last bits
