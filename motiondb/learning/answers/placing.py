@@ -14,8 +14,9 @@ alone, the part is more likely not shown.
 The interval ends where the evidence for each frame falls to half of its peak
 (:mod:`motiondb.words.maps.edge_map`), so that a short action has the boundaries of the movement
 and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
-then it shows one long activity, and not a short action with something else around it. The probability is that of the interval before its boundaries are refined,
-and so is the comparison of an answer with others.
+then it shows one long activity, and not a short action with something else around it. The
+probability is that of the interval before its boundaries are refined, and so is the comparison of
+an answer with others.
 
 Databases that learned before there was evidence of places keep the intervals of the word map.
 """
