@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.caption_evidence import caption_evidence
+from motiondb.learning.caption_evidence import caption_evidence, interval_evidence
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
     Counted,
@@ -30,7 +30,6 @@ from motiondb.learning.places.place_fitting import (
     Places,
     Written,
     evidence_by_others,
-    label_intervals,
     place_evidence,
     unplaced_evidence,
 )
@@ -57,7 +56,7 @@ from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
 from motiondb.words.maps.edge_map import EdgeMap
-from motiondb.words.maps.place_map import LABELLED
+from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.translation import explanation, transition
 
@@ -116,6 +115,12 @@ class LearnedModel:
     judge : MotionJudge or None
         Decides which words a generated motion shows; None if no words were written, and in
         databases of versions without a judge.
+    pooled : PooledMap or None
+        Second opinion on the words of an interval, for the resemblance to an example; None if no
+        words were written, with a start, and in databases of versions that did not learn it.
+    share_calibration : array (2,) or None
+        Calibration of the probabilities of words of a motion (``words.maps.caption_map``); None in
+        the same cases, in which the word map gives these probabilities.
     """
 
     run_id: int
@@ -139,6 +144,8 @@ class LearnedModel:
     started: Started | None = None
     judge: MotionJudge | None = None
     edges: EdgeMap | None = None
+    pooled: PooledMap | None = None
+    share_calibration: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,11 +251,8 @@ class Learned(LearnedModel):
     @cached_property
     def log_transitions(self) -> dict[bool, FloatArray]:
         """Log-probabilities of transitions: plain bigram (False) or mixed with clusters (True)."""
-        counts = self.transition_counts
-        return {
-            True: transition.log_interpolated_bigram(counts, self.clusters),
-            False: transition.log_bigram(counts),
-        }
+        interpolated = transition.log_interpolated_bigram(self.transition_counts, self.clusters)
+        return {True: interpolated, False: transition.log_bigram(self.transition_counts)}
 
     @cached_property
     def shapes(self) -> dict[tuple[int, int], float]:
@@ -342,9 +346,8 @@ class Learned(LearnedModel):
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
-        evidence = place_evidence(
-            self.places, self.segments, self.standardised, len(self.association.words)
-        )
+        n_words = len(self.association.words)
+        evidence = place_evidence(self.places, self.segments, self.standardised, n_words)
         return {
             capture: by_words.TakeScores(
                 self.segments.starts[rows], self.segments.ends[rows], of, of.max(axis=0)
@@ -361,10 +364,8 @@ class Learned(LearnedModel):
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
-        n_words, performers = len(self.association.words), self.performers
-        return evidence_by_others(
-            self.places, self.segments, self.standardised, n_words, performers
-        )
+        standardised, n = self.standardised, len(self.association.words)
+        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
 
     @cached_property
     def placed_words(self) -> frozenset[int]:
@@ -392,13 +393,7 @@ class Learned(LearnedModel):
     def said_places(self) -> dict[int, FloatArray]:
         """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        evidence = {}
-        for capture, rows in self.rows.items():
-            parts = written.of_intervals(capture)
-            said = label_intervals(self.segments, rows, parts, False, len(self.word_numbers))
-            if said is not None:
-                evidence[capture] = LABELLED * np.nan_to_num(said)
-        return evidence
+        return interval_evidence(self.segments, self.rows, written)
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

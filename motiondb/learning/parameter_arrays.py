@@ -30,6 +30,7 @@ from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.edge_map import EdgeMap
+from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.maps.word_moments import CaptionMoments, WordMoments
 from motiondb.words.translation.explanation import ExpectedCounts
@@ -86,6 +87,8 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         started=started_from(arrays),
         judge=_judge(arrays),
         edges=_edges(arrays),
+        pooled=_pooled(arrays),
+        share_calibration=arrays.get("share_calibration"),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -113,11 +116,13 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
         arrays |= _place_arrays(model.places)
-    if model.judge is not None:
-        judge = vars(model.judge)
-        arrays |= {f"judge_{name}": np.asarray(v, np.float64) for name, v in judge.items()}
-    if model.edges is not None:
-        arrays |= {f"edge_{name}": values for name, values in vars(model.edges).items()}
+    for prefix, part in (
+        ("judge", model.judge), ("edge", model.edges), ("pooled", model.pooled)
+    ):  # fmt: skip
+        if part is not None:
+            arrays |= {f"{prefix}_{name}": np.asarray(v, float) for name, v in vars(part).items()}
+    if model.share_calibration is not None:
+        arrays["share_calibration"] = model.share_calibration
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
     if model.started is not None:
@@ -183,6 +188,14 @@ def _edges(arrays: Arrays) -> EdgeMap | None:
     if "edge_centre" not in arrays:
         return None
     return EdgeMap(*(arrays[f"edge_{name}"] for name in ("centre", "spread", "weights", "floors")))
+
+
+def _pooled(arrays: Arrays) -> PooledMap | None:
+    if "pooled_centre" not in arrays:
+        return None
+    return PooledMap(
+        *(arrays[f"pooled_{name}"] for name in ("centre", "spread", "mean", "weights"))
+    )
 
 
 def _judge(arrays: Arrays) -> MotionJudge | None:

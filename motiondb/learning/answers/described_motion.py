@@ -1,4 +1,9 @@
-"""The words of a motion over time."""
+"""The words of a motion over time, with their probabilities.
+
+The probability of a word comes from its share of the caption that the motion suggests
+(:mod:`motiondb.words.maps.caption_map`). Where the calibration of shares was not learned (with a
+start, and in databases of versions that did not learn it), it is that of the word map.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +14,8 @@ import numpy as np
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
 from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import MOTION_FPS, Motion
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.words.maps.caption_map import share_probabilities
 
 
 @dataclass(frozen=True)
@@ -39,7 +45,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
     """The words of a motion over time; neighbours with the same likeliest words become one."""
     seen = recognise(learned, motion)
     starts, ends, symbols = seen.starts, seen.ends, seen.symbols
-    probabilities = learned.word_map.probabilities(seen.window_vectors()) * learned.is_known()
+    probabilities = word_probabilities(learned, seen.window_vectors()) * learned.is_known()
     groups: list[list[int]] = []
     for n, row in enumerate(probabilities):
         likeliest = set(np.argsort(-row)[:2])
@@ -61,3 +67,24 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
             )
         )
     return tuple(answers)
+
+
+def word_probabilities(learned: Learned, vectors: FloatArray) -> FloatArray:
+    """Probabilities of all words of the vocabulary in intervals: array (n, words).
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    vectors : array (n, columns)
+        Score vectors of the intervals.
+
+    Raises
+    ------
+    NotLearnedError
+        When no capture had words when the database learned.
+    """
+    words, captions = learned.word_map, learned.caption_map
+    if captions is None or learned.share_calibration is None:
+        return words.probabilities(vectors)
+    return share_probabilities(captions.shares(vectors), learned.share_calibration)

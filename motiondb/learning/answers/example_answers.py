@@ -14,7 +14,7 @@ from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
-from motiondb.records import Match, Motion
+from motiondb.records import Float32Array, Match, Motion
 from motiondb.search import certainty
 from motiondb.search.examples import by_motion, extents
 from motiondb.search.examples.resemblance import emphasis_of
@@ -165,7 +165,11 @@ def _find_motion(
         for capture in allowed
         for rows in [learned.rows[capture]]
     }
-    candidates = by_motion.find_candidates(query, takes, learned.distances)
+
+    def frames_of(capture: int, first: int, end: int) -> Float32Array:
+        return learned.feature_space.project(pool.of_capture(capture)[first:end])
+
+    candidates = by_motion.find_candidates(query, takes, learned.distances, frames_of=frames_of)
     features = {
         capture: learned.feature_space.project(pool.of_capture(capture))
         for capture in {c.capture for c in candidates}
@@ -200,8 +204,9 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     words = learned.word_map if meaning else None
     emphasis = emphasis_of(learned.association.words)
     return by_motion.Query(
-        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel, emphasis
-    )
+        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel, emphasis,
+        learned.pooled,
+    )  # fmt: skip
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:

@@ -13,8 +13,10 @@ part, which by the motion alone is more likely not shown.
 
 The interval ends where the evidence for each frame falls to half of its peak
 (:mod:`motiondb.words.maps.edge_map`), so that a short action has the boundaries of the movement
-and not of the segments. The probability is that of the interval before its boundaries are refined,
-and so is the comparison of an answer with others.
+and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
+then it shows one long activity, and not a short action with something else around it. The
+probability is that of the interval before its boundaries are refined, and so is the comparison of
+an answer with others.
 
 Databases that learned before there was evidence of places keep the intervals of the word map.
 """
@@ -41,6 +43,11 @@ Features = Callable[[int], Float32Array]
 
 LIKELY = 0.5
 """Probability above which a statement is more likely true than not."""
+NARROW = 0.6
+"""Largest share of its interval that a short action fills. An activity that fills more keeps the
+boundaries of segments: people mark its preparation and its end as parts of it. Chosen among .3 to
+.7 with the marked actions and the parts of long takes in view (``docs/quality.md``, "Boundaries of
+short actions" and "By word")."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +143,8 @@ def refine_places(
     """Places with the boundaries that the evidence for each frame gives.
 
     A part keeps its frames where its place is unknown or labelled by a person, and where it asks
-    for nothing, for a least length, or for words whose places were not learned. No part is extended
-    into another one.
+    for nothing, for a least length, or for words whose places were not learned, and where more than
+    ``NARROW`` of it would remain. No part is extended into another one.
 
     Parameters
     ----------
@@ -184,6 +191,8 @@ def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int])
     if low >= high:
         return span
     start, end = refine_interval(evidence, (low, high), limits)
+    if NARROW * (high - low) < end - start <= high - low:
+        return span
     return (
         span[0] if start == low else FEATURE_STEP * start,
         span[1] if end == high else FEATURE_STEP * end,

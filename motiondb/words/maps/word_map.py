@@ -106,14 +106,12 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     priors = word_priors(target)
     if len(np.unique(groups)) < 2:
         groups = np.arange(len(vectors)) % 5
-    held_out = {ridge: _left_out(vectors, target, groups, ridge) for ridge in RIDGES}
-    shared = np.stack([target[groups == g].any(axis=0) for g in np.unique(groups)]).sum(axis=0) > 1
-    if not shared.any():
-        shared[:] = True
+    held_out = {ridge: left_out(vectors, target, groups, ridge) for ridge in RIDGES}
+    shared = shared_words(presence, groups)
     reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
     ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
     spreads = word_spreads(priors)
-    known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
+    known_group = left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
     logits = np.broadcast_to(_logit(priors[shared]), both.shape)
@@ -138,7 +136,7 @@ def map_words(
         a, b and c of the logistic map.
     """
     target = presence.astype(np.float64)
-    weights, offsets = _ridge(vectors, target, ridge)
+    weights, offsets = fit_ridge(vectors, target, ridge)
     priors = word_priors(target)
     return WordMap(
         weights, offsets - target.mean(axis=0), priors, word_spreads(priors), calibration,
@@ -184,7 +182,20 @@ def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
     return float(np.mean(means))
 
 
-def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[FloatArray, FloatArray]:
+def fit_ridge(
+    vectors: FloatArray, target: FloatArray, ridge: float
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes (columns, words) and constants (words,) of centred ridge regression.
+
+    Parameters
+    ----------
+    vectors : array (n, columns)
+        Rows to predict from.
+    target : array (n, words)
+        What is predicted.
+    ridge : float
+        The ridge.
+    """
     mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
     v, y = vectors - mean_v, target - mean_y
     if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
@@ -194,16 +205,42 @@ def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[Float
     return weights, mean_y - mean_v @ weights
 
 
-def _left_out(
-    vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float
-) -> FloatArray:
+def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
+    """Words of two or more groups; all words if there are none: array (words,).
+
+    Parameters
+    ----------
+    presence : array (n, words)
+        True where a word was written about the interval.
+    groups : array (n,)
+        Performer of each interval.
+    """
+    said = [presence[groups == group].any(axis=0) for group in np.unique(groups)]
+    shared: NDArray[np.bool_] = np.sum(said, axis=0) > 1
+    return shared if shared.any() else np.ones_like(shared)
+
+
+def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
+    """Predicted target of every interval, by the regression without its group: array (n, words).
+
+    Parameters
+    ----------
+    vectors : array (n, symbols)
+        One row for each described interval, of length 1.
+    target : array (n, words)
+        What is predicted.
+    groups : array (n,)
+        Group of each interval.
+    ridge : float
+        The ridge.
+    """
     predicted = np.zeros_like(target)
     for group in np.unique(groups):
         test = groups == group
         if test.all():
             predicted[test] = target.mean(axis=0)
             continue
-        weights, offsets = _ridge(vectors[~test], target[~test], ridge)
+        weights, offsets = fit_ridge(vectors[~test], target[~test], ridge)
         predicted[test] = vectors[test] @ weights + offsets
     return predicted
 
