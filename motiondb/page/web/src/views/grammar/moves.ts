@@ -1,6 +1,7 @@
 /**
  * Undo and redo of edits: undo goes to the parent, which the server knows; redo goes to the edit
  * that was undone, which the browser remembers while the tab is open.
+ */
 
 const KEY = "motiondb-grammar-redo";
 
