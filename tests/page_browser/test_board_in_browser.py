@@ -156,6 +156,10 @@ def test_a_scene_is_made_survives_a_reload_and_follows_a_change(serve_copy, new_
     first = made(page)
     wait_for_figure(page, ".board-scene .player-canvas")
     assert "of" in page.locator(".board-scene summary").inner_text()
+    assert page.evaluate(
+        "() => document.querySelector('.board-scene').scrollWidth"
+        " <= document.querySelector('.board-right').clientWidth"
+    )
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     drag(page, (0.0, 8.0), (0.5, 8.0))

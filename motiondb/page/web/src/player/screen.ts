@@ -51,7 +51,7 @@ export interface Screen {
   frameAll(azimuth?: number, elevation?: number): void;
   /** Move the camera near the figures as they stand now, and follow them. */
   frameNow(): void;
-  /** Call a function with the time whenever a frame is drawn at a new time. */
+  /** Call a function with the time whenever a frame is drawn at a new time, or playing begins or ends. */
   onTime(listener: (time: number) => void): void;
   redraw(): void;
   close(): void;
@@ -88,6 +88,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   let switches: Switches = { follow: false, grid: true, trails: false, contacts: false };
   let changed = true;
   let toldTime = NaN;
+  let toldPlaying = false;
   let followed: readonly [number, number] | null = null;
 
   function build(): void {
@@ -177,8 +178,10 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
         place();
         if (!stage.available) paintFlat(canvas, figures.draw(playback.time, switches), orbit);
       }
-      if (playback.time !== toldTime) {
+      // Where a frame takes long, it may start and end at one time, and stop playing between.
+      if (playback.time !== toldTime || playback.playing !== toldPlaying) {
         toldTime = playback.time;
+        toldPlaying = playback.playing;
         listeners.forEach((listener) => listener(toldTime));
       }
       return moved;

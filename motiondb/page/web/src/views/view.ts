@@ -11,7 +11,7 @@ export interface Context {
   readonly live: Live;
   /** The last known state of the database. */
   status(): Status;
-  /** Ask for the state again. */
+  /** Ask for the state again; the view is told if the revision is another. */
   refresh(): Promise<Status>;
   /** A short message that goes away by itself, with an action if given. */
   notify(text: string, action?: { label: string; run: () => void }): void;
