@@ -83,8 +83,8 @@ def test_what_is_left_out_does_not_take_part() -> None:
     target = presence.astype(float)
     changed = target.copy()
     changed[groups == 3] = 9.0
-    before = word_map._left_out(vectors, target, groups, 1.0)
-    after = word_map._left_out(vectors, changed, groups, 1.0)
+    before = word_map.left_out(vectors, target, groups, 1.0)
+    after = word_map.left_out(vectors, changed, groups, 1.0)
     np.testing.assert_allclose(after[groups == 3], before[groups == 3])
 
 
