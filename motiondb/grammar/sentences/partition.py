@@ -5,7 +5,7 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
 
 1. *Candidates.* The paper's candidates do not divide a chosen repeat (``cutting``). But in strings
    of ten and more sentences, repeats cover about nine true borders in ten by chance. So others are
-   cut without regard to repeats, or at all borders of one kind (``borders``).
+   cut without regard to repeats, or at all borders of one kind or of several (``borders``).
 2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
    times as often, and so on, until a few finalists are left.
 3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
@@ -36,7 +36,12 @@ from motiondb.grammar.cfg.context_free import Grammar, GrammarError
 from motiondb.grammar.induction.induction import Induction, induce_with_bits
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
 from motiondb.grammar.rules.rule_set import RuleSet
-from motiondb.grammar.sentences.borders import Cuts, recurring_splits, too_long
+from motiondb.grammar.sentences.borders import (
+    Cuts,
+    recurring_splits,
+    too_long,
+    united_splits,
+)
 from motiondb.grammar.sentences.cutting import (
     LONGEST,
     SHORTEST,
@@ -130,6 +135,7 @@ def find_sentences(
     candidates = [
         *_searched(strings, room, lengths, rng, evaluations),
         *recurring_splits(strings, *lengths),
+        *united_splits(strings, *lengths),
     ]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
     tell(1, _STEPS)
