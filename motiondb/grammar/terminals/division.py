@@ -103,7 +103,9 @@ def _division(task: Task, state: State, k: int, first: int, second: int) -> Stat
     medoids, table = state.medoids.copy(), state.table.copy()
     medoids[k] = first
     cell_costs(task, first, table[k])
-    least, runner_up, nearest = (np.empty_like(part) for part in (state.least, state.second, state.nearest))
+    least, runner_up, nearest = (
+        np.empty_like(part) for part in (state.least, state.second, state.nearest)
+    )
     two_least(table, least, runner_up, nearest)
     begun = State(medoids, table, state.path, state.cost, least, runner_up, nearest)
     tried = np.empty_like(least)
