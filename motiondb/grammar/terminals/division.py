@@ -2,10 +2,10 @@
 
 The search of :mod:`.exchange` exchanges one medoid at a time. It cannot leave a segmentation in
 which one terminal holds two movements that always follow each other, such as lowering the fists at
-the end of a bout and raising them at the beginning of the next. If only one of the two parts becomes
-a medoid, the other part is like no medoid, wherever it occurs, so this step costs much. Both parts
-together may cost less than the whole: they also stand for the places at which one of them occurs
-alone, such as the two ends of a take.
+the end of a bout and raising them at the beginning of the next. If only one of the two parts
+becomes a medoid, the other part is like no medoid, wherever it occurs, so this step costs much.
+Both parts together may cost less than the whole: they also stand for the places at which one of
+them occurs alone, such as the two ends of a take.
 
 A division takes the place of medoid k. Its cell, or that of a segment like it, [a, b) is cut at a
 candidate c, the cell [a, c) becomes medoid k, and [c, b) is exchanged for the medoid that is least
@@ -96,8 +96,10 @@ def _cell(task: Task, first: int, last: int) -> int:
 
 
 def _division(task: Task, state: State, k: int, first: int, second: int) -> State | None:
-    """Return the state with ``first`` in place of medoid k and ``second`` in place of the medoid
-    that is least needed then; None if that does not lower G."""
+    """Return the state with ``first`` in place of medoid k and ``second`` of another.
+
+    The other one is the medoid that is least needed then. None if that does not lower G.
+    """
     if first in state.medoids or second in state.medoids:
         return None
     medoids, table = state.medoids.copy(), state.table.copy()

@@ -137,7 +137,7 @@ def judge_loops(
         for row in looping:
             judged = np.array([_rounds(one.nodes, row, places) for one in readings.values()])
             expanded = lefts == rows[row][0]
-            entered = [_uses_any(one.nodes, expanded) for one in readings.values()]
+            entered = [bool(expanded[one.nodes[:, RULE]].any()) for one in readings.values()]
             rounds, above, below = judged[entered].T if any(entered) else np.zeros((3, 1), int)
             most, bounded = int(rounds.max()), stops_at_bound(rounds, counts[entered], least)
             enough = most >= asked
@@ -170,15 +170,6 @@ def _entries(nodes: IntArray, inside: BoolArray, places: BoolArray) -> int:
         within = parent >= 0 and places[nodes[parent, RULE], nodes[k, PLACE]]
         number += int(inside[nodes[k, RULE]] and not within)
     return number
-
-
-@njit(cache=True)
-def _uses_any(nodes: IntArray, marked: BoolArray) -> bool:
-    """Return whether a tree uses a rule that is marked; ``marked`` (rules,)."""
-    for k in range(nodes.shape[0]):
-        if marked[nodes[k, RULE]]:
-            return True
-    return False
 
 
 def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LEAST_CHANCE) -> bool:
