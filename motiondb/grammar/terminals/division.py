@@ -27,7 +27,6 @@ from motiondb.grammar.terminals.exchange import (
     exchange_of,
     settle,
 )
-from motiondb.grammar.terminals.exchange_kernels import two_least
 
 _SEGMENTS = 6
 """Segments of each terminal that are tried in the place of its medoid. Not every segment has a
@@ -105,12 +104,8 @@ def _division(task: Task, state: State, k: int, first: int, second: int) -> Stat
     medoids, table = state.medoids.copy(), state.table.copy()
     medoids[k] = first
     cell_costs(task, first, table[k])
-    least, runner_up, nearest = (
-        np.empty_like(part) for part in (state.least, state.second, state.nearest)
-    )
-    two_least(table, least, runner_up, nearest)
-    begun = State(medoids, table, state.path, state.cost, least, runner_up, nearest)
-    tried = np.empty_like(least)
+    begun = settle(task, medoids, table)
+    tried = np.empty_like(begun.least)
     cell_costs(task, second, tried)
     given_up = exchange_of(task, begun, second, tried, state.cost * (1.0 - LEAST_GAIN))
     if given_up < 0:
