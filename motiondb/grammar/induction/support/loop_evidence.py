@@ -130,8 +130,10 @@ def judge_loops(
         places = _loop_places(rows, set(group))
         looping = np.flatnonzero(places.any(axis=1)).tolist()
         inside = np.isin(lefts, group)
-        entries = [_entries(one.nodes, inside, places) for one in readings.values()]
-        least = _LEAST_CHANCE if places.sum() == 1 and max(entries) <= 1 else _LEAST_OF_MANY
+        once = places.sum() == 1 and all(
+            _entries(one.nodes, inside, places) <= 1 for one in readings.values()
+        )
+        least = _LEAST_CHANCE if once else _LEAST_OF_MANY
         of_group = []
         strict = False
         for row in looping:
