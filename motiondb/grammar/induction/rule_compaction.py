@@ -31,7 +31,7 @@ from motiondb.grammar.induction.annealing import WARMEST, anneal
 from motiondb.grammar.induction.perturbation import REWARMED, perturb, sample, shortest
 from motiondb.grammar.induction.planting import plant
 from motiondb.grammar.induction.support.loop_evidence import keep_supported, rounds_asked
-from motiondb.grammar.induction.support.refitting import refit, refit_fully
+from motiondb.grammar.induction.support.refitting import refit, refit_and_read
 from motiondb.grammar.rules.neighbours import absorb_neighbours, release_ends
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
@@ -211,7 +211,8 @@ class Search:
         key = bits, _n_empty(annealed)
         if key not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
             self.judged.add(key)
-            kept = keep_supported(refit_fully(annealed, self.flat), self.flat, self.rounds)
+            fitted, parsed = refit_and_read(annealed, self.flat)
+            kept = keep_supported(fitted, self.flat, self.rounds, parsed)
             if kept is not None:
                 _keep(pool, kept)
 

@@ -5,7 +5,8 @@ first, and *between* the two. Borders are of the same kind if sentences begin or
 there. Cuts at all places of a kind treat all occurrences of a repeat alike. Candidate partitions
 are therefore made from one kind each, and a partition is changed kind by kind. A change of a single
 cut hardly changes the bits, because a sentence that is cut differently from all others has nothing
-in common with them.
+in common with them. If one movement is shown by several terminals, sentences begin or end in
+several ways, so kinds are also united.
 
 A partition is given as the places of the inner cuts of each string, in ascending order. A cut at
 place i is before symbol i of its string.
@@ -14,7 +15,8 @@ place i is before symbol i of its string.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
+from math import inf
 
 import numpy as np
 
@@ -31,6 +33,9 @@ Places = dict[Kind, list[tuple[int, int]]]
 
 _FARTHEST = 3
 """Largest number of symbols by which cuts are moved. Chosen by hand; not tuned."""
+
+_UNITED = 12
+"""Partitions of united kinds. Chosen by hand, to bound the time; not tuned."""
 
 
 def kinds_at(string: Sentence, place: int) -> tuple[Kind, Kind, Kind]:
@@ -104,6 +109,67 @@ def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -
         if pieces > len(strings) and shortest <= total / pieces <= longest:
             splits[cuts] = None
     return list(splits)
+
+
+def united_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> list[Cuts]:
+    """Return partitions that cut before two or three symbols, or after two or three symbols.
+
+    Where takes show a movement in different ways, no single kind of border is in all of them. Of
+    all pairs of kinds of one side, those are taken that give sentences of the most even lengths,
+    and a third kind is added where it makes them more even.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    shortest : int
+        Shortest sentence, in symbols.
+    longest : int
+        Longest sentence, in symbols, where it can be cut shorter.
+
+    Returns
+    -------
+    list of Cuts
+        Different partitions, those of the most even sentences first.
+    """
+    places = {kind: p for kind, p in border_places(strings).items() if kind[0] != "between"}
+
+    def cut(kinds: tuple[Kind, ...]) -> tuple[float, Cuts]:
+        made: list[list[int]] = [[] for _ in strings]
+        for kind in kinds:
+            for k, i in places[kind]:
+                made[k].append(i)
+        cuts = spaced(strings, made, shortest)
+        allowed = not too_long(strings, cuts, (shortest, longest))
+        return unevenness(strings, cuts) if allowed else inf, cuts
+
+    pairs = {pair: cut(pair) for pair in combinations(places, 2) if pair[0][0] == pair[1][0]}
+    united: dict[Cuts, float] = {}
+    for pair in sorted(pairs, key=lambda pair: pairs[pair])[:_UNITED]:
+        others = [kind for kind in places if kind[0] == pair[0][0] and kind not in pair]
+        least, cuts = min([pairs[pair], *(cut((*pair, kind)) for kind in others)])
+        if least < inf:
+            united[cuts] = least
+    return sorted(united, key=lambda cuts: united[cuts])
+
+
+def unevenness(strings: Sequence[Sentence], cuts: Cuts) -> float:
+    """Return the standard deviation of the lengths of sentences, as a share of their mean.
+
+    Parameters
+    ----------
+    strings : sequence of sequences of str
+        Strings of symbols.
+    cuts : Cuts
+        Inner cuts of each string.
+
+    >>> unevenness(["abcdef", "abc"], ((2,), ()))
+    0.2721655269759087
+    """
+    lengths = np.concatenate(
+        [np.diff([0, *inner, len(s)]) for s, inner in zip(strings, cuts, strict=True)]
+    )
+    return float(lengths.std() / lengths.mean())
 
 
 def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest: int) -> Cuts:

@@ -4,13 +4,12 @@ The description length of a partition is the bits of the rules learned from its 
 the sentences given the rules. Learning rules in full takes seconds, so partitions compete:
 
 1. *Candidates.* The paper's candidates do not divide a chosen repeat (``cutting``). But in strings
-   of ten and more sentences, repeats cover about nine true borders in ten by chance. Other
-   candidates are therefore cut without regard to repeats, or at all borders of one kind
-   (``borders``).
-2. *Race.* Rules are annealed for each candidate. The best third is annealed three times as often,
-and so on, until a few finalists are left. 3. *Improvement.* Each finalist is changed many times:
-its strings are cut again by the current rules (``reparsing``), or cuts of one kind are changed
-(``borders``), then rules annealed.
+   of ten and more sentences, repeats cover about nine true borders in ten by chance. So others are
+   cut without regard to repeats, or at all borders of one kind or of several (``borders``).
+2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
+   times as often, and so on, until a few finalists are left.
+3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
+   rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
 5. *Result.* The grammar of the best partition is learned in full.
@@ -37,7 +36,12 @@ from motiondb.grammar.cfg.context_free import Grammar, GrammarError
 from motiondb.grammar.induction.induction import Induction, induce_with_bits
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
 from motiondb.grammar.rules.rule_set import RuleSet
-from motiondb.grammar.sentences.borders import Cuts, recurring_splits, too_long
+from motiondb.grammar.sentences.borders import (
+    Cuts,
+    recurring_splits,
+    too_long,
+    united_splits,
+)
 from motiondb.grammar.sentences.cutting import (
     LONGEST,
     SHORTEST,
@@ -133,6 +137,7 @@ def find_sentences(
     candidates = [
         *_searched(strings, room, lengths, rng, evaluations),
         *recurring_splits(strings, *lengths),
+        *united_splits(strings, *lengths),
     ]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
     tell(1, _STEPS)

@@ -50,7 +50,7 @@ from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.grammar.terminals.segment_distance import segment_distances
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-_LEAST_GAIN = 1e-9
+LEAST_GAIN = 1e-9
 """Smallest relative decrease of G by an exchange; smaller ones are rounding errors."""
 
 WARMEST = 0.015
@@ -202,7 +202,7 @@ def first_state(task: Task, rng: np.random.Generator) -> State:
         chosen.append(_draw(path, current[path], rng))
         cell_costs(task, chosen[-1], table[k])
         current = np.minimum(current, table[k])
-    return _settle(task, np.array(chosen), table)
+    return settle(task, np.array(chosen), table)
 
 
 def rhythmic_state(task: Task, rng: np.random.Generator) -> State:
@@ -228,7 +228,7 @@ def rhythmic_state(task: Task, rng: np.random.Generator) -> State:
     table = np.empty((task.n_groups, len(lengths)), dtype=np.float32)
     for k, medoid in enumerate(path[medoids]):
         cell_costs(task, int(medoid), table[k])
-    return _settle(task, path[medoids], table)
+    return settle(task, path[medoids], table)
 
 
 def improve(
@@ -255,31 +255,52 @@ def improve(
     tuple of State
         The last and the best state.
     """
-    cells, best = task.cells, state
-    lengths = cells.ends - cells.starts
-    tried = np.empty(len(cells.firsts), dtype=np.float32)
+    best = state
+    tried = np.empty(len(task.cells.firsts), dtype=np.float32)
     for _ in range(n_trials):
         cell = _propose(task, state, rng)
-        allowed = temperature * rng.exponential() - _LEAST_GAIN
+        allowed = temperature * rng.exponential() - LEAST_GAIN
         if cell < 0 or cell in state.medoids:
             continue
         cell_costs(task, cell, tried)
-        k, _ = best_exchange(
-            Graph(cells.firsts, cells.pointers, task.cut_costs),
-            KnownCosts(state.least, state.second, state.nearest, tried),
-            Prices(
-                np.asarray(task.medoid_price * lengths[state.medoids], dtype=np.float64),
-                float(task.medoid_price * lengths[cell]),
-            ),
-            state.cost * (1.0 + allowed),
-        )
+        k = exchange_of(task, state, cell, tried, state.cost * (1.0 + allowed))
         if k >= 0:
             medoids, table = state.medoids.copy(), state.table.copy()
             medoids[k], table[k] = cell, tried
-            state = _settle(task, medoids, table)
+            state = settle(task, medoids, table)
             if state.cost < best.cost:
                 best = state
     return state, best
+
+
+def exchange_of(task: Task, state: State, cell: int, tried: Float32Array, bound: float) -> int:
+    """Return the medoid whose exchange for a cell gives the least G; -1 if none is below a bound.
+
+    Parameters
+    ----------
+    task : Task
+        The search problem.
+    state : State
+        The present medoids; its path and cost are not used.
+    cell : int
+        The cell that becomes a medoid.
+    tried : array (cells,)
+        Costs of all cells to it.
+    bound : float
+        G that the exchange must stay below.
+    """
+    cells = task.cells
+    lengths = cells.ends - cells.starts
+    k, _ = best_exchange(
+        Graph(cells.firsts, cells.pointers, task.cut_costs),
+        KnownCosts(state.least, state.second, state.nearest, tried),
+        Prices(
+            np.asarray(task.medoid_price * lengths[state.medoids], dtype=np.float64),
+            float(task.medoid_price * lengths[cell]),
+        ),
+        bound,
+    )
+    return k
 
 
 def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:
@@ -290,7 +311,8 @@ def cell_costs(task: Task, medoid: int, out: Float32Array) -> None:
     warped_costs(table, cells.cuts, cells.firsts, cells.pointers, out)
 
 
-def _settle(task: Task, medoids: IntArray, table: Float32Array) -> State:
+def settle(task: Task, medoids: IntArray, table: Float32Array) -> State:
+    """Return the state of medoids (K,) with the costs (K, cells) of all cells to them."""
     n_cells = table.shape[1]
     least, second = np.empty(n_cells, np.float32), np.empty(n_cells, np.float32)
     nearest = np.empty(n_cells, np.int64)

@@ -2,7 +2,8 @@
 
 Poses are described so that d(x_t, x_t') is cheap (:mod:`.pose_distance`). A coarse search at 15
 frames a second over candidate cuts finds segments and medoids together (:mod:`.exchange`, or the
-genetic algorithm of the paper, :mod:`.genetic`). Then cuts slide to single frames
+genetic algorithm of the paper, :mod:`.genetic`), and medoids that hold two movements are divided
+(:mod:`.division`). Then cuts slide to single frames
 (:mod:`.tuning`), and all segments are grouped once more from the medoids; the better grouping is
 kept. The takes become strings over the terminals; no segment crosses the end of a take.
 
@@ -27,6 +28,7 @@ import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import candidates, exchange, genetic, tuning
+from motiondb.grammar.terminals.division import divide
 from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
 from motiondb.grammar.terminals.pose_distance import Poses, make_poses
@@ -245,7 +247,7 @@ def _by_exchange(
     trials = trials_for(len(cells.firsts)) if settings.n_trials is None else settings.n_trials
     states = exchange.exchange_search(task, rng, settings.n_starts, trials, advance)
     groupings = []
-    for state in states[:TUNED]:
+    for state in (divide(task, one) for one in states[:TUNED]):
         path = _path_within(task, state, n_terminals, settings.most_segments)
         bounds = np.append(frames[cells.firsts[path]], poses.n_frames)
         medoids = exchange.path_medoids(task, state, path)

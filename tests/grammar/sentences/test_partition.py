@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.grammar.sentences import context_bits
-from motiondb.grammar.sentences.borders import recurring_splits
+from motiondb.grammar.sentences.borders import recurring_splits, united_splits
 from motiondb.grammar.sentences.cutting import cutting_room, draw_best, draw_cuts, search_cuts
 from motiondb.grammar.sentences.partition import find_sentences, sentences_between
 from motiondb.grammar.sentences.recutting import cheapest_cuts, recut, shared_symbols
@@ -238,3 +238,23 @@ def test_strings_that_cannot_be_cut_are_refused(strings, lengths, message):
 def test_cuts_outside_a_string_are_refused(cuts):
     with pytest.raises(GrammarError, match="string 1: expected rising cuts between 1 and 2"):
         sentences_between([tuple("abc")], [cuts])
+
+
+def test_sentences_that_begin_and_end_in_two_ways_are_among_the_united_splits():
+    # sentences begin with a or b and end with y or z; no kind of border is at all their ends
+    first = tuple("apqybppqyapqqybpqy")
+    second = tuple("bpqzapqqzapqzbppqz")
+    true = ((4, 9, 14), (4, 9, 13))
+    assert true not in recurring_splits([first, second], 3, 8)
+    assert united_splits([first, second], 3, 8)[0] == true
+
+
+def test_united_splits_keep_to_the_lengths():
+    strings = [tuple("abcabdabcaabdcab"), tuple("cabdabca")]
+    for cuts in united_splits(strings, 3, 6):
+        for string, inner in zip(strings, cuts, strict=True):
+            assert all(3 <= b - a <= 6 for a, b in pairwise((0, *inner, len(string))))
+
+
+def test_united_splits_of_one_symbol_are_none():
+    assert united_splits([("a", "a", "a", "a")], 1, 4) == []

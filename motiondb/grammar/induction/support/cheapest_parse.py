@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -100,9 +101,11 @@ class _Chart(NamedTuple):
     reach: FloatArray
 
 
-def read_all(
-    donor: RuleSet, sentences: Iterable[Right]
-) -> tuple[list[tuple[int, Right]], dict[Right, Reading]] | None:
+Parsed = tuple[list[tuple[int, Right]], dict[Right, Reading]]
+"""Rules in the order of their numbers in the readings, and how each sentence is parsed."""
+
+
+def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     """Parse sentences in the fewest bits.
 
     Parameters
@@ -144,14 +147,17 @@ def read_all(
         np.zeros((len(lefts), room, room), dtype=np.int64),
         np.empty((deepest, room)),
     )
-    readings = {}
-    for sentence in listed:
-        symbols = np.array(sentence, dtype=np.int64)
-        _fill(costs, symbols, chart)
-        cover, nodes = _read(costs, symbols, chart)
-        back = donor.n_terminals
-        named = tuple(s if s < back else lefts[s - back] for s in cover.tolist())
-        readings[sentence] = Reading(named, nodes)
+    text = np.array([symbol for sentence in listed for symbol in sentence], dtype=np.int64)
+    bounds = np.cumsum([0, *map(len, listed)])
+    covers, cover_bounds, nodes, node_bounds = _read_sentences(costs, text, bounds, chart)
+    back = donor.n_terminals
+    named = [s if s < back else lefts[s - back] for s in covers.tolist()]
+    readings = {
+        sentence: Reading(tuple(named[first:last]), nodes[low:high])
+        for sentence, (first, last), (low, high) in zip(
+            listed, pairwise(cover_bounds.tolist()), pairwise(node_bounds.tolist()), strict=True
+        )
+    }
     return rows, readings
 
 
@@ -175,6 +181,31 @@ def _costs_of(
         np.array([math.log2(max(1, len(donor.rules[left]))) for left in lefts]),
         math.log2(len(lefts) + donor.n_terminals + 1),
     )
+
+
+@njit(cache=True)
+def _read_sentences(
+    costs: _Costs, text: IntArray, bounds: IntArray, chart: _Chart
+) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Return the covers and nodes of all sentences, one after another, each with its bounds.
+
+    Sentence k is ``text[bounds[k]:bounds[k + 1]]``. One call for all: a call costs as much as a
+    short sentence.
+    """
+    n = bounds.size - 1
+    cover_bounds, node_bounds = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    covers, nodes = np.empty(text.size, np.int64), np.empty((4 * text.size + 16, 4), np.int64)
+    for k in range(n):
+        sentence = text[bounds[k] : bounds[k + 1]]
+        _fill(costs, sentence, chart)
+        cover, of_sentence = _read(costs, sentence, chart)
+        first, low = cover_bounds[k], node_bounds[k]
+        cover_bounds[k + 1], node_bounds[k + 1] = first + cover.size, low + of_sentence.shape[0]
+        while node_bounds[k + 1] > nodes.shape[0]:
+            nodes = np.concatenate((nodes, np.empty_like(nodes)))
+        covers[first : cover_bounds[k + 1]] = cover
+        nodes[low : node_bounds[k + 1]] = of_sentence
+    return covers[: cover_bounds[n]], cover_bounds, nodes, node_bounds
 
 
 @njit(cache=True)

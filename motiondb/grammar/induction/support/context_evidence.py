@@ -23,7 +23,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.induction.support.cheapest_parse import PARENT, PLACE, RULE, Reading, read_all
+from motiondb.grammar.induction.support.cheapest_parse import (
+    PARENT,
+    PLACE,
+    RULE,
+    Parsed,
+    Reading,
+    read_all,
+)
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 from motiondb.records import BoolArray, IntArray
@@ -87,7 +94,9 @@ class _Nodes(NamedTuple):
     pairs: IntArray
 
 
-def unlike_context(rule_set: RuleSet, flat: RuleSet) -> Context | None:
+def unlike_context(
+    rule_set: RuleSet, flat: RuleSet, parsed: Parsed | None = None
+) -> Context | None:
     """Return the context in which the use of a nonterminal differs most clearly from elsewhere.
 
     Parameters
@@ -96,6 +105,8 @@ def unlike_context(rule_set: RuleSet, flat: RuleSet) -> Context | None:
         Rules that derive all sentences.
     flat : RuleSet
         One rule for each sentence.
+    parsed : Parsed, optional
+        The sentences parsed by these rules, if that is known.
 
     Returns
     -------
@@ -108,7 +119,7 @@ def unlike_context(rule_set: RuleSet, flat: RuleSet) -> Context | None:
     Context(left=2, right=(3, 1), place=0, beside=None)
     """
     sentences = flat.rules[flat.start]
-    parsed = read_all(rule_set, sentences)
+    parsed = parsed or read_all(rule_set, sentences)
     if parsed is None:
         return None
     rows, readings = parsed

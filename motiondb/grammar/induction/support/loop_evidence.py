@@ -29,9 +29,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.support.cheapest_parse import PARENT, PLACE, RULE, SPAN, read_all
+from motiondb.grammar.induction.support.cheapest_parse import (
+    PARENT,
+    PLACE,
+    RULE,
+    SPAN,
+    Parsed,
+    read_all,
+)
 from motiondb.grammar.induction.support.context_evidence import split_context, unlike_context
-from motiondb.grammar.induction.support.refitting import refit, refit_fully
+from motiondb.grammar.induction.support.refitting import refit, refit_and_read
 from motiondb.grammar.rules.rule_laws import components, nullable_lefts, recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import BoolArray, IntArray
@@ -87,7 +94,9 @@ def rounds_asked(flat: RuleSet) -> int:
     return _ROUNDS if sum(flat.rules[flat.start].values()) >= _FEW else _ROUNDS_OF_FEW
 
 
-def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | None:
+def judge_loops(
+    rule_set: RuleSet, flat: RuleSet, asked: int, parsed: Parsed | None = None
+) -> list[Judged] | None:
     """Judge each rule that loops by the sentences.
 
     Parameters
@@ -98,6 +107,8 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
         One rule for each sentence.
     asked : int
         Rounds that some sentence must have.
+    parsed : Parsed, optional
+        The sentences parsed by these rules, if that is known.
 
     Returns
     -------
@@ -110,7 +121,7 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
     [Judged(left=3, right=(0, 3), rounds=3, supported=True)]
     """
     sentences = flat.rules[flat.start]
-    parsed = read_all(rule_set, sentences)
+    parsed = parsed or read_all(rule_set, sentences)
     if parsed is None:
         return None
     rows, readings = parsed
@@ -120,15 +131,17 @@ def judge_loops(rule_set: RuleSet, flat: RuleSet, asked: int) -> list[Judged] | 
     for group in components(rule_set.rules):
         places = _loop_places(rows, set(group))
         looping = np.flatnonzero(places.any(axis=1)).tolist()
-        entries = [_entries(one.nodes, lefts, group, places) for one in readings.values()]
-        least = _LEAST_CHANCE if places.sum() == 1 and max(entries) <= 1 else _LEAST_OF_MANY
+        inside = np.isin(lefts, group)
+        once = places.sum() == 1 and all(
+            _entries(one.nodes, inside, places) <= 1 for one in readings.values()
+        )
+        least = _LEAST_CHANCE if once else _LEAST_OF_MANY
         of_group = []
         strict = False
         for row in looping:
             judged = np.array([_rounds(one.nodes, row, places) for one in readings.values()])
-            entered = [
-                bool((lefts[one.nodes[:, RULE]] == rows[row][0]).any()) for one in readings.values()
-            ]
+            expanded = lefts == rows[row][0]
+            entered = [bool(expanded[one.nodes[:, RULE]].any()) for one in readings.values()]
             rounds, above, below = judged[entered].T if any(entered) else np.zeros((3, 1), int)
             most, bounded = int(rounds.max()), stops_at_bound(rounds, counts[entered], least)
             enough = most >= asked
@@ -152,11 +165,15 @@ def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:
     return marks
 
 
-def _entries(nodes: IntArray, lefts: IntArray, group: list[int], places: BoolArray) -> int:
-    """Return how often a tree enters a component from outside."""
-    parents = nodes[:, PARENT]
-    inside = (parents >= 0) & places[nodes[parents, RULE], nodes[:, PLACE]]
-    return int((np.isin(lefts[nodes[:, RULE]], group) & ~inside).sum())
+@njit(cache=True)
+def _entries(nodes: IntArray, inside: BoolArray, places: BoolArray) -> int:
+    """Return how often a tree enters a component from outside; ``inside`` (rules,) marks it."""
+    number = 0
+    for k in range(nodes.shape[0]):
+        parent = nodes[k, PARENT]
+        within = parent >= 0 and places[nodes[parent, RULE], nodes[k, PLACE]]
+        number += int(inside[nodes[k, RULE]] and not within)
+    return number
 
 
 def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LEAST_CHANCE) -> bool:
@@ -218,7 +235,9 @@ def _rounds(nodes: IntArray, row: int, places: BoolArray) -> tuple[int, int, int
     return most, above, below
 
 
-def keep_supported(rule_set: RuleSet, flat: RuleSet, asked: int) -> RuleSet | None:
+def keep_supported(
+    rule_set: RuleSet, flat: RuleSet, asked: int, parsed: Parsed | None = None
+) -> RuleSet | None:
     """Write out the loops that the sentences do not support.
 
     Parameters
@@ -229,6 +248,8 @@ def keep_supported(rule_set: RuleSet, flat: RuleSet, asked: int) -> RuleSet | No
         One rule for each sentence, and laws that allow loops.
     asked : int
         Rounds that some sentence must have.
+    parsed : Parsed, optional
+        The sentences parsed by the rule set, if that is known.
 
     Returns
     -------
@@ -240,7 +261,8 @@ def keep_supported(rule_set: RuleSet, flat: RuleSet, asked: int) -> RuleSet | No
     for _ in range(_MOST_LOOPS):
         if not recursive_lefts(current.rules):
             return current
-        judged = judge_loops(current, flat, asked)
+        parsed = parsed or read_all(current, flat.rules[flat.start])
+        judged = judge_loops(current, flat, asked, parsed)
         if judged is None:
             return None
         refused = [one for one in judged if not one.supported]
@@ -249,14 +271,14 @@ def keep_supported(rule_set: RuleSet, flat: RuleSet, asked: int) -> RuleSet | No
             worst = min(refused, key=lambda one: one.rounds)
             written = write_out(current, worst.left, worst.right, worst.rounds)
         else:
-            context = unlike_context(current, flat)
+            context = unlike_context(current, flat, parsed)
             if context is None:
                 return current
             written = split_context(current, context)
         refitted = None if written is None else refit(written, flat)
         if refitted is None:
             return None
-        current = refit_fully(refitted, flat)
+        current, parsed = refit_and_read(refitted, flat)
     return None
 
 

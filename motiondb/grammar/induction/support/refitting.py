@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.grammar.induction.support.cheapest_parse import RULE, read_all
+from motiondb.grammar.induction.support.cheapest_parse import RULE, Parsed, read_all
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import IntArray
 
@@ -44,12 +44,19 @@ def refit(donor: RuleSet, flat: RuleSet) -> RuleSet | None:
     >>> refit(donor, flat_rules({(0, 1, 3): 2, (0, 2, 3): 1, (2, 3): 1}, 4)).rules
     {4: {(0, 5, 3): 3, (2, 3): 1}, 5: {(1,): 2, (2,): 1}}
     """
+    parsed = _parsed(donor, flat)
+    return None if parsed is None else _refitted(parsed, flat)
+
+
+def _parsed(donor: RuleSet, flat: RuleSet) -> Parsed | None:
     if not flat.loops and donor.order() is None:
         return None
+    return read_all(donor, flat.rules[flat.start])
+
+
+def _refitted(parsed: Parsed, flat: RuleSet) -> RuleSet | None:
+    """Return the rules that the trees use; None if they break the laws."""
     sentences = flat.rules[flat.start]
-    parsed = read_all(donor, sentences)
-    if parsed is None:
-        return None
     rows, readings = parsed
     derived = np.zeros(len(rows), dtype=np.int64)  # uses by sentences that the rules derive
     covered = np.zeros(len(rows), dtype=np.int64)  # uses by the covers of others
@@ -94,10 +101,31 @@ def refit_fully(donor: RuleSet, flat: RuleSet) -> RuleSet:
     RuleSet
         The donor itself if refitting saves nothing.
     """
+    return refit_and_read(donor, flat)[0]
+
+
+def refit_and_read(donor: RuleSet, flat: RuleSet) -> tuple[RuleSet, Parsed | None]:
+    """Refit rules as :func:`refit_fully` does, and keep the trees.
+
+    Parameters
+    ----------
+    donor : RuleSet
+        Rules that derive all sentences.
+    flat : RuleSet
+        One rule for each sentence, and the laws.
+
+    Returns
+    -------
+    rules : RuleSet
+        The donor itself if refitting saves nothing.
+    parsed : Parsed or None
+        The sentences parsed by these rules; None if that is not known.
+    """
     best, bits = donor, donor.bits()
     for _ in range(_MOST_REFITS):
-        refitted = refit(best, flat)
+        parsed = _parsed(best, flat)
+        refitted = None if parsed is None else _refitted(parsed, flat)
         if refitted is None or refitted.bits() > bits - _SAVED:
-            break
+            return best, parsed
         best, bits = refitted, refitted.bits()
-    return best
+    return best, None
