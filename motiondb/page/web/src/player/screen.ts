@@ -51,7 +51,7 @@ export interface Screen {
   frameAll(azimuth?: number, elevation?: number): void;
   /** Move the camera near the figures as they stand now, and follow them. */
   frameNow(): void;
-  /** Call a function with the time whenever a frame is drawn at a new time, or playing begins or ends. */
+  /** Call a function with the time whenever a frame is drawn at a new time, or playback was set anew. */
   onTime(listener: (time: number) => void): void;
   redraw(): void;
   close(): void;
@@ -88,7 +88,6 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   let switches: Switches = { follow: false, grid: true, trails: false, contacts: false };
   let changed = true;
   let toldTime = NaN;
-  let toldPlaying = false;
   let followed: readonly [number, number] | null = null;
 
   function build(): void {
@@ -178,10 +177,8 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
         place();
         if (!stage.available) paintFlat(canvas, figures.draw(playback.time, switches), orbit);
       }
-      // Where a frame takes long, it may start and end at one time, and stop playing between.
-      if (playback.time !== toldTime || playback.playing !== toldPlaying) {
+      if (playback.time !== toldTime) {
         toldTime = playback.time;
-        toldPlaying = playback.playing;
         listeners.forEach((listener) => listener(toldTime));
       }
       return moved;
@@ -213,6 +210,8 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     setPlayback(next) {
       playback = next;
       changed = true;
+      // Within one frame it may start, and end at the time that was told last.
+      toldTime = NaN;
     },
     get switches() {
       return switches;
