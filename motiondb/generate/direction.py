@@ -7,9 +7,9 @@ words           measured                                        full amount
 ==============  ==============================================  ==================
 up, down        lasting change of the height of the pelvis      0.15 m
 left, right     turning to the left or right                    0.7 rad (40 degrees)
-forward         way ahead                                       0.5 m
-backward, back  way back                                        0.3 m
-sideways        way to either side                              0.4 m
+forward         distance ahead                                  0.5 m
+backward, back  distance back                                   0.3 m
+sideways        distance to either side                         0.4 m
 ==============  ==============================================  ==================
 
 The amounts were chosen by hand; they are well above the sway of a standing person.
@@ -32,11 +32,10 @@ FULL = {
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
 NEARLY = 0.9
-"""Share of the furthest way that is nearly as far. Chosen by hand."""
+"""Share of the largest distance that counts as nearly as far. Chosen by hand."""
 LASTING = 31
 """Frames (1 s) over which the median of the height is taken, so that a jump does not count as
-moving up. By
-hand."""
+moving up. Chosen by hand."""
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
@@ -54,7 +53,7 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:
-    """How far a motion has gone in a direction by every frame: array (frames,), amounts.
+    """Distance moved in a direction up to each frame, in full amounts: array (frames,).
 
     Parameters
     ----------
@@ -82,7 +81,7 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
 
 
 def gone(path: FloatArray, direction: str) -> float:
-    """How far a motion moves in a direction: clearly from 1 up, not at all below 0.
+    """Distance that a motion moves in a direction, in full amounts; 1 or more is clear.
 
     Parameters
     ----------
@@ -95,9 +94,9 @@ def gone(path: FloatArray, direction: str) -> float:
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
-    """The shortest part that travels nearly as far as any part of at most ``longest`` frames.
+    """Return the shortest part that travels nearly as far as any part of ``longest`` frames.
 
-    First frame and last frame + 1.
+    Its first frame and last frame + 1.
 
     Parameters
     ----------

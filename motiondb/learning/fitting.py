@@ -136,7 +136,7 @@ def _fit_with_start(
 ) -> LearnedModel | None:
     """The model learned with the symbols of a start; None if the start is set aside.
 
-    Of the settings, only the seed has a part.
+    Only the seed of the settings is used.
     """
     first = started.knowledge
     tell("cutting", 0.0)

@@ -38,11 +38,11 @@ from motiondb.words.translation.explanation import ExpectedCounts
 Arrays = Mapping[str, FloatArray]
 
 COUNTED_NAME = "counted_pairs"
-"""Array that a database has where counts were kept."""
+"""Array that exists if counts were kept."""
 DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
 ORIGIN_NAME = "start_origin"
-"""Array that a database has where it learned with a start: the origin as JSON."""
+"""Array that exists if the database learned with a start: the origin as JSON."""
 CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
 """Arrays of :class:`~motiondb.words.maps.word_moments.CaptionMoments`."""
 LEMMA_NAME = "dictionary_forms"
@@ -147,7 +147,7 @@ def lemmas_from(arrays: Arrays) -> dict[str, str]:
 
 
 def lemma_array(lemmas: Mapping[str, str]) -> FloatArray:
-    """The bytes of lines ``form lemma``, one number a byte: the table knows numbers only."""
+    """The bytes of lines ``form lemma``, one number a byte: the table holds numbers only."""
     text = "\n".join(f"{form} {lemma}" for form, lemma in lemmas.items())
     return text_array(text)
 
@@ -321,7 +321,7 @@ def origin_from(arrays: Arrays) -> Origin:
 
 
 def text_array(text: str) -> FloatArray:
-    """The bytes of a text, one number a byte: the table knows numbers only."""
+    """The bytes of a text, one number a byte: the table holds numbers only."""
     return np.array(list(text.encode()), dtype=np.float64)
 
 

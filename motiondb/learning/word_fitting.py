@@ -1,7 +1,7 @@
 """Words from segments and captions: association, word map, counts and certainties.
 
-Expectation-maximisation and ridge regression run once, when the database learns; what is published
-follows from the counts (:mod:`motiondb.learning.counting`).
+Expectation-maximisation and ridge regression run once, when the database learns; the models for
+questions are computed from the counts (:mod:`motiondb.learning.counting`).
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     table : SegmentTable
         Segments of all captures, by the symbols of the start.
     taught : TaughtWords
-        What people wrote about them.
+        Captions of these captures.
     started : Started
         The start.
     """
@@ -150,14 +150,15 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
     number = {word: n for n, word in enumerate(words)}
     ridge, calibration = started.taught.ridge, started.taught.calibration
-    certainties = carry(started.taught.certainties)
+    certainties = Certainties()  # nothing is checked before there are own captions
     if described:
         rows = _training_rows(table, described, scores, number, taught.performers)
         mine = OwnRows(rows.vectors, rows.presence, rows.performers, words, started)
         ridge, calibration = choose_ridge_and_calibration(mine)
         fit = mine.without(np.zeros(len(rows.vectors), dtype=bool), ridge, calibration)
         learned = _certainties(table, described, rows, scores, fit, mine)
-        certainties = join_certainties(learned, certainties, counts.moments.n)
+        first = carry(started.taught.certainties)
+        certainties = join_certainties(learned, first, counts.moments.n)
     joint = joining.publish(counts, reference, started, ridge, calibration)
     return FittedWords(
         joint.association, scores, joint.word_map, certainties, Counted(counts, reference),
@@ -200,7 +201,7 @@ def _training_rows(
 ) -> _Rows:
     vectors, presence, captures = counting.training_rows(table, described, scores, number)
     who = np.unique([performers[int(c)] for c in captures], return_inverse=True)[1]
-    if len(vectors) == 1:  # twice, so that something is left when the map leaves one out
+    if len(vectors) == 1:  # doubled, so that a row is left when the map leaves one out
         vectors, presence, who = vectors.repeat(2, 0), presence.repeat(2, 0), np.arange(2)
     return _Rows(vectors, presence, captures, who)
 

@@ -1,9 +1,9 @@
-"""Excerpts cut by what happens in the motion: words of direction, and poses to begin and end with.
+"""Excerpts cut by measurements of the motion: words of direction, usual poses at both ends.
 
 Where an action has a word of direction that its captures can show ("stand up"), every excerpt is
-cut to the part of its stretch that goes furthest that way, and what is missing of the full amount
-is a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is extended
-to a more usual one near by.
+cut to the part of its stretch that goes furthest that way, and falling short of the full amount is
+a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is extended to a
+more usual one near by.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MARGIN = 12
 FURTHER = 36
 """Frames (1.2 s) by which an excerpt may be extended to a usual pose. Chosen by hand."""
 UNUSUAL = 2.0
-"""Mean squared distance from the mean pose, in variances, from which on a pose is unusual. Chosen
+"""Mean squared distance from the mean pose, in variances, above which a pose is unusual. Chosen
 by hand; not tuned."""
 
 

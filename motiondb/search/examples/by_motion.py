@@ -13,9 +13,8 @@ multiplied by the share of the aligned segments that the window covers. Where wo
 these recognise the same action in another style: in the best window of a capture the cosine is
 replaced by the resemblance with feedback (:mod:`motiondb.search.examples.resemblance`), and the
 difference is added to all windows of the capture. There the pooled statistics of the window take
-part as a second opinion on its words, if they were learned. So words choose between captures, and
-motion alone within one.
-The final score is
+part as a second opinion on its words, if they were learned. Words therefore choose between
+captures, and motion alone within a capture. The final score is
 
     score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third comparison.
 
@@ -41,11 +40,12 @@ from motiondb.words.maps.word_map import WordMap
 WARP_WEIGHT = 0.5
 """Weight of the warping distance. Chosen by hand; not tuned."""
 MOST_CELLS = 50_000_000
-"""Pairs of frames compared by the third comparison at most, over all candidates: bounds time."""
+"""Largest number of pairs of frames in the third comparison, over all candidates: bounds time."""
 FramesOf = Callable[[int, int, int], Float32Array]
 """Whitened features (frames, D) of a capture from one frame to another: capture, first, end."""
 NEAR = 0.2
-"""Whitened feature distance below which two intervals count as equal up to noise. By hand."""
+"""Whitened feature distance below which two intervals count as equal up to noise. Chosen by
+hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class Query:
     vector : array (columns,)
         Its vector, of length 1.
     words : WordMap, optional
-        The word map. None: words take no part in the comparison.
+        The word map. None: words are not used in the comparison.
     n_posture_and_travel : int
         Number of the vector's last columns that are posture and travel.
     emphasis : array (words,), optional
@@ -151,9 +151,9 @@ def find_candidates(
     distances : array (symbols, symbols)
         Distances of the symbols, nats per frame.
     n_candidates : int, optional
-        Number of intervals at most. Chosen by hand: it bounds the time of warping.
+        Largest number of intervals. Chosen by hand: it bounds the time of warping.
     per_capture : int, optional
-        Number of intervals of one capture at most. Chosen by hand.
+        Largest number of intervals of one capture. Chosen by hand.
     frames_of : callable, optional
         Whitened features of the captures; without them the query's second opinion on the words
         takes no part.

@@ -17,8 +17,8 @@ and of parts of the body have the share ``MODIFIER_SHARE`` of the others in e an
 the action less often.
 
 Captures are ranked by the mean of their resemblance to the example and of their mean resemblance to
-the captures that are most like it (:func:`with_feedback`), weighted by how much like it those are.
-A capture that resembles several of the best answers is therefore ranked before one that resembles
+the captures most similar to it (:func:`with_feedback`), weighted by the similarity of those. A
+capture that resembles several of the best answers is therefore ranked before one that resembles
 only the example, and two performers of one action are found through a third.
 
 Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
@@ -52,10 +52,11 @@ it, actions that differ by these words (raising the left or the right hand) are 
 
 Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query by example")."""
 FEEDBACK = 10
-"""Captures that count as answers when the others are compared with them, but at most one in
-``FEWEST_OTHERS``. Chosen among 0, 5, 10 and 20 in the CMU training parts."""
+"""Number of captures that are assumed to be right answers, but at most one in ``FEWEST_OTHERS``.
+Chosen among 0, 5, 10 and 20 in the CMU training parts."""
 FEWEST_OTHERS = 5
-"""Captures for every one that counts as an answer. Chosen by hand; not tuned."""
+"""Smallest number of captures for each one that is assumed to be a right answer. Chosen by hand;
+not tuned."""
 
 
 def resemblance(
@@ -68,8 +69,8 @@ def resemblance(
 ) -> FloatArray:
     """Similarity of intervals to one interval: array (n,), 1 for the same.
 
-    See the module. Posture and travel depend on the place and the performer, so that with a word
-    map they act through the words only. The cosines are sums over symbols and over columns of
+    See the module. Posture and travel depend on the place and the performer, so with a word map
+    they are used only through the words. The cosines are sums over symbols and over columns of
     movement.
 
     Parameters

@@ -6,14 +6,14 @@ y - mean(y) on v. It is additive over symbols and over segments, so that every s
 decomposed exactly. The ridge is the largest one whose ranking of held-out groups, of words for
 intervals and of intervals for words, is nearly as good as the best. (The squared error would select
 a larger ridge, under which rare words become indistinguishable.) One logistic map for all words
-turns held-out predictions into probabilities, because a rare word has too few examples for a map of
-its own:
+turns held-out predictions into probabilities, because a rare word has too few examples for a
+separate map:
 
     P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = (prior_w (1 - prior_w))^(1/4).
 
 It is fitted to predictions without the whole group (performer) and to predictions with other
 captures of the group, half and half, because queries of both kinds occur. Only words of two or more
-groups take part: a word of a single performer cannot be learned from the others.
+groups are used: a word of a single performer cannot be learned from the others.
 
 Source: ridge regression was chosen in early experiments; ``docs/quality.md`` compares it with other
 maps ("Words to motion"); Platt (1999) for the logistic map.
@@ -31,12 +31,12 @@ from motiondb.records import FloatArray, IntArray
 RIDGES = (0.1, 0.3, 1.0)
 """Ridges to choose from; vectors have length 1. Chosen by hand."""
 SPREAD_POWER = 0.25
-"""Power of a word's variance by which its evidence is divided. By hand.
+"""Power of a word's variance by which its evidence is divided. Chosen by hand.
 
 0.5 would give all words evidence of equal spread, which ranks rare words too high.
 """
 TOLERANCE = 0.06
-"""The largest ridge whose precision is within this share of the best is taken. By hand.
+"""The largest ridge whose precision is within this share of the best is taken. Chosen by hand.
 
 ``docs/quality.md`` ("Words to motion") describes the comparison of ridges.
 """
@@ -156,7 +156,7 @@ def word_spreads(priors: FloatArray) -> FloatArray:
 
 
 def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
-    """Mean average precision of intervals for words and of words for intervals.
+    """Mean average precision of the ranking of intervals for words and of words for intervals.
 
     Rows and columns without a true pair are left out; the result is 0 if all are.
 

@@ -12,7 +12,7 @@ import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.cataloguing import AddSettings
-from motiondb.learning.answers.descriptions import told_words
+from motiondb.learning.answers.described_motion import told_words
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps.caption_map import share_probabilities
 from motiondb.words.maps.unit_length import unit

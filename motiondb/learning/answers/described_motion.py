@@ -1,8 +1,8 @@
-"""The words of a motion over time, with their probabilities.
+"""The words of a motion over time.
 
-Words are told by their shares of the caption that the motion suggests
+Words are ordered by their shares of the caption that the motion suggests
 (:mod:`motiondb.words.maps.caption_map`); where the calibration of shares was not learned (with a
-start, and in databases of versions that did not learn it), by the word map.
+start, and in databases of versions without it), by the word map.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ class Description:
         Seconds.
     end : float
         Seconds.
-    words : tuple of (str, float)
-        Words with their probabilities, most probable first.
+    words : tuple of (str, float or None)
+        Words with their probabilities, most probable first; None where no own caption has checked
+        the probability (``learning.start.checking``).
     symbols : tuple of int
         Symbols of the interval's segments.
     """
 
     start: float
     end: float
-    words: tuple[tuple[str, float], ...]
+    words: tuple[tuple[str, float | None], ...]
     symbols: tuple[int, ...] = ()
 
 
@@ -52,7 +53,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
             groups[-1].append(n)
         else:
             groups.append([n])
-    seconds = FEATURE_STEP / MOTION_FPS
+    seconds, names = FEATURE_STEP / MOTION_FPS, learned.association.words
     answers = []
     for group in groups:
         mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
@@ -61,7 +62,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
             Description(
                 round(float(starts[group[0]]) * seconds, 3),
                 round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
-                tuple((learned.association.words[w], float(mean[w])) for w in order),
+                tuple((names[w], float(mean[w]) if learned.checked[w] else None) for w in order),
                 tuple(int(s) for s in symbols[group]),
             )
         )
