@@ -1,4 +1,4 @@
-"""Log-odds that the captions of a capture add to those of its motion."""
+"""What captions add to the evidence of the motion, and the vectors compared with captions."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from motiondb.learning.counting import Described
 from motiondb.learning.places.place_fitting import Written, label_intervals
 from motiondb.records import FloatArray, SegmentTable
 from motiondb.search.questions import by_words
+from motiondb.search.vectors.score_vectors import interval_vectors
 from motiondb.words.maps.place_map import LABELLED
 
 
@@ -73,3 +74,24 @@ def interval_evidence(
         if said is not None:
             evidence[capture] = LABELLED * np.nan_to_num(said)
     return evidence
+
+
+def whole_vectors(
+    standardised: FloatArray, table: SegmentTable, rows: Mapping[int, slice]
+) -> FloatArray:
+    """Score vectors of whole captures, in their order: array (captures, columns).
+
+    Parameters
+    ----------
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    table : SegmentTable
+        Segments of all captures.
+    rows : dict
+        Capture number -> its rows of the table; at least one capture.
+    """
+    starts, ends, zero = table.starts, table.ends, np.zeros(1)
+    return np.vstack([
+        interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
+        for r in rows.values()
+    ])  # fmt: skip
