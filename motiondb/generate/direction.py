@@ -1,4 +1,4 @@
-"""Words of direction as travel: whether a motion moves in the direction of a word.
+"""Words that are measured: whether a motion moves in a direction, turns, starts, stops or jumps.
 
 In the frame of the heading (x left, y up, z ahead):
 
@@ -10,9 +10,15 @@ left, right     turning to the left or right                    0.7 rad (40 degr
 forward         way ahead                                       0.5 m
 backward, back  way back                                        0.3 m
 sideways        way to either side                              0.4 m
+turn            turning to either side                          0.7 rad (40 degrees)
+stop            loss of speed along the ground, up to MOVING    0.5 m/s
+start           gain of speed along the ground, up to MOVING    0.5 m/s
+jump, hop       time during which the pelvis is ALOFT           0.2 s
 ==============  ==============================================  ==================
 
-The amounts were chosen by hand; they are well above the sway of a standing person.
+A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
+amounts were chosen by hand; they are well above the sway of a standing person, and a running
+person's pelvis is not aloft.
 """
 
 from __future__ import annotations
@@ -20,17 +26,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.words.question.tree import LIMBS, SIDES
 
 FULL = {
     "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,
-    "back": 0.3, "sideways": 0.4,
+    "back": 0.3, "sideways": 0.4, "turn": 0.7, "stop": 0.5, "start": 0.5, "jump": 0.2, "hop": 0.2,
 }  # fmt: skip
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
+ALOFT = ("jump", "hop")
+ACTIONS = ("turn", "stop", "start", *ALOFT)
+"""Words that name actions; the others are directions of actions."""
+ONCE = (*ACTIONS, *VERTICAL, "left", "right")
+"""Words whose movement is over when it is done, so that a part that shows it is not repeated to
+make it longer."""
+EITHER = ("sideways", "turn")
+"""Words that are measured to either side."""
+MOVING = 0.6
+"""Speed along the ground, m/s, from which on a person counts as moving. Chosen by hand."""
+STEADY = 15
+"""Frames (0.5 s, about one step) over which the speed along the ground is averaged."""
+RISE = 0.06
+"""Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
+about 4 cm. Chosen by hand; not tuned."""
 NEARLY = 0.9
 """Share of the furthest way that is nearly as far. Chosen by hand."""
 LASTING = 31
@@ -40,17 +61,31 @@ hand."""
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
-    """The words of direction of an action, without sides that belong to a limb.
+    """The measured words of an action, without sides that belong to a limb.
+
+    A word that names an action is measured where the action has no direction.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ())
+    >>> directions_of(("turn",)), directions_of(("turn", "left"))
+    (('turn',), ('left',))
     """
-    directions = [
+    measured = [
         word
         for word, following in zip(words, [*words[1:], ""])
         if word in FULL and not (word in SIDES and following in LIMBS)
     ]
-    return tuple(dict.fromkeys(directions))
+    directions = [word for word in measured if word not in ACTIONS]
+    return tuple(dict.fromkeys(directions or measured))
+
+
+def say_not_gone(direction: str) -> str:
+    """What a motion lacks that does not do what a measured word says.
+
+    >>> say_not_gone("up"), say_not_gone("stop")
+    ('it does not go up', 'it does not stop')
+    """
+    return f"it does not {direction}" if direction in ACTIONS else f"it does not go {direction}"
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:
@@ -71,18 +106,27 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
     if direction in VERTICAL:
         height = median_filter(path[:, 0], size=LASTING, mode="nearest")
         way = height - height[0]
+    elif direction in ("stop", "start"):
+        speed = uniform_filter1d(np.hypot(path[:, 1], path[:, 2]), STEADY, mode="nearest")
+        way = np.minimum(speed, MOVING)
+    elif direction in ALOFT:
+        height = median_filter(path[:, 0], size=LASTING, mode="nearest")
+        way = np.cumsum(path[:, 0] - height > RISE) / MOTION_FPS
     else:
-        column = {"left": 3, "right": 3, "sideways": 1}.get(direction, 2)
+        column = {"left": 3, "right": 3, "turn": 3, "sideways": 1}.get(direction, 2)
         steps = path[:-1, column] / MOTION_FPS
         way = np.concatenate([[0.0], np.cumsum(steps)])
     if direction == "sideways":
         way = np.abs(way)
-    sign = -1.0 if direction in ("down", "right", "backward", "back") else 1.0
+    sign = -1.0 if direction in ("down", "right", "backward", "back", "stop") else 1.0
     return np.asarray(sign * way / FULL[direction])
 
 
 def gone(path: FloatArray, direction: str) -> float:
     """How far a motion moves in a direction: clearly from 1 up, not at all below 0.
+
+    What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
+    the last or first frame with the frame of most speed.
 
     Parameters
     ----------
@@ -91,7 +135,16 @@ def gone(path: FloatArray, direction: str) -> float:
     direction : str
         One of :data:`FULL`.
     """
-    return float(progress(path, direction)[-1]) if len(path) else 0.0
+    if not len(path):
+        return 0.0
+    way = progress(path, direction)
+    if direction == "stop":
+        return float(way[-1] - way.min())
+    if direction == "start":
+        return float(way.max() - way[0])
+    if direction == "turn":
+        return float(way.max() - way.min())
+    return float(way[-1])
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
@@ -116,7 +169,7 @@ def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, 
     spans = []
     for first in range(len(way)):
         gain = way[first : first + longest] - way[first]
-        gain = np.abs(gain) if direction == "sideways" else gain
+        gain = np.abs(gain) if direction in EITHER else gain
         far = float(gain.max())
         spans.append((far, first, first + int(np.argmax(gain >= NEARLY * far)) + 1))
     best = max(far for far, _, _ in spans)

@@ -233,11 +233,12 @@ def _source(
             unwanted = np.maximum(evidence[:, words].mean(axis=1), 0.0)
             values = values - EXCLUDED_WEIGHT * unwanted
     all_said = frozenset().union(*actions)
-    others = all_said - {word for words in asked for word in words}
-    cost = apart + UNASKED_WEIGHT * min(len(others), MOST_UNASKED)
+    every = {word for words in asked for word in words}
+    cost = apart + UNASKED_WEIGHT * min(len(all_said - every), MOST_UNASKED)
     if action.speed and all_said & _speed_words(learned, action.speed):
         cost -= SPEED_SAID
-    return Source(capture, rows, starts, ends, values, cost, is_placed)
+    beside = frozenset().union(*(said for said in actions if every <= said)) - every
+    return Source(capture, rows, starts, ends, values, cost, is_placed, beside)
 
 
 def _speed_words(learned: Learned, speed: str) -> frozenset[int]:

@@ -183,7 +183,11 @@ class Layout:
 
 
 def lay_out(
-    action: PlannedAction, span: tuple[int, int], poses: FloatArray, edges: FloatArray
+    action: PlannedAction,
+    span: tuple[int, int],
+    poses: FloatArray,
+    edges: FloatArray,
+    is_once: bool = False,
 ) -> Layout:
     """Repeat an excerpt as often and as long as an action asks for.
 
@@ -197,13 +201,17 @@ def lay_out(
         Poses of the whole capture, for its period.
     edges : array (frames + 1, values)
         Poses and velocities of the whole capture, as compared at seams.
+    is_once : bool, optional
+        Whether the movement is over when it is done, so that it is lengthened only where the action
+        asks for a duration.
     """
     start, end = span
     period = find_period(poses[start:end])
     if action.times is not None:
         return _times(max(round(action.times.wanted), 1), span, period, poses, edges)
     least = action.seconds.wanted * MOTION_FPS if action.seconds is not None else 0.0
-    wanted = round(max(least, LEAST_CYCLIC if period and not least else 0.0))
+    lengthened = period and not least and not is_once
+    wanted = round(max(least, LEAST_CYCLIC if lengthened else 0.0))
     if wanted <= end - start:
         return Layout(((start, start + wanted if least else end),))
     missing = wanted - (end - start)
