@@ -2,19 +2,22 @@
 
 In the frame of the heading (x left, y up, z ahead):
 
-==============  ==============================================  ==================
-words           measured                                        full amount
-==============  ==============================================  ==================
-up, down        lasting change of the height of the pelvis      0.15 m
-left, right     turning to the left or right                    0.7 rad (40 degrees)
-forward         way ahead                                       0.5 m
-backward, back  way back                                        0.3 m
-sideways        way to either side                              0.4 m
-turn            turning to either side                          0.7 rad (40 degrees)
-stop            loss of speed along the ground, up to MOVING    0.5 m/s
-start           gain of speed along the ground, up to MOVING    0.5 m/s
-jump, hop       time during which the pelvis is ALOFT           0.2 s
-==============  ==============================================  ==================
+===============  ============================================  =====================
+words            measured                                      full amount
+===============  ============================================  =====================
+up, down         lasting change of the height of the pelvis    0.15 m
+left, right      turning to the left or right                  0.7 rad (40 degrees)
+forward          way ahead                                     0.5 m
+backward, back   way back                                      0.3 m
+sideways         way to either side                            0.4 m
+turn             turning to either side                        0.7 rad (40 degrees)
+turn around      turning to either side                        2.5 rad (143 degrees)
+spin, pirouette  turning to either side                        4.7 rad (270 degrees)
+stop             loss of speed along the ground, up to MOVING  0.5 m/s
+start            gain of speed along the ground, up to MOVING  0.5 m/s
+jump, hop        time during which the pelvis is aloft (RISE)  0.2 s
+leap, jete       the same                                      0.2 s
+===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
 amounts were chosen by hand; they are well above the sway of a standing person, and a running
@@ -33,17 +36,19 @@ from motiondb.words.question.tree import LIMBS, SIDES
 
 FULL = {
     "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,
-    "back": 0.3, "sideways": 0.4, "turn": 0.7, "stop": 0.5, "start": 0.5, "jump": 0.2, "hop": 0.2,
+    "back": 0.3, "sideways": 0.4, "around": 2.5, "turn": 0.7, "spin": 4.7, "pirouette": 4.7, "stop": 0.5,
+    "start": 0.5, "jump": 0.2, "hop": 0.2, "leap": 0.2, "jete": 0.2,
 }  # fmt: skip
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
-ALOFT = ("jump", "hop")
-ACTIONS = ("turn", "stop", "start", *ALOFT)
+TURNS = ("turn", "spin", "pirouette")
+ALOFT = ("jump", "hop", "leap", "jete")
+ACTIONS = (*TURNS, "stop", "start", *ALOFT)
 """Words that name actions; the others are directions of actions."""
-ONCE = (*ACTIONS, *VERTICAL, "left", "right")
+ONCE = (*ACTIONS, *VERTICAL, "left", "right", "around")
 """Words whose movement is over when it is done, so that a part that shows it is not repeated to
 make it longer."""
-EITHER = ("sideways", "turn")
+EITHER = ("sideways", "around", *TURNS)
 """Words that are measured to either side."""
 MOVING = 0.6
 """Speed along the ground, m/s, from which on a person counts as moving. Chosen by hand."""
@@ -56,24 +61,29 @@ NEARLY = 0.9
 """Share of the furthest way that is nearly as far. Chosen by hand."""
 LASTING = 31
 """Frames (1 s) over which the median of the height is taken, so that a jump does not count as
-moving up. By
-hand."""
+moving up. By hand."""
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     """The measured words of an action, without sides that belong to a limb.
 
-    A word that names an action is measured where the action has no direction.
+    A word that names an action is measured where the action has no direction; "around" is one of a
+    turn alone.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ())
     >>> directions_of(("turn",)), directions_of(("turn", "left"))
     (('turn',), ('left',))
+    >>> directions_of(("turn", "around")), directions_of(("look", "around"))
+    (('around',), ())
     """
+    turns = any(word in TURNS for word in words)
     measured = [
         word
         for word, following in zip(words, [*words[1:], ""])
-        if word in FULL and not (word in SIDES and following in LIMBS)
+        if word in FULL
+        and not (word in SIDES and following in LIMBS)
+        and (turns or word != "around")
     ]
     directions = [word for word in measured if word not in ACTIONS]
     return tuple(dict.fromkeys(directions or measured))
@@ -85,7 +95,9 @@ def say_not_gone(direction: str) -> str:
     >>> say_not_gone("up"), say_not_gone("stop")
     ('it does not go up', 'it does not stop')
     """
-    return f"it does not {direction}" if direction in ACTIONS else f"it does not go {direction}"
+    if direction in ACTIONS:
+        return f"it does not {direction}"
+    return f"it does not {'turn' if direction == 'around' else 'go'} {direction}"
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:
@@ -113,7 +125,8 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
         height = median_filter(path[:, 0], size=LASTING, mode="nearest")
         way = np.cumsum(path[:, 0] - height > RISE) / MOTION_FPS
     else:
-        column = {"left": 3, "right": 3, "turn": 3, "sideways": 1}.get(direction, 2)
+        column = {"left": 3, "right": 3, "sideways": 1}.get(direction, 2)
+        column = 3 if direction in (*TURNS, "around") else column
         steps = path[:-1, column] / MOTION_FPS
         way = np.concatenate([[0.0], np.cumsum(steps)])
     if direction == "sideways":
@@ -142,7 +155,7 @@ def gone(path: FloatArray, direction: str) -> float:
         return float(way[-1] - way.min())
     if direction == "start":
         return float(way.max() - way[0])
-    if direction == "turn":
+    if direction in (*TURNS, "around"):
         return float(way.max() - way.min())
     return float(way[-1])
 

@@ -25,7 +25,9 @@ somersault is used for a plain word only where no plain capture shows it, and th
 jump is not taken for the jump.
 
 Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
-as directions, which are measured in the motion (:mod:`motiondb.generate.direction`).
+as directions, which are measured in the motion (:mod:`motiondb.generate.direction`). A direction
+that nearly all captions say with the action belongs to it: where they say "stand up", "stand" goes
+up.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ from itertools import combinations
 
 import numpy as np
 
-from motiondb.generate.direction import directions_of
+from motiondb.generate.direction import ACTIONS, FULL, directions_of
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.learning.making.source_costs import (
@@ -69,6 +71,9 @@ APART = 1.0
 """Cost of a caption that says the words in different actions ("walk, veer left"). By hand."""
 SPEED_SAID = 1.0
 """Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
+USUAL = 0.7
+"""Share of the captures of an action whose captions say a direction with it, from which on the
+direction belongs to it. Chosen by hand; not tuned."""
 MOST_WORDS = 8
 """Words of an action of which all parts are tried; further ones are left out. Chosen by hand."""
 DIRECTIONS = SIDES | {
@@ -91,7 +96,7 @@ class ActionSources:
     not_used : tuple of NotUsed
         Words that were left out.
     directions : tuple of str
-        Words of direction of the action as it was asked for.
+        Measured words of the action as it was asked for, or the directions that belong to it.
     """
 
     action: PlannedAction
@@ -139,7 +144,17 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
     words = _numbers(learned, action.words)
     sources_found = against_rivals(learned, with_rarity(learned, sources_found), words)
     sources = tuple(with_distance(learned, sources_found))
+    directions = directions or _usual_directions(learned, sources)
     return ActionSources(action, sources, tuple(left_out), directions)
+
+
+def _usual_directions(learned: Learned, sources: Sequence[Source]) -> tuple[str, ...]:
+    """Directions that at least ``USUAL`` of the sources say in one action with the asked words."""
+    fewest = max(USUAL * len(sources), 1.0)
+    directions = set(FULL) - {*ACTIONS, "back", "around"}  # "bend back" goes nowhere
+    numbers = {d: learned.word_numbers.get(d, -1) for d in sorted(directions)}
+    said = {d: sum(number in s.beside for s in sources) for d, number in numbers.items()}
+    return tuple(d for d, count in said.items() if count >= fewest)
 
 
 def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:

@@ -216,11 +216,12 @@ def lay_out(
         return Layout(((start, start + wanted if least else end),))
     missing = wanted - (end - start)
     inside = edges[start : end + 1]
-    loop = _fitting_loop(inside, period, missing, wanted)
+    is_least = action.seconds is not None and action.seconds.most is None
+    loop = _fitting_loop(inside, period, missing, 0.0 if is_least else TOLERANCE * wanted)
     if loop is None:
         return Layout((span,))
     more = -(-missing // loop.length)
-    if period is None:  # nothing is cut off
+    if period is None and not is_least:  # nothing is cut off
         more = max(round(missing / loop.length), 0)
     parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
     excess = sum(b - a for a, b in parts) - wanted
@@ -231,12 +232,17 @@ def lay_out(
     return Layout(tuple(parts), said)
 
 
-def _fitting_loop(edges: FloatArray, period: int | None, missing: int, wanted: int) -> Loop | None:
-    """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing."""
+def _fitting_loop(
+    edges: FloatArray, period: int | None, missing: int, short: float
+) -> Loop | None:
+    """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing.
+
+    It may be shorter than that by ``short`` frames.
+    """
     if period is not None:
         return best_loop(edges, period)
-    near = TOLERANCE * wanted
-    return best_loop(edges, SHORTEST_LOOP, (missing - near, missing + near)) or best_loop(
+    more = TOLERANCE * (len(edges) - 1 + missing)
+    return best_loop(edges, SHORTEST_LOOP, (missing - short, missing + more)) or best_loop(
         edges, max(round(LEAST_LOOP * (len(edges) - 1)), 1)
     )
 
