@@ -36,8 +36,8 @@ from motiondb.words.question.tree import LIMBS, SIDES
 
 FULL = {
     "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,
-    "back": 0.3, "sideways": 0.4, "around": 2.5, "turn": 0.7, "spin": 4.7, "pirouette": 4.7, "stop": 0.5,
-    "start": 0.5, "jump": 0.2, "hop": 0.2, "leap": 0.2, "jete": 0.2,
+    "back": 0.3, "sideways": 0.4, "around": 2.5, "turn": 0.7, "spin": 4.7, "pirouette": 4.7,
+    "stop": 0.5, "start": 0.5, "jump": 0.2, "hop": 0.2, "leap": 0.2, "jete": 0.2,
 }  # fmt: skip
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")

@@ -32,7 +32,7 @@ up.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -144,15 +144,23 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
     words = _numbers(learned, action.words)
     sources_found = against_rivals(learned, with_rarity(learned, sources_found), words)
     sources = tuple(with_distance(learned, sources_found))
-    directions = directions or _usual_directions(learned, sources)
+    directions = directions or usual_directions(learned.word_numbers, sources)
     return ActionSources(action, sources, tuple(left_out), directions)
 
 
-def _usual_directions(learned: Learned, sources: Sequence[Source]) -> tuple[str, ...]:
-    """Directions that at least ``USUAL`` of the sources say in one action with the asked words."""
+def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:
+    """Directions that at least ``USUAL`` of the sources say in one action with the asked words.
+
+    Parameters
+    ----------
+    word_numbers : dict
+        Word -> its number.
+    sources : sequence of Source
+        Captures that can show the action.
+    """
     fewest = max(USUAL * len(sources), 1.0)
     directions = set(FULL) - {*ACTIONS, "back", "around"}  # "bend back" goes nowhere
-    numbers = {d: learned.word_numbers.get(d, -1) for d in sorted(directions)}
+    numbers = {d: word_numbers.get(d, -1) for d in sorted(directions)}
     said = {d: sum(number in s.beside for s in sources) for d, number in numbers.items()}
     return tuple(d for d, count in said.items() if count >= fewest)
 

@@ -155,9 +155,7 @@ def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
     return related
 
 
-def rival_gain(
-    evidence: FloatArray, asked: Collection[int], rivals: Collection[int]
-) -> FloatArray:
+def rival_gain(evidence: FloatArray, asked: Collection[int], rivals: Collection[int]) -> FloatArray:
     """Gain r of every segment: array (segments,), nats a second.
 
     Parameters

@@ -2,8 +2,8 @@
 
 Where an action has a measured word that its captures can show ("stand up", "stop"), every excerpt
 is cut to the part of its stretch that goes furthest that way, and what is missing of the full
-amount is a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is extended
-to a more usual one near by.
+amount is a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is
+extended to a more usual one near by.
 """
 
 from __future__ import annotations

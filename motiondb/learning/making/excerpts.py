@@ -232,9 +232,7 @@ def lay_out(
     return Layout(tuple(parts), said)
 
 
-def _fitting_loop(
-    edges: FloatArray, period: int | None, missing: int, short: float
-) -> Loop | None:
+def _fitting_loop(edges: FloatArray, period: int | None, missing: int, short: float) -> Loop | None:
     """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing.
 
     It may be shorter than that by ``short`` frames.
