@@ -30,7 +30,7 @@ longer."""
 UNLIKE_WEIGHT = 0.4
 """D. Chosen by hand; not tuned."""
 RARE_WEIGHT = 0.12
-"""A. Chosen by hand, so that a plain kick and plain twists win against those of an acrobat; .04 to
+"""A. Chosen by hand, so that a plain kick and plain twists win against those of an acrobat; .08 to
 .16 make little difference to how many excerpts the judge finds right (.61 to .64 of 36 actions of
 CMU)."""
 RARE = 60.0
