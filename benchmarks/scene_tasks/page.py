@@ -116,8 +116,8 @@ def table_part(rows: Rows) -> list[str]:
         " feet beyond those of the captures, limbs that cross.",
         "",
         "| diagram | seeds | rules a scene | broken before polish | broken | worst synchronisation,"
-        " frames | collisions before | collisions | impossible motion | fastest, m/s | error | begun"
-        " again |",
+        " frames | collisions before | collisions | impossible motion | fastest, m/s | error |"
+        " begun again |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for diagram, group in grouped(rows):
