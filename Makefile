@@ -23,7 +23,9 @@ test: $(BIN)/.tested
 	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile --ignore tests/page_browser
 
 test-browser: $(BIN)/.tested  # clicks, drags and uploads in Chromium; says what is skipped where there is none
-	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile tests/page_browser
+	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile tests/page_browser \
+	  || { echo "Once more, alone: what failed beside others on a busy machine."; \
+	       $(BIN)/python -m pytest -q --last-failed --last-failed-no-failures none tests/page_browser; }
 
 lint: $(BIN)/.tested
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy

@@ -14,10 +14,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from nearby_table import OUTPUT, read_similarity
+from nearby_table import GENERAL, GENERAL_SHARE, OUTPUT, read_similarity
 
 from motiondb.words.nearby.table import NearbyTable, read_table
 from motiondb.words.nearby.taking import SUGGESTED, TAKEN, say_chance
+from nearby_words.crossed import by_others
 from nearby_words.judge import MEASURES, Answer, ask_all, interval, reliability
 from nearby_words.key import read_key, read_pairs, read_vocabulary
 from nearby_words.methods import (
@@ -47,16 +48,20 @@ TARGETS = {
 """Least value that each measure should reach."""
 
 
-def key_tables(answers: Mapping[str, Mapping[str, Sequence[Answer]]], seed: int) -> list[str]:
-    """A table a vocabulary, a row a method."""
+Answers = Mapping[str, Mapping[str, Sequence[Answer]]]
+"""From the name of a vocabulary to that of a method to its answers."""
+
+
+def key_tables(answers: Answers, by: str, seed: int) -> list[str]:
+    """A table a vocabulary, a row a method; ``by`` names the key."""
     lines = []
     for name, methods in answers.items():
         known = read_vocabulary(name)
         first = next(iter(methods.values()))
         asked = sum(a.has_answer for a in first)
         lines += [
-            f"## By the key, {LISTS[name]}", "",
-            f"{len(known)} words are possible answers. {asked} words of the key have an answer "
+            f"## By the {by}, {LISTS[name]}", "",
+            f"{len(known)} words are possible answers. {asked} words of the list have an answer "
             f"among them, {len(first) - asked} have none; the others are themselves possible "
             f"answers.", "",
             "| method | " + " | ".join(MEASURES) + " |", "|---" * (len(MEASURES) + 1) + "|",
@@ -74,11 +79,11 @@ def key_tables(answers: Mapping[str, Mapping[str, Sequence[Answer]]], seed: int)
     return lines
 
 
-def reliability_table(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
-    """How often first answers of a probability are right."""
+def reliability_table(answers: Answers, by: str) -> list[str]:
+    """How often first answers of a probability are right; ``by`` names the key."""
     told = [a for methods in answers.values() for a in next(iter(methods.values()))]
     lines = [
-        "## Calibration of the probabilities", "",
+        f"## Calibration of the probabilities, by the {by}", "",
         "First answers of the table for both vocabularies, grouped by probability.", "",
         "| probability | mean | right | answers |", "|---|---|---|---|",
     ]  # fmt: skip
@@ -89,10 +94,9 @@ def reliability_table(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> 
     return [*lines, ""]
 
 
-def misses(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
-    """Every wrong first answer that is given."""
-    lines = ["## Known misses", "", "Words of the key with a wrong or missing answer:",
-             ""]  # fmt: skip
+def misses(answers: Answers, by: str) -> list[str]:
+    """Every wrong first answer that is given; ``by`` names the key."""
+    lines = [f"## Known misses, by the {by}", "", "Words with a wrong or missing answer:", ""]
     for name, methods in answers.items():
         wrong = [a for a in next(iter(methods.values())) if not a.right and a.chance >= SUGGESTED]
         for what, low, high in (("taken", TAKEN, 2.0), ("suggested", SUGGESTED, TAKEN)):
@@ -188,13 +192,17 @@ def opening(table: NearbyTable, data: bytes) -> list[str]:
         f"{held:,} words with {len(table.targets):,} words that may stand for them; "
         f"{len(table.silent):,} further English words that are only known to be English; "
         f"{len(data):,} bytes; read in {1000 * np.median(seconds):.0f} ms here.", "",
-        "The answer key (`benchmarks/nearby_words/`) was committed before the table was built. "
+        "The key (`benchmarks/nearby_words/key.tsv`) was committed before the table was built. "
         "The regression that gives the probabilities was fitted on the tuning list alone. This "
         "list was extended, which made `move` and `go` less probable, after a first table had "
         "been measured with the key (its README says what was known at that time). A word is "
         f"replaced by known words from a probability of {TAKEN}, and known words are suggested "
         f"from {SUGGESTED}. Intervals are 95 %, bootstrap over words. The scores of each baseline "
         "are converted to probabilities by a logistic regression on the same tuning list.", "",
+        "The second key (`benchmarks/nearby_words/blind.tsv`) was written and committed after the "
+        "table, before the table was asked for any of its words; nothing was changed after it was "
+        "measured. The tuning list is answered by models fitted without the word (8 folds); the "
+        "causes of its wrong answers are in `benchmarks/nearby_words/README.md`.", "",
     ]  # fmt: skip
 
 
@@ -218,14 +226,20 @@ def main() -> None:
         "WordNet path similarity alone": by_score(path_similarity(wordnet), tuning, every),
         "spelling": by_score(spelling, tuning, every),
     }
+    shares = dict.fromkeys(GENERAL, GENERAL_SHARE)
+    never = vetoes(wordnet, read_pairs("never"))
+    crossed = by_others(tuning, every, (lexicon, similarity), never, shares)
     answers = {
-        name: {m: ask_all(method, key, read_vocabulary(name)) for m, method in methods.items()}
-        for name in LISTS
+        "key": _ask(methods, key),
+        "second key": _ask(methods, read_key("blind")),
+        "tuning list": _ask({"the model of the other words": crossed}, tuning),
     }
     lines = [
-        *opening(table, data), *_verdict(answers), *key_tables(answers, asked.seed),
-        *reliability_table(answers), *opposites_part(table, vetoes(wordnet, [])),
-        *misses(answers),
+        *opening(table, data), *_verdict(answers),
+        *(line for by, told in answers.items() for line in key_tables(told, by, asked.seed)),
+        *(line for by, told in answers.items() for line in reliability_table(told, by)),
+        *opposites_part(table, vetoes(wordnet, [])),
+        *(line for by, told in answers.items() for line in misses(told, by)),
     ]  # fmt: skip
     if asked.data is not None:
         shown = load_shown(asked.data, asked.seed)
@@ -233,14 +247,24 @@ def main() -> None:
     asked.output.write_text("\n".join(lines), encoding="utf-8")
 
 
-def _verdict(answers: Mapping[str, Mapping[str, Sequence[Answer]]]) -> list[str]:
-    lines = ["| what was asked for | at least | " + " | ".join(LISTS.values()) + " |",
-             "|---|---|---|---|"]  # fmt: skip
+def _ask(methods: Mapping[str, Method], key: Mapping[str, frozenset[str]]) -> Answers:
+    return {
+        name: {m: ask_all(method, key, read_vocabulary(name)) for m, method in methods.items()}
+        for name in LISTS
+    }
+
+
+def _verdict(answers: Mapping[str, Answers]) -> list[str]:
+    """The measures that were asked for, by every key, for both vocabularies."""
+    heads = [f"{by}: {what}" for by in answers for what in LISTS.values()]
+    lines = ["| what was asked for | at least | " + " | ".join(heads) + " |",
+             "|---" * (len(heads) + 2) + "|"]  # fmt: skip
     for measure, least in TARGETS.items():
         cells = []
-        for name in LISTS:
-            many, of = MEASURES[measure](next(iter(answers[name].values())))
-            cells.append(f"{many / of:.2f}{'' if many / of >= least else ' (missed)'}")
+        for told in answers.values():
+            for name in LISTS:
+                many, of = MEASURES[measure](next(iter(told[name].values())))
+                cells.append(f"{many / of:.2f}{'' if many / of >= least else ' (missed)'}")
         lines.append(f"| {measure} | {least} | " + " | ".join(cells) + " |")
     return [*lines, ""]
 

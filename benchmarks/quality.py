@@ -24,12 +24,12 @@ TASKS = (
 HEAD = """# Are the answers right?
 
 Real captures (CMU, Bandai-Namco), measured by `python benchmarks/quality.py --data DIR`, for
-motiondb and for simple baselines in the same run. No performer is both in the training part and in
-the test part, and copies and mirror images are left out (`14_36` repeats `14_31`). Settings are
-chosen within the training part. Brackets hold bootstrap 95 % intervals. The columns "motiondb
-better by" are paired differences on the same draws; a difference whose interval contains 0 does not
-count. Unless stated otherwise, motiondb's symbols are also learned from the motion (never the
-words) of the captures that are searched, as in a database; the variant without them is listed too.
+motiondb and for simple baselines in the same run. No performer is in both the training part and the
+test part, and copies and mirror images are left out (`14_36` repeats `14_31`). Settings are chosen
+within the training part. Brackets hold bootstrap 95 % intervals. The columns "motiondb better by"
+are paired differences on the same draws; a difference whose interval contains 0 does not count.
+Unless stated otherwise, motiondb's symbols are also learned from the motion (never the words) of
+the captures that are searched, as in a database; the variant without them is listed too.
 """
 
 

@@ -29,7 +29,8 @@ from pathlib import Path
 from typing import Any
 
 _TESTS = Path(__file__).resolve().parents[1] / "tests"
-sys.path[:0] = [str(_TESTS / name) for name in ("capture", "store", "fetch")]  # odd files, sites
+_SHARED = ("capture", "store/checking", "fetch")  # odd files, damage, sites
+sys.path[:0] = [str(_TESTS / name) for name in _SHARED]
 
 PARTS = ("fuzz", "kills", "damage", "together", "questions")
 CASES = {"fuzz": 50_000, "kills": 200, "damage": 200}

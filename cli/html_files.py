@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def html_name(path: Path | None) -> Path | None:
-    """Refuse a file that cannot be a page, before anything is computed.
+    """Check the ending of the file name, and that the page was built, before anything is computed.
 
     Parameters
     ----------

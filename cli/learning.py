@@ -45,8 +45,8 @@ def learn(
 ) -> None:
     """Learn motion symbols, their space and their words from all captures of the database.
 
-    With --start, symbols and words of other captures are taken over, so that a database without
-    captions can be asked by words. Own captions count more the more there are.
+    With --start, symbols and words of other captures are used, so that a database without captions
+    can be searched by words. The weight of own captions grows with their number.
     """
     from motiondb import LearnSettings
 
@@ -84,7 +84,7 @@ def learn(
             f"captions are enough to learn from. Words that only the start has are unknown."
         )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
-        typer.echo("No capture was added or removed since it learned before, and no word is new.")
+        typer.echo("No capture was added or removed since the last learning, and no word is new.")
     if not facts["words"]:
         typer.echo(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "

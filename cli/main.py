@@ -45,7 +45,7 @@ def _options(
 
 INTERRUPTED = 130
 _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
-"""What the system says when standard output takes no more; a closed pipe is Typer's."""
+"""Errors of the system when standard output cannot be written; Typer handles a closed pipe."""
 
 for module in (
     cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, serving,
@@ -91,14 +91,14 @@ def _run() -> int:
 
 
 def _tell(error: Exception) -> None:
-    """Print the message of an error, also where a file name in it is no text."""
+    """Print the message of an error, even if a file name in it is not valid text."""
     typer.echo(f"error: {error}".encode("utf-8", "backslashreplace").decode(), err=True)
 
 
 def _run_command() -> None:
     """Run the command; errors after Ctrl-C are treated as interrupts.
 
-    DuckDB turns an interrupt into an error of its own, and Typer into the exit code 130.
+    DuckDB turns an interrupt into one of its own errors, and Typer into the exit code 130.
     """
     try:
         app()

@@ -38,11 +38,11 @@ Exact = Annotated[
 Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]
 MOST_SECONDS = 1e7
-"""Largest time that is accepted: some months, longer than any take."""
+"""Largest time that is accepted, seconds: some months, longer than any take."""
 
 
 def finite(value: float | None) -> float | None:
-    """Refuse what is no number: ranges of options let NaN pass.
+    """Refuse NaN and infinity, which the ranges of options let pass.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ To = Annotated[
 
 
 def picture_name(path: Path | None) -> Path | None:
-    """Refuse a name of a picture without the ending .png, before anything is computed.
+    """Check that the name of a picture ends in .png, before anything is computed.
 
     Parameters
     ----------
@@ -104,10 +104,10 @@ Seed = Annotated[
 ]
 DEFAULT_DB = Path("motions.duckdb")
 DEFAULT_WAIT = 5.0
-"""Seconds that a command waits for the database. Chosen by hand: commands that hold it alone are
-mostly done sooner, and a user who waits longer wants to know for whom."""
+"""Seconds that a command waits for the database by default. Chosen by hand: most commands that
+hold it alone take less time, and after a longer wait the user should see which process holds it."""
 LONGEST_WAIT = 86_400.0
-"""Seconds: a day. A longer one is a mistake."""
+"""Largest number of seconds to wait: a day. A larger one is a mistake."""
 Wait = Annotated[
     float,
     typer.Option(
@@ -146,7 +146,7 @@ class Commands(typer.Typer):
 
 
 def _waiting(function: Function) -> Function:
-    """A function with a further parameter ``wait``, which :func:`seconds_to_wait` tells."""
+    """Add the parameter ``wait`` to a function; :func:`seconds_to_wait` returns its value."""
 
     @wraps(function)
     def command(*args: Any, wait: float = DEFAULT_WAIT, **values: Any) -> Any:
@@ -162,7 +162,7 @@ def _waiting(function: Function) -> Function:
 
 
 def seconds_to_wait() -> float:
-    """What the running command was told with --wait."""
+    """Return the value of --wait of the running command."""
     return _WAIT.get()
 
 

@@ -1,4 +1,4 @@
-"""What commands print: JSON, tables, progress, notes, problems."""
+"""Output of the commands: JSON, tables, progress, notes, problems."""
 
 from __future__ import annotations
 
@@ -60,28 +60,28 @@ def note_taken(
     suggested: Mapping[str, Taking],
     unknown: Mapping[str, Sequence[str]],
 ) -> None:
-    """Say on standard error what was made of the words of a question that no caption holds.
+    """Print on standard error how the words of a question that no caption holds were replaced.
 
     Parameters
     ----------
     taken : mapping of str to Taking
-        Words that are taken as known ones.
+        Words that were replaced by known words.
     suggested : mapping of str to Taking
-        Words for which known ones are suggested.
+        Words for which known words are only suggested.
     unknown : mapping of str to sequence of str
-        Words that are left out -> nearest known words.
+        For each word that was left out, the nearest known words.
     """
     for taking in taken.values():
         typer.echo(taking.sentence(), err=True)
     for word, taking in suggested.items():
         if word in unknown and taking.words:
             typer.echo(f"{taking.sentence()}; left out", err=True)
-    told = {word for word, taking in suggested.items() if taking.words}
-    note_unknown({word: near for word, near in unknown.items() if word not in told})
+    with_suggestions = {word for word, taking in suggested.items() if taking.words}
+    note_unknown({word: near for word, near in unknown.items() if word not in with_suggestions})
 
 
 def note_filter(db: MotionDB, where: str, exact: bool) -> None:
-    """Say on standard error what the words of a filter are taken as that nothing holds.
+    """Print on standard error the replacements of those words of a filter that occur nowhere.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def note_filter(db: MotionDB, where: str, exact: bool) -> None:
     where : str
         The filter.
     exact : bool
-        Whether words are not taken as others.
+        Whether replacing unknown words is switched off.
     """
     if not exact:
         for taking in db.taken_in_filter(where).values():
@@ -98,7 +98,7 @@ def note_filter(db: MotionDB, where: str, exact: bool) -> None:
 
 
 def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -> None:
-    """Say on standard error what the words of a pattern are taken as that no caption holds.
+    """Print on standard error the replacements of those words of a pattern that no caption holds.
 
     Parameters
     ----------
@@ -107,9 +107,9 @@ def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -
     name : str
         Name of the grammar.
     like : str or None
-        The pattern; None where there is none.
+        The pattern; None if there is none.
     exact : bool
-        Whether words are not taken as others.
+        Whether replacing unknown words is switched off.
     """
     if like is not None and not exact:
         for taking in grammars.taken_in_pattern(name, like).values():
@@ -117,7 +117,7 @@ def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -
 
 
 def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
-    """Say on standard error what words of a motion grammar's phrases are taken as.
+    """Print on standard error the replacements of words in the phrases of a motion grammar.
 
     Parameters
     ----------
@@ -126,15 +126,43 @@ def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
     grammar : MotionGrammar
         The grammar.
     exact : bool
-        Whether words are not taken as others.
+        Whether replacing unknown words is switched off.
     """
     if not exact:
         for taking in scenes.taken_words(grammar).values():
             typer.echo(f"{grammar.name}: {taking.sentence()}", err=True)
 
 
+def say_word(word: str, probability: float | None) -> str:
+    """A word with its probability, or alone where no own caption has checked the probability.
+
+    Parameters
+    ----------
+    word : str
+        The word.
+    probability : float or None
+        Its probability.
+
+    >>> say_word("walk", 0.957), say_word("walk", None)
+    ('walk 0.96', 'walk')
+    """
+    return word if probability is None else f"{word} {probability:.2f}"
+
+
+def note_unchecked(reason: str) -> None:
+    """Print on standard error why answers carry no probabilities, where there is a reason.
+
+    Parameters
+    ----------
+    reason : str
+        The reason, or "".
+    """
+    if reason:
+        typer.echo(f"note: {reason}", err=True)
+
+
 def note_sources(sources: Sequence[WordSource]) -> None:
-    """Print on standard error which captions taught the words, where a start has a part in them.
+    """Print on standard error from which captions words were learned, if a start was used.
 
     Parameters
     ----------
@@ -146,13 +174,11 @@ def note_sources(sources: Sequence[WordSource]) -> None:
         if source.own_captions and source.start_captions:
             typer.echo(source.sentence(), err=True)
         elif source.start_captions:
-            told = alone.setdefault(source.start, [])
-            told.append(f"{source.word} ({source.start_captions})")
+            with_suggestions = alone.setdefault(source.start, [])
+            with_suggestions.append(f"{source.word} ({source.start_captions})")
     for start, words in alone.items():
         typer.echo(
-            f"known from the start {start} alone (captions there): {', '.join(words)}; no own "
-            "caption has checked their probabilities",
-            err=True,
+            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
         )
 
 
@@ -208,7 +234,7 @@ def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
     Yields
     ------
     callable
-        Call it with the name of the step, how much is done, and how much there is to do.
+        Call it with the name of the step, the amount done, and the total amount.
     """
     with _bars(enabled) as show:
         yield lambda what, done, total: show(what, done / max(total, 1e-9), "")
@@ -267,7 +293,7 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
 
 
 def print_sources(facts: Mapping[str, Any]) -> None:
-    """Print the captures that a generated motion is made of.
+    """Print the captures from which a generated motion was made.
 
     Parameters
     ----------
@@ -281,7 +307,7 @@ def print_sources(facts: Mapping[str, Any]) -> None:
 
 
 def print_notes(notes: Sequence[str]) -> None:
-    """Print what is unusual in what was read.
+    """Print notes on unusual properties of files that were read.
 
     Parameters
     ----------

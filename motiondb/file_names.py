@@ -7,6 +7,7 @@ here such a name is that of no file.
 from __future__ import annotations
 
 import os
+import threading
 from pathlib import Path
 
 from motiondb.errors import StoreError
@@ -65,7 +66,8 @@ def check_file_name(path: Path) -> None:
         ) from None
     try:
         path.exists()
-        path.with_name(f".{path.name}.{os.getpid()}.compact").exists()  # of drafts beside it
+        draft = f".{path.name}.new-{os.getpid()}-{threading.get_ident()}.wal"
+        path.with_name(draft).exists()  # the longest name of a file made beside it
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise StoreError(

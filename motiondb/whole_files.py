@@ -47,8 +47,14 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield draft
         draft.replace(path)
     finally:
+        delete_all(draft)
+
+
+def delete_all(*files: Path) -> None:
+    """Delete those of the files that are there and may be deleted."""
+    for file in files:
         with suppress(OSError):
-            draft.unlink(missing_ok=True)
+            file.unlink(missing_ok=True)
 
 
 def is_duckdb(path: Path) -> bool:
@@ -61,7 +67,7 @@ def is_duckdb(path: Path) -> bool:
 
 
 def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
-    """Tell whether a file ``NAME.new-PROCESS...`` is young and its process, or this one, runs.
+    """Tell whether a file ``NAME.new-PROCESS...`` is young and its process runs.
 
     Parameters
     ----------
@@ -72,24 +78,19 @@ def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
         numbers are used again. Chosen by hand; not tuned. Writing 1 GB takes about 5 s.
     """
     maker = re.search(r"\.new-([0-9]+)", draft.name)
-    if maker is None:
+    if maker is None or not is_running(int(maker[1])):
         return False
-    process = int(maker[1])
-    if process != os.getpid() and not is_running(process):
-        return False  # a draft of this process may be that of another thread
     return time.time() - draft.stat().st_mtime < abandoned
 
 
 def is_running(process: int) -> bool:
-    """Return whether this host has another process of this number, or True if that is not known.
+    """Return whether this host has a process of this number, or True if that is not known.
 
     Parameters
     ----------
     process : int
         Number of the process.
     """
-    if process == os.getpid():
-        return False
     if os.name != "posix":
         return True
     try:
@@ -102,11 +103,10 @@ def is_running(process: int) -> bool:
 
 
 def _sweep(folder: Path, stem: str) -> None:
-    """Delete drafts whose process has ended; those of this process are at work."""
+    """Delete drafts whose process has ended. Those of this process may be of another thread."""
     for left in folder.glob(f".{glob.escape(stem)}.*.part"):
         owner = _OWNER.search(left.name)
-        if owner is None or left.name != f".{stem}{owner[0]}" or int(owner[1]) == os.getpid():
+        if owner is None or left.name != f".{stem}{owner[0]}":
             continue
         if not is_running(int(owner[1])):
-            with suppress(OSError):
-                left.unlink()
+            delete_all(left)

@@ -10,7 +10,7 @@ FOLDER = Path(__file__).parent
 
 
 def read_key(name: str) -> dict[str, frozenset[str]]:
-    """From each word, as written, to the lemmas that are right; ``key`` or ``tuning``."""
+    """From each word, as written, to the lemmas that are right; ``key``, ``blind``, ``tuning``."""
     return {
         word: frozenset() if right == "-" else frozenset(lemma(w) for w in right.split(", "))
         for word, right in _rows(f"{name}.tsv")

@@ -16,7 +16,11 @@ from motiondb.learning.answers.whole_captions import CAPTION_WEIGHT
 from motiondb.records import FloatArray
 from motiondb.search.questions.by_question import search_order
 from motiondb.words.maps import word_map
-from motiondb.words.maps.caption_map import solve_caption_map
+from motiondb.words.maps.caption_map import (
+    fit_share_calibration,
+    share_probabilities,
+    solve_caption_map,
+)
 from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_moments import word_moments
 from quality_protocol import baselines as base
@@ -56,10 +60,13 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
     return lambda actions: scores[:, [w for action in actions for w in action]].mean(axis=1)
 
 
-def motiondb_answers(seen: Recognised, fold: Fold, as_captions: bool = True) -> Answers:
+def motiondb_answers(
+    seen: Recognised, fold: Fold, as_captions: bool = True, told_as_shares: bool = True
+) -> Answers:
     """The product: word map, then search in every gallery capture.
 
-    Whole captions are written in quotation marks, unless ``as_captions`` is False.
+    Whole captions are written in quotation marks, unless ``as_captions`` is False. Words are told
+    by their shares of captions, unless ``told_as_shares`` is False: then by the word map.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
@@ -82,7 +89,11 @@ def motiondb_answers(seen: Recognised, fold: Fold, as_captions: bool = True) -> 
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
     vectors = seen.vectors[fold.gallery]
     asked = ask_quoted if as_captions else ask
-    return Answers(words, fit.log_odds(vectors), asked, fit.probabilities(vectors))
+    if not told_as_shares:
+        return Answers(words, fit.log_odds(vectors), asked, fit.probabilities(vectors))
+    calibration = fit_share_calibration(seen.vectors[fold.train], fold.words[fold.train], groups)
+    shares = captions.shares(vectors)
+    return Answers(words, shares, asked, share_probabilities(shares, calibration))
 
 
 def logistic_answers(features: FloatArray, fold: Fold) -> Answers:

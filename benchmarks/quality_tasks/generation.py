@@ -12,7 +12,7 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.generate.contact import foot_slip
-from motiondb.learning.answers.word_answers import describe
+from motiondb.learning.answers.described_motion import describe
 from motiondb.pictures.strip import strip_figure
 from motiondb.pose import body, retarget
 from motiondb.pose.features import recognition_features
@@ -201,7 +201,10 @@ def heard_class(db: MotionDB, motion: Motion) -> int:
 def described_words(db: MotionDB, motion: Motion) -> list[tuple[float, Mapping[str, float]]]:
     """Seconds and word probabilities of the described intervals of a motion."""
     n_words = len(db.learned.association.words)
-    return [(d.end - d.start, dict(d.words)) for d in describe(db.learned, motion, n_words)]
+    return [
+        (d.end - d.start, {word: p for word, p in d.words if p is not None})
+        for d in describe(db.learned, motion, n_words)
+    ]
 
 
 def _recognition(

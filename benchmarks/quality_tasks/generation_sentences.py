@@ -113,14 +113,14 @@ def evaluate(of: Recogniser, made: Motions, again: Motions, seed: int) -> TaskRe
         "Generation: all actions",
         f"{len(SENTENCES)} sentences over the {len(ACTIONS)} actions that three or more captures "
         f"show ({', '.join(word for word, _ in ACTIONS)}), with orders, counts, durations, speeds "
-        f"and directions; {len(outcomes)} actions were made. An outside recogniser (one logistic "
-        "regression a word on pooled windows of the real captures) tells the first word of every "
-        "action's frames; it is right if the action was asked for, or if the captions never "
-        "separate the two words. *Or its other name*: right also if a caption of the source names "
-        "one action by both words (run/jog, salsa dance). *Real*: the same for captures whose "
-        "captions say the action, every action as often as the sentences ask for it; *any of its "
-        "caption*: the first word is one of those that the caption says. *Said to be shown*: the "
-        "actions that motiondb's own judge says are shown.",
+        f"and directions; {len(outcomes)} actions were made. An independent recogniser (one "
+        "logistic regression per word, on pooled windows of the real captures) gives the most "
+        "probable word of every action's frames; it is right if this action was requested, or if "
+        "the captions never separate the two words. *Or its other name*: right also if a caption "
+        "of the source names one action by both words (run/jog, salsa dance). *Real*: the same for "
+        "captures whose captions say the action, every action as often as the sentences ask for "
+        "it; *any of its caption*: the first word is one of those that the caption says. *Said to "
+        "be shown*: the actions that motiondb's own judge says are shown.",
         ("recogniser", "first word right", "real", "or its other name", "real, or other name",
          "real, any of its caption", "said to be shown", "said not to be"),
         tuple(rows),
@@ -196,8 +196,8 @@ def _real(
 def _say_judge(outcomes: Sequence[Outcome]) -> str:
     counts = [sum(o.shown is value for o in outcomes) for value in (True, False, None)]
     return (
-        f"motiondb's judge says of {counts[0]} actions that they are shown, of {counts[1]} that "
-        f"they are not, of {counts[2]} that nothing can confirm it."
+        f"motiondb's judge says that {counts[0]} actions are shown, that {counts[1]} are not, and "
+        f"that {counts[2]} cannot be confirmed."
     )
 
 
@@ -215,7 +215,7 @@ def _say_calibration(told: Sequence[tuple[float, bool]]) -> str:
                 f"({int(inside.sum())} actions)"
             )
     return (
-        "Told probability and what the recogniser without the captures finds: "
+        "Reported probability, and the share that the recogniser without the captures confirms: "
         + "; ".join(parts)
         + "."
     )

@@ -51,9 +51,9 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         "The questions of *By word*, boundaries of segments. One part of one long take is labelled "
         "with the words of its true label: the part that `words suggest --parts` names first of "
         f"those in the long takes (rank {offered[0].rank if offered else '-'} of all parts of the "
-        "database), with the times that were suggested and with the true ones. What is written of "
-        "the asked take is not used as evidence, so that the labelled part is not given away when "
-        "it is asked; *its own label counts*: it is used for the take that was labelled.",
+        "database), with the times that were suggested and with the true ones. The captions of "
+        "the searched take are not used as evidence, because they would give away the labelled "
+        "part; *its own label counts*: it is used for the take that was labelled.",
         ("labelled", "part", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
         tuple(rows),
     )  # fmt: skip

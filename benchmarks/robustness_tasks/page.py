@@ -19,8 +19,8 @@ HEAD = """# Robustness: data loss and silent failures
 The tests are run by `python benchmarks/robustness.py PART --out DIR`, with the parts `fuzz`,
 `kills`, `damage`, `together` and `questions`. This page is written by `python
 benchmarks/robustness.py page --out DIR`. Short versions run with the tests (`tests/robustness`,
-`tests/capture/test_odd_captures.py`, `tests/store/test_store_damage.py`,
-`tests/store/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
+`tests/capture/test_odd_captures.py`, `tests/store/checking/test_store_damage.py`,
+`tests/store/connection/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
 `tests/cli/test_cli_waiting.py`). The tables count the cases that were run. A target with more cases
 than were run is listed as not met. The databases are learned from the sample data."""
 
@@ -30,18 +30,20 @@ UNKNOWN = """## What is not known, and limits
   (`.wal`). DuckDB replays the log up to its last complete transaction and does not report what
   follows. A log that was cut off, by a full disk or by copying while a command writes, therefore
   gives a consistent earlier state, and `check` reports no fault. A test shows that no part of a
-  later change is present without the changes before it (`tests/store/test_store_cut_log.py`). The
-  file does not show that changes were lost. A log with flipped bits is refused.
-* **A log that is none.** A file of that name that does not begin like a log of DuckDB's is passed
-  over by DuckDB, and `check` calls the database sound.
+  later change is present without the changes before it
+  (`tests/store/connection/test_store_cut_log.py`). The file does not show that changes were lost. A
+  log with flipped bits is refused.
+* **A file that is not a log.** DuckDB ignores a file of that name that does not begin like one of
+  its logs, and `check` reports no fault.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves
   only if captures and words are as it read them; otherwise it begins again. After three attempts it
-  gives up, says so, and changes nothing. Where somebody always writes, it never ends otherwise.
-* **Ending with a killed command.** The processes that read files for `add` end within a second or
-  two after it was killed: at once where the kernel ends them (Linux, when the command's main thread
-  started them), otherwise when their own thread has looked, every quarter of a second. A library
-  that keeps Python from running delays that on other systems than Linux. On Windows they end with
-  the file that they read.
+  stops with a message and changes nothing. If another process writes all the time, this is always
+  the result.
+* **Processes of a killed command.** The processes that read files for `add` end within a second or
+  two after it was killed: at once if the kernel ends them (Linux, if the command's main thread
+  started them), otherwise when their own thread checks, every quarter of a second. On systems other
+  than Linux, a library that blocks Python delays this. On Windows they end after the file that they
+  are reading.
 * **Power failures.** The kills end processes, not the computer. Data that the disk had not yet
 written are not tested.
 * **The system's temporary folder** is not examined after kills. Reading of C3D files uses it, as

@@ -9,14 +9,23 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from motiondb.records import FloatArray
+from motiondb.search.certainty import probability
 from quality_protocol.confidence import weighted_draws, weighted_measure
+
+CALIBRATION = "calibration error of the first five answers"
+WITHHELD = "calibration error of the start's probabilities, which are not given"
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """One state of knowledge, asked: word scores, described scores (captures, words), threshold."""
+    """One state of knowledge, asked: word scores, described scores (captures, words), threshold.
+
+    ``sure`` are the probabilities that are given, None where there are none; NaN beside words that
+    own captions have not checked. ``withheld`` are those of the start that are not given.
+    """
 
     names: tuple[str, ...]
     ranked: FloatArray
@@ -24,6 +33,7 @@ class Asked:
     added: FloatArray
     threshold: float | None
     sure: FloatArray | None
+    withheld: FloatArray | None = None
 
 
 def judge(
@@ -40,7 +50,9 @@ def judge(
     """
     rng = np.random.default_rng(seed)
     number = {} if answers is None else {w: n for n, w in enumerate(answers.names)}
-    rankings, told, calibration = [], [], []
+    rankings, told = [], []
+    calibration: list[tuple[float, bool]] = []
+    withheld: list[tuple[float, bool]] = []
     for word in asked:
         right = np.array([word in words[g] for g in gallery])
         known = answers is not None and word in number
@@ -54,10 +66,12 @@ def judge(
             told.append([bool(there >= answers.threshold), bool(gone < answers.threshold)])
         else:
             told.append([False, True])  # an unknown word is refused: never found, never wrong
-        if known and answers is not None and answers.sure is not None:
+        if known and answers is not None:
             best = order[:5]
-            calibration += list(zip(answers.sure[best, number[word]].tolist(),
-                                    right[best].tolist()))  # fmt: skip
+            for chances, kept in ((answers.sure, calibration), (answers.withheld, withheld)):
+                if chances is not None:
+                    said = chances[best, number[word]].tolist()
+                    kept += [(p, r) for p, r in zip(said, right[best].tolist()) if p == p]
     reciprocal, share = {}, {}
     for place, capture in enumerate(gallery):
         true = np.array([w in words[capture] for w in asked])
@@ -72,7 +86,7 @@ def judge(
         reciprocal[int(capture)] = 1.0 / (1 + int(np.argmax(hits)))
         share[int(capture)] = float(hits[: true.sum()].mean())
     return {"rankings": rankings, "reciprocal": reciprocal, "f1": share, "told": told,
-            "calibration": calibration}  # fmt: skip
+            "calibration": calibration, "withheld": withheld}  # fmt: skip
 
 
 def measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatArray]:
@@ -98,16 +112,50 @@ def measures(folds: list[dict[str, Any]], draws: FloatArray) -> dict[str, FloatA
     told = np.array([pair for fold in folds for pair in fold["told"]], dtype=float)
     some = weighted_draws(len(told), 0, len(draws) - 1)
     value_of["nothing matches, balanced accuracy"] = some @ told.mean(axis=1) / some.sum(axis=1)
-    pairs = [pair for fold in folds for pair in fold["calibration"]]
-    if pairs:
-        said, right = np.array(pairs, dtype=float).T
-        bins = np.minimum((said * 10).astype(int), 9)
-        gaps = [abs(said[bins == b].sum() - right[bins == b].sum()) for b in range(10)]
-        error = float(np.sum(gaps) / len(said))
-    else:
-        error = float("nan")
-    value_of["calibration error of the first five answers"] = np.full(len(draws), error)
+    for name, key in ((CALIBRATION, "calibration"), (WITHHELD, "withheld")):
+        error = calibration_error(pairs_of(folds, key))
+        value_of[name] = np.full(len(draws), error)
     return value_of
+
+
+def pairs_of(folds: Sequence[dict[str, Any]], key: str) -> FloatArray:
+    """Probabilities and whether they were right, of all folds: array (answers, 2)."""
+    pairs = [pair for fold in folds for pair in fold.get(key, [])]
+    return np.array(pairs, dtype=float).reshape(-1, 2)
+
+
+def calibration_error(pairs: FloatArray) -> float:
+    """Expected calibration error over ten bins of probability; NaN without answers."""
+    if not len(pairs):
+        return float("nan")
+    gaps = [abs(rows.sum(axis=0) @ (1.0, -1.0)) for _, rows in _binned(pairs)]
+    return float(np.sum(gaps) / len(pairs))
+
+
+def oracle_shift(pairs: FloatArray) -> list[float] | None:
+    """The constant that makes log-odds most likely on the answers themselves, and the error left.
+
+    No one knows it without captions: it tells how much of an error is one bias of all answers.
+    """
+    if not len(pairs):
+        return None
+    log_odds = np.log(pairs[:, 0]) - np.log1p(-pairs[:, 0])
+    shift = brentq(lambda c: probability(log_odds + c).sum() - pairs[:, 1].sum(), -20.0, 20.0)
+    mended = np.column_stack([probability(log_odds + shift), pairs[:, 1]])
+    return [round(float(shift), 2), round(calibration_error(mended), 4)]
+
+
+def diagram(pairs: FloatArray) -> list[list[float]]:
+    """The reliability diagram: per bin its lower end, mean probability, share right, answers."""
+    return [
+        [round(low, 1), *(round(float(v), 3) for v in rows.mean(axis=0)), len(rows)]
+        for low, rows in _binned(pairs)
+    ]
+
+
+def _binned(pairs: FloatArray) -> list[tuple[float, FloatArray]]:
+    bins = np.minimum((pairs[:, 0] * 10).astype(int), 9)
+    return [(0.1 * b, pairs[bins == b]) for b in range(10) if (bins == b).any()]
 
 
 def told_interval(values: FloatArray) -> list[float] | None:

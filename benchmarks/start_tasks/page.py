@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from start_tasks.judging import CALIBRATION, WITHHELD
+
 STUDIOS = {"cmu": "CMU", "bandai": "Bandai-Namco"}
 WITH, WITHOUT = "with start", "without start"
 MEASURES = (
@@ -14,7 +16,6 @@ MEASURES = (
     "motion to words, F1",
     "nothing matches, balanced accuracy",
 )
-CALIBRATION = "calibration error of the first five answers"
 NOTES = Path(__file__).with_name("notes.md")
 
 
@@ -44,13 +45,34 @@ def _unseen(results: dict[str, Any]) -> str:
         "precision of words to motion; the target was at least .48.",
         "",
         "| words of the start | mAP | motion to words, reciprocal rank | F1 | nothing matches, "
-        "balanced accuracy | calibration error | questions |",
+        "balanced accuracy | calibration error of the start's probabilities, not given | "
+        "questions |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, row in results["rows"].items():
-        values = [_cell(row[m]) for m in (*MEASURES, CALIBRATION)]
+        values = [_cell(row[m]) for m in (*MEASURES, WITHHELD)]
         lines.append(f"| {name} | {' | '.join(values)} | {row['queries']} |")
-    return "\n".join(lines)
+    first = next(iter(results["rows"].values()))
+    shift = _shift(first["oracle shift"])
+    lines += ["", f"The start's probabilities, of the first row. {shift}", ""]
+    return "\n".join([*lines, *_diagram(first["diagram of the start"])])
+
+
+def _shift(oracle: list[float]) -> str:
+    """What the best constant for all answers would leave of an error."""
+    return (
+        "The one constant that fits these answers best, which can be known only from their "
+        f"captions, is {oracle[0]:+.2f} nats; with it, the error would be {oracle[1]:.3f}."
+    )
+
+
+def _diagram(bins: list[list[float]]) -> list[str]:
+    """A reliability diagram as a table."""
+    rows = [
+        f"| {low:.1f} to {low + 0.1:.1f} | {mean:.2f} | {right:.2f} | {int(n)} |"
+        for low, mean, right, n in bins
+    ]
+    return ["| said | mean | right | answers |", "|---|---|---|---|", *rows]
 
 
 def _curves(results: dict[str, Any], picture: str) -> str:
@@ -75,12 +97,26 @@ def _curves(results: dict[str, Any], picture: str) -> str:
         "",
         f"**{CALIBRATION}**",
         "",
-        "| own captions | with start | without |",
-        "|---|---|---|",
+        "Of the probabilities that are given; - where none is.",
+        "",
+        "| own captions | with start | its answers | without | its answers |",
+        "|---|---|---|---|---|",
     ]
     for row in results["rows"]:
-        cells = [_cell(row[kind][CALIBRATION], alone=True) for kind in (WITH, WITHOUT)]
+        answers = row["answers with a probability"]
+        cells = [
+            f"{_cell(row[kind][CALIBRATION], alone=True)} | {answers[kind]}"
+            for kind in (WITH, WITHOUT)
+        ]
         lines.append(f"| {row['captions']} | {' | '.join(cells)} |")
+    first = results["rows"][0]
+    lines += [
+        "",
+        "The start's probabilities without own captions, which are not given: calibration error "
+        f"{_cell(first[WITH][WITHHELD], alone=True)}. {_shift(first['oracle shift'])}",
+        "",
+        *_diagram(first["diagram of the start"]),
+    ]
     worse = [
         f"{m} with {row['captions']} captions ({_cell(row['difference'][m])})"
         for row in results["rows"] for m in MEASURES

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from motiondb.learning import fitting, knowledge_making
 from motiondb.learning.certainty import asked_certainty
 from motiondb.learning.learned import Learned, LearnedModel
+from motiondb.learning.start.carried_certainty import carry
+from motiondb.learning.start.checking import checked_words
 from motiondb.learning.start.joining import is_set_aside, strange_share
 from motiondb.learning.start.knowledge import Knowledge, Started, begin
 from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, segment_table
@@ -45,7 +47,16 @@ from quality_protocol.captures import (
 )
 from quality_protocol.confidence import weighted_draws
 from start_knowledge import SENTENCE
-from start_tasks.judging import Asked, brief, judge, measures, told_interval
+from start_tasks.judging import (
+    Asked,
+    brief,
+    diagram,
+    judge,
+    measures,
+    oracle_shift,
+    pairs_of,
+    told_interval,
+)
 from start_tasks.parts import Parts
 
 CAPTIONED = (0, 10, 25, 50, 100, 1_000)
@@ -196,6 +207,11 @@ def _curves(
                     min(n, np.mean([((folds != f) & has).sum() for f in np.unique(folds)]))
                 ),
                 **{name: {m: told_interval(each[name][m]) for m in names} for name in views},
+                "answers with a probability": {
+                    name: len(pairs_of(gathered[name, n], "calibration")) for name in views
+                },
+                "diagram of the start": diagram(pairs_of(gathered["with start", n], "withheld")),
+                "oracle shift": oracle_shift(pairs_of(gathered["with start", n], "withheld")),
                 "difference": {
                     m: told_interval(each["with start"][m] - each["without start"][m])
                     for m in names
@@ -255,11 +271,20 @@ def answer(
         )
         described.append(fit.log_odds(whole)[0])
     scores = np.array(ranked)
-    sure = fitted.certainties.words
+    sure, names = fitted.certainties.words, fitted.association.words
+    chances = None if sure is None else certainty.probability(sure.log_odds(scores[..., None]))
+    withheld = None
+    if started is not None:
+        unchecked = ~checked_words(fitted.association, started, fitted.counted, sure)
+        if chances is not None:
+            chances[:, unchecked] = np.nan
+        if not len(captioned):
+            first = carry(started.taught.certainties).words
+            assert first is not None
+            withheld = certainty.probability(first.log_odds(scores[..., None]))
     return Asked(
-        fitted.association.words, scores, np.array(described), scores - certainty.usual(fit),
-        None if sure is None or np.isnan(sure.threshold) else sure.threshold,
-        None if sure is None else certainty.probability(sure.log_odds(scores[..., None])),
+        names, scores, np.array(described), scores - certainty.usual(fit),
+        None if sure is None or np.isnan(sure.threshold) else sure.threshold, chances, withheld,
     )  # fmt: skip
 
 
@@ -288,6 +313,8 @@ def unseen_performers(data: Path, seed: int, parts: Parts) -> dict[str, Any]:
         results[name] = {
             "queries": sum(len(j["rankings"]) for j in judged),
             **{m: told_interval(v) for m, v in every_measure.items()},
+            "diagram of the start": diagram(pairs_of(judged, "withheld")),
+            "oracle shift": oracle_shift(pairs_of(judged, "withheld")),
         }
     return {"seed": seed, "rows": results}
 

@@ -28,10 +28,12 @@ from motiondb.cli.printing import (
     note_filter,
     note_sources,
     note_taken,
+    note_unchecked,
     note_unlearned,
     print_json,
     print_table,
     progress,
+    say_word,
 )
 
 if TYPE_CHECKING:
@@ -79,10 +81,11 @@ def search(
     "slowly", parentheses, and "?" for any action. Its interpretation is printed above the answers,
     with the parts that the search does not use.
 
-    Every answer has two probabilities, estimated with performers held out: that the capture shows
-    the actions, and that the interval does. If the only evidence for an action is a caption of the
-    whole capture, its place is unknown. If no answer is good enough, a line says so before the
-    nearest ones.
+    Every answer has two probabilities, estimated with performers held out: the probability that the
+    capture shows the actions, and the probability that the interval does. In a database that
+    learned with a start they are "-" until captions of the database have checked them. If the only
+    evidence for an action is a caption of the whole capture, its place is unknown. If no answer is
+    good enough, a line says so before the nearest ones.
     """
     if explain and by_symbols:
         from motiondb import QueryError
@@ -126,6 +129,7 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
         typer.echo(written.sentence(), err=True)
     if not silent:
         note_sources(answer.sources)
+    note_unchecked(answer.unchecked)
 
 
 def _word_facts(answer: WordAnswer) -> dict[str, Any]:
@@ -184,6 +188,7 @@ def like(
             base.draw_matches(answer, png, f"like {example}", motion)
         if html:
             write_html(html, StandalonePage.of_like(base, answer, example, start, end))
+    note_unchecked(answer.unchecked)
     _print_answer(answer, json, reasons=any(m.reason for m in answer))
 
 
@@ -213,6 +218,7 @@ def _print_answer(
                 "matches_anything": any_match,
                 "strength": answer.strength,
                 "threshold": answer.threshold,
+                **({"unchecked": answer.unchecked} if answer.unchecked else {}),
                 "matches": rows,
                 **(more or {}),
             }
@@ -221,7 +227,7 @@ def _print_answer(
     if any_match is False:
         typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
-        _print_matches(matches, reasons)
+        _print_matches(matches, reasons, bool(answer.unchecked))
 
 
 def _place_facts(match: Match) -> dict[str, Any]:
@@ -235,8 +241,11 @@ def _place_facts(match: Match) -> dict[str, Any]:
     }
 
 
-def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
-    sure = any(m.probability is not None for m in matches)
+def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> None:
+    """Print a table; probabilities that no own caption has checked are printed as "-"."""
+    sure = unchecked or any(m.probability is not None for m in matches)
+    nothing = "-" if unchecked else ""
+    chances = [nothing or _two_digits(m.probability) for m in matches]
     placed = any(m.interval_probability is not None for m in matches)
     columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
     columns += ["interval"] * placed
@@ -245,9 +254,9 @@ def _print_matches(matches: Sequence[Match], reasons: bool) -> None:
         [*columns, "words"] + (["found"] if reasons else []),
         [
             [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
-            + [_two_digits(m.probability)] * sure + [_two_digits(m.interval_probability)] * placed
-            + [" ".join(m.words)] + ([m.reason] if reasons else [])
-            for m in matches
+            + [chance] * sure + [_two_digits(m.interval_probability)] * placed
+            + [" ".join(m.words) or nothing] + ([m.reason] if reasons else [])
+            for m, chance in zip(matches, chances)
         ],
     )  # fmt: skip
 
@@ -263,12 +272,14 @@ def describe(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Describe a motion by words, with times and probabilities."""
+    """Describe a motion by words, with times and probabilities that captions have checked."""
     with database(db) as base:
         answer = base.describe(example, start, end)
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
+        unchecked = base.why_unchecked(word for d in answer for word, p in d.words if p is None)
     if not json:
         note_sources(sources)
+        note_unchecked(unchecked)
     if json:
         print_json(
             [
@@ -281,7 +292,7 @@ def describe(
         )  # fmt: skip
         return
     rows = [
-        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(f"{w} {p:.2f}" for w, p in d.words)]
+        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(say_word(w, p) for w, p in d.words)]
         for d in answer
     ]
     print_table("", ["start", "end", "words"], rows)

@@ -1,4 +1,4 @@
-"""Output of ``search --explain``: one line a word."""
+"""Output of ``search --explain``: one line for each word."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def print_explanations(answer: WordAnswer) -> None:
-    """Print the log-odds of every match, then a line a word.
+    """Print the log-odds of every match, then one line for each word.
 
     Parameters
     ----------

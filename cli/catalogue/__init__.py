@@ -1,1 +1,1 @@
-"""Commands that bring captures, captions and events in and out, and keep the file in order."""
+"""Commands that import and export captures, captions and events, and maintain the file."""

@@ -1,4 +1,4 @@
-"""add, list, show, export, remove, fetch: captures in and out."""
+"""Commands add, list, show, export, remove and fetch: captures in and out."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def add(
             min=0.1,
             max=1e6,
             callback=finite,
-            help="Seconds to read a file of up to 10 MB; larger files get more in proportion.",
+            help="Seconds allowed for a file of up to 10 MB; larger files get proportionally more.",
         ),
     ] = 60.0,
     memory_limit: Annotated[
@@ -146,7 +146,7 @@ def add(
         if report.counted:
             typer.echo(f"  {report.counted} of them can be searched now")
         if report.events:
-            typer.echo(f"  {report.events} events kept with them")
+            typer.echo(f"  {report.events} events added with them")
         _note_performers(report.without_performer)
         for relation in report.relations:
             typer.echo(f"  {_relation(relation)}")

@@ -42,7 +42,7 @@ def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> N
         table = [[str(value) for value in row.values()] for row in rows]
         print_table("", ["event", "count", "captures"], table)
     else:
-        typer.echo("no events; motiondb events import SHEET brings some")
+        typer.echo("no events; add some with motiondb events import SHEET")
 
 
 def show_events(

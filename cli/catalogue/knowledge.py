@@ -1,4 +1,4 @@
-"""knowledge export, knowledge show: the learned model, as a start for other databases."""
+"""Commands knowledge export and show: the learned model, as a start for other databases."""
 
 from __future__ import annotations
 
@@ -111,8 +111,9 @@ def print_start(first: Mapping[str, Any]) -> None:
             f"captions alone; a caption of the start counts {first['weight']:.2g} of an own one."
         )
     else:
-        typer.echo("No own captions: all words and probabilities are those of the start.")
-        typer.echo("The probabilities are brought nearer to 0.5: no own caption has checked them.")
+        typer.echo("No own captions: all words are those of the start.")
+    if first["unchecked"]:
+        typer.echo(f"Answers carry {first['unchecked']}.")
     if not first["fits"]:
         typer.echo(
             f"{first['strange_motion']:.0%} of the motion is unlike anything that the symbols of "

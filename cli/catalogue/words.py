@@ -90,7 +90,7 @@ def import_words(
         print_json(asdict(report))
     else:
         typer.echo(
-            f"words of {report.captures} captures replaced, "
+            f"{report.captures} captures have the sheet's words and tags now, "
             f"{len(report.problems)} rows without a capture"
         )
         print_notes(report.notes)
@@ -159,7 +159,7 @@ def _suggest_parts(limit: int, db: Path, json: bool) -> None:
         return
     print_table(
         "",
-        ["rank", "capture", "seconds", "gain", "captions list", "would tell of"],
+        ["rank", "capture", "seconds", "gain", "captions list", "would also describe"],
         [
             [
                 str(one.rank), one.capture, f"{one.start:.2f}-{one.end:.2f}", f"{one.gain:.1%}",

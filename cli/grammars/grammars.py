@@ -18,7 +18,7 @@ from motiondb.cli.options import (
     database,
     picture_name,
 )
-from motiondb.cli.printing import print_json, print_table, progress
+from motiondb.cli.printing import print_json, print_table, progress, say_word
 
 if TYPE_CHECKING:
     from motiondb import GrammarSize
@@ -51,7 +51,7 @@ def register(app: typer.Typer) -> None:
 def learn(
     captures: Annotated[
         list[str],
-        typer.Argument(metavar="CAPTURE...", help="Names of captures, best of long takes."),
+        typer.Argument(metavar="CAPTURE...", help="Names of captures, preferably long takes."),
     ],
     terminals: Annotated[
         str | None,
@@ -234,7 +234,7 @@ def show(
     typer.echo(facts["text_with_loops"])
     rows = [
         [t["terminal"], str(t["count"]), f"{t['seconds']:.2f}",
-         "  ".join(f"{w['word']} {w['probability']:.2f}" for w in t["words"]),
+         "  ".join(say_word(w["word"], w["probability"]) for w in t["words"]),
          "  ".join(f"{s['symbol']}: {s['share']:.0%}" for s in t["symbols"]),
          f"{t['medoid']['capture']} {t['medoid']['start']:.2f}-{t['medoid']['end']:.2f} s"]
         for t in facts["terminals"]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from motiondb import Grammars, ParsedMotion
 
 SHOWN = 10
-"""Unlike segments that are printed; JSON holds all."""
+"""Largest number of unlike segments that are printed; JSON lists all."""
 
 
 def register(group: typer.Typer) -> None:
@@ -53,7 +53,7 @@ def parse(
         _say_unlike(parsed_motion, name, example)
         if png:
             typer.echo(
-                f"picture: {png}" if parsed_motion.trees else f"no sentence to draw: no {png}"
+                f"picture: {png}" if parsed_motion.trees else f"no sentence to draw, no {png}"
             )
     if parsed_motion.fault or parsed_motion.is_unlike:
         raise typer.Exit(1)
@@ -99,7 +99,7 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
     """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
     if not parsed.stored and parsed.reach is None:
         typer.echo(
-            f"note: the terminals of {name} have too few members to tell which segments are "
+            f"note: the terminals of {name} have too few members to decide which segments are "
             f"unlike them",
             err=True,
         )
@@ -125,9 +125,9 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
         ],
     )  # fmt: skip
     if len(farthest) > SHOWN:
-        typer.echo(f"and {len(farthest) - SHOWN} more (--json tells all)")
+        typer.echo(f"and {len(farthest) - SHOWN} more (--json lists all)")
     typer.echo(
-        f"usual: within {parsed.reach:.2f} m, as members of terminals where they were learned"
+        f"usual: within {parsed.reach:.2f} m, as for members of terminals in the learned captures"
     )
 
 

@@ -54,7 +54,7 @@ def generate(
             "--length",
             min=1,
             max=10_000,
-            help="Number of terminals; the nearest possible one is taken.",
+            help="Number of terminals; the nearest possible number is used.",
         ),
     ] = None,
     like: Annotated[
@@ -115,7 +115,8 @@ def edit(
         int, typer.Option("--number", min=1, max=10_000, help="Number of alternatives.")
     ] = 4,
     choose: Annotated[
-        int | None, typer.Option("--choose", min=1, help="Take this alternative, from 1.")
+        int | None,
+        typer.Option("--choose", min=1, help="The alternative to choose, from 1."),
     ] = None,
     output: Annotated[
         Path | None,
@@ -173,12 +174,12 @@ def _hand_out(
     save: str | None,
     how: dict[str, object],
 ) -> dict[str, Any]:
-    """Write and draw a sequence (paths of both, perhaps None), keep it; return its facts."""
+    """Write, draw and save a sequence, each if a path or a name is given; return its facts."""
     output, png = paths
     facts = _written(base, made, seed, output)
     if png:
         base.grammars.draw_sequence(made, png)
-    if save is not None:  # last, so that nothing is kept where a file cannot be written
+    if save is not None:  # last, so that nothing is saved if a file cannot be written
         base.grammars.save(save, made, seed, how)
         facts["capture"] = save
     return facts
@@ -225,7 +226,7 @@ def _offer(
 def _written(
     base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
 ) -> dict[str, Any]:
-    """The facts of the motion, which is written if a file is named."""
+    """Return the facts of the motion, which is written if a file is named."""
     return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
 
 

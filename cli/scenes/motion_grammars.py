@@ -1,4 +1,4 @@
-"""scene: motion grammars and tactics diagrams; scenes themselves are in scene_making."""
+"""Commands scene grammar check, scene validate, scene suggest and scene draw."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def _tree_facts(tree: Tree) -> str | list[Any]:
 
 
 def _print_tree(tree: Tree) -> None:
-    """Print one symbol a line, indented by its depth."""
+    """Print one symbol per line, indented by its depth."""
     waiting = [(tree, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -243,7 +243,7 @@ def draw(
         more = {"ball": text.first_holder, "players": players}
         print_json(facts | more | _clip_facts(clips, text.actions))
         return
-    ball = f"; the ball is with {text.first_holder} at first" if text.first_holder else ""
+    ball = f"; {text.first_holder} has the ball at the start" if text.first_holder else ""
     typer.echo(f"{diagram.name} drawn to {out}{ball}")
     print_table(
         "",

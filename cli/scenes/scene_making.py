@@ -1,4 +1,4 @@
-"""scene make, update, report, list, remove: animated scenes from tactics diagrams."""
+"""Commands scene make, update, report, list and remove: animated scenes from diagrams."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Minutes = Annotated[
     float | None,
     typer.Option(
         "--minutes", min=0.0001, max=10_000.0, callback=finite,
-        help="Stop sampling after this time, and say so. [default: no limit]",
+        help="Stop sampling after this time, and print a note. [default: no limit]",
     ),
 ]  # fmt: skip
 Chains = Annotated[
@@ -115,7 +115,7 @@ def update(
     db: Db = DEFAULT_DB,
     json: Json = False,
 ) -> None:
-    """Make the scene of a folder again for a changed diagram, starting from the present scene."""
+    """Make the scene of a folder again for a changed diagram, starting from its present state."""
     from motiondb import SceneSettings
 
     began = time.monotonic()

@@ -224,7 +224,7 @@ def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     Raises
     ------
     QueryError
-        There is none, or one is not a number from 1 to 999.
+        No subject is given, or one is not a number from 1 to 999.
     """
     numbers: list[int] = []
     for subject in subjects:

@@ -1,8 +1,8 @@
 """Clarity: how well a segment of motion shows the requested words, and no others.
 
 Notation: p_r(w) the probability that segment r shows word w; A the requested words. A segment that
-shows a kick and a handstand is a worse example of "kick" than one that shows a kick alone, so that
-the clarity of word w is
+shows a kick and a handstand is a worse example of "kick" than one that shows a kick alone, so the
+clarity of word w is
 
     c_r(w) = p_r(w) [prod_{v not in A} (1 - p_r(v))]^h,    w in A,
 

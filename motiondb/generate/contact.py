@@ -20,11 +20,11 @@ from motiondb.pose.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 MAX_HEIGHT = 0.05
-"""Largest height of a foot in contact above its height in standing, metres. By hand."""
+"""Largest height of a foot in contact above its height in standing, metres. Chosen by hand."""
 MAX_SPEED = 0.45
-"""Largest speed of a foot in contact, metres a second. By hand."""
+"""Largest speed of a foot in contact, metres a second. Chosen by hand."""
 FADE = 6
-"""Frames (0.2 s) over which a correction fades in and out. By hand."""
+"""Frames (0.2 s) over which a correction fades in and out. Chosen by hand."""
 _I = body.INDEX
 FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
 """Joints by which contacts are detected."""
@@ -61,8 +61,8 @@ def foot_slip(motion: Motion) -> float:
         The motion.
     """
     speeds = contact_speeds(motion)
-    there = speeds[np.isfinite(speeds)]
-    return float(there.mean()) if len(there) else 0.0
+    in_contact = speeds[np.isfinite(speeds)]
+    return float(in_contact.mean()) if len(in_contact) else 0.0
 
 
 def contact_speeds(motion: Motion) -> FloatArray:
@@ -138,9 +138,9 @@ def _without_knee_pop(
 ) -> FloatArray:
     """Targets (frames, 3) of the ankle that do not snap the knee straight.
 
-    When the leg is nearly straight, a millimetre of reach moves the knee by centimetres. So the
-    knee's distance from the line through hip and ankle may decrease by no more than the ankle is
-    moved; otherwise the target is moved towards the hip.
+    When the leg is nearly straight, a millimetre of reach moves the knee by centimetres. Therefore
+    the knee's distance from the line through hip and ankle may decrease by no more than the ankle
+    is moved; otherwise the target is moved towards the hip.
     """
     a, b = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
     line = rotation.normalize(ankle - hip)
@@ -186,7 +186,7 @@ def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
 
 
 def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames (both by hand)."""
+    """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames (chosen by hand)."""
     steady = contact.copy()
     for start, end in runs(~contact):
         if end - start <= 2 and start > 0 and end < len(contact):

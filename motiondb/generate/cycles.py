@@ -22,10 +22,11 @@ PERIODIC = 0.35
 """Largest self-difference of a periodic movement. Walks of real captures have .05 to .2, single
 jumps more than .6. Chosen by hand; not tuned."""
 SHORTEST_PERIOD, LONGEST_PERIOD = 12, 90
-"""Frames (0.4 s and 3 s at 30 a second) of a period: faster cycles are trembling. Chosen by
-hand."""
+"""Shortest and longest period, frames (0.4 s and 3 s at 30 a second): faster cycles are
+trembling. Chosen by hand."""
 LEAST_OVERLAP = 0.3
-"""Share of a movement that both sides of a lag must cover. Chosen by hand; not tuned."""
+"""Smallest overlap of a movement with itself, shifted by the lag, as a share of its length.
+Chosen by hand; not tuned."""
 LENGTH_WEIGHT = 0.15
 """Cost by which a loop of one second is worse than one of two, in the units of the poses' squared
 distance. Longer loops are less monotonous. Chosen by hand; not tuned."""
@@ -114,7 +115,7 @@ def best_loop(
     shortest : int
         Fewest frames of a loop.
     missing : tuple of (float, float), optional
-        Least and most frames that some number of loops is to fill.
+        Least and most frames that a whole number of loops is to fill.
 
     >>> loop = best_loop(np.sin(2 * np.pi * np.arange(31) / 10)[:, None], 8)
     >>> loop.length, round(loop.cost, 6)
@@ -140,7 +141,7 @@ def best_loop(
 
 
 def repeat(first: int, behind: int, loop: Loop, times: int) -> list[tuple[int, int]]:
-    """Frames of a movement [first, behind) whose loop is played some times more.
+    """Return the pieces of a movement [first, behind) whose loop is played additional times.
 
     Parameters
     ----------
@@ -151,7 +152,7 @@ def repeat(first: int, behind: int, loop: Loop, times: int) -> list[tuple[int, i
     loop : Loop
         The loop, within the movement.
     times : int
-        How often the loop is played in addition.
+        Number of additional plays of the loop.
 
     >>> repeat(0, 50, Loop(10, 30, 0.0), 2)
     [(0, 30), (10, 30), (10, 50)]

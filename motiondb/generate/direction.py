@@ -58,10 +58,10 @@ RISE = 0.06
 """Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
 about 4 cm. Chosen by hand; not tuned."""
 NEARLY = 0.9
-"""Share of the furthest way that is nearly as far. Chosen by hand."""
+"""Share of the largest distance that counts as nearly as far. Chosen by hand."""
 LASTING = 31
 """Frames (1 s) over which the median of the height is taken, so that a jump does not count as
-moving up. By hand."""
+moving up. Chosen by hand."""
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
@@ -101,7 +101,7 @@ def say_not_gone(direction: str) -> str:
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:
-    """How far a motion has gone in a direction by every frame: array (frames,), amounts.
+    """Distance moved in a direction up to each frame, in full amounts: array (frames,).
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
 
 
 def gone(path: FloatArray, direction: str) -> float:
-    """How far a motion moves in a direction: clearly from 1 up, not at all below 0.
+    """Distance that a motion moves in a direction, in full amounts; 1 or more is clear.
 
     What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
     the last or first frame with the frame of most speed.
@@ -161,9 +161,9 @@ def gone(path: FloatArray, direction: str) -> float:
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
-    """The shortest part that travels nearly as far as any part of at most ``longest`` frames.
+    """Return the shortest part that travels nearly as far as any part of ``longest`` frames.
 
-    First frame and last frame + 1.
+    Its first frame and last frame + 1.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from motiondb.generate.trajectory import with_deltas
 from motiondb.records import FloatArray, IntArray, MotionSymbols
 
 SPLIT = 3
-"""Parts of a recognition state. Chosen by hand; not tuned."""
+"""Number of parts of a recognition state. Chosen by hand; not tuned."""
 VARIANCE_FLOOR = 1e-3
 """Least variance of a state, as a share of the overall variance. Chosen by hand."""
 

@@ -77,7 +77,7 @@ def join_series(symbols: MotionSymbols, sequence: IntArray) -> Series:
 def expected_durations(series: Series) -> IntArray:
     """Number of frames of each state: array (N,), the rounded mean 1 / (1 - self-loop), at least 1.
 
-    Rounding errors are carried over to the next state, so that the total is right.
+    Rounding errors are carried over to the next state, so the total is correct to one frame.
 
     Parameters
     ----------

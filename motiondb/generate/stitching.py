@@ -27,8 +27,8 @@ BLEND_FRAMES = 10
 MOST_BLEND_FRAMES = 30
 """Frames (1 s) of a cross-fade of poses that are far apart. Chosen by hand."""
 AGAIN_COST = 10.0
-"""Cost of playing frames of the segment before once more. Chosen by hand: more than poses that do
-not fit."""
+"""Cost of playing frames of the previous segment again. Chosen by hand: larger than that of
+poses that do not fit."""
 NEAR, FAR = 0.15, 0.6
 """Mean angles of the joints, radians, between poses that are similar and that are far apart:
 standing and walking, standing and sitting. Chosen by hand; not tuned."""
@@ -189,7 +189,7 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
 def _blend_frames(
     before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]
 ) -> int:
-    """Frames of a cross-fade: the more, the farther the poses at the seam are apart."""
+    """Number of frames of a cross-fade; it grows with the distance of the poses at the seam."""
     last = sources[before.capture][1][min(before.end, len(sources[before.capture][1])) - 1]
     first = sources[after.capture][1][after.start]
     apart = float(np.linalg.norm(rotation.log(rotation.relative(last, first)), axis=-1).mean())

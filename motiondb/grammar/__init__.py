@@ -1,1 +1,1 @@
-"""From one long take to the rules of its movements, and back to new motion."""
+"""Grammars of movement: learned from long takes, used to parse, derive and edit motion."""

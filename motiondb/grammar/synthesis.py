@@ -7,14 +7,14 @@ choice i_1 ... i_n costs
 
 where the entry of a segment is its first pose and velocity, and its continuation is the pose and
 velocity that follow it in its own take. Both are in units of the standard deviations over the
-takes. A segment and its true successor join at no cost. The greedy choice of the paper starts with
-any segment and always takes the next that joins best. The optimal choice is found exactly by
-dynamic programming (:mod:`motiondb.generate.stitching`). Positions can be pinned to a segment, so
-that an edited string keeps its other segments.
+takes. Joining a segment and its true successor costs nothing. The greedy choice of the paper starts
+with any segment and always adds the next one that joins best. The optimal choice is found exactly
+by dynamic programming (:mod:`motiondb.generate.stitching`). Positions can be pinned to a segment,
+so that an edited string keeps its other segments.
 
 Segments are placed one after the other with blended seams. The position on the ground and the
-heading continue across seams, and feet are fixed while they are in contact with the ground. Every
-frame has the take and the frame that it comes from.
+heading continue across seams, and feet are fixed while they are in contact with the ground. For
+every frame, the take and the frame that it comes from are recorded.
 
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 6.
@@ -193,12 +193,12 @@ def clip_candidates(
     if not string:
         raise QueryError("string: expected at least one terminal, found none. Name some.")
     number = {name: k for k, name in enumerate(terminals.names)}
-    there = np.isin(terminals.takes, np.array(sorted(source.paths), dtype=np.int64))
+    is_available = np.isin(terminals.takes, np.array(sorted(source.paths), dtype=np.int64))
     rows: dict[str, IntArray] = {}
     for name in dict.fromkeys(string):
         if name not in number:
             raise QueryError(f"{name!r}: expected a terminal of the grammar, found no such name.")
-        rows[name] = np.flatnonzero((terminals.labels == number[name]) & there)
+        rows[name] = np.flatnonzero((terminals.labels == number[name]) & is_available)
         if not len(rows[name]):
             raise QueryError(
                 f"{name}: expected a capture with this terminal, found all of them removed."

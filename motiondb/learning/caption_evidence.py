@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from motiondb.learning.counting import Described
+from motiondb.learning.places.place_fitting import Written, label_intervals
 from motiondb.records import FloatArray, SegmentTable
 from motiondb.search.questions import by_words
+from motiondb.words.maps.place_map import LABELLED
 
 
 def caption_evidence(
@@ -46,3 +48,28 @@ def caption_evidence(
         for capture, inside in rows.items()
         if capture in spans
     }
+
+
+def interval_evidence(
+    table: SegmentTable, rows: Mapping[int, slice], written: Written
+) -> dict[int, FloatArray]:
+    """Nats for the place of words that captions of intervals say: arrays (segments, words).
+
+    Only for the captures that have such captions.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    rows : dict
+        Capture number -> its rows of the table.
+    written : Written
+        Captions and the vocabulary.
+    """
+    evidence = {}
+    for capture, inside in rows.items():
+        parts = written.of_intervals(capture)
+        said = label_intervals(table, inside, parts, False, len(written.numbers))
+        if said is not None:
+            evidence[capture] = LABELLED * np.nan_to_num(said)
+    return evidence

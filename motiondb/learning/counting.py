@@ -135,9 +135,10 @@ class Counted:
     Attributes
     ----------
     counts : Counts
-        Sums over all captures that were counted.
+        Sums over all counted captures.
     reference : Reference
-        What the counts were made with; the same from one ``learn`` to the next.
+        The reference with which the counts were made; it is constant from one ``learn`` to the
+        next.
     """
 
     counts: Counts
@@ -321,7 +322,7 @@ def publish_association(counts: Counts, reference: Reference) -> Association:
 def publish_word_map(
     counts: Counts, ridge: float | None, calibration: FloatArray | None
 ) -> WordMap | None:
-    """The word map that the counts amount to; None if none was fitted when it learned."""
+    """The word map computed from the counts; None if ``learn`` fitted none."""
     if ridge is None or calibration is None:
         return None
     return solve_word_map(counts.moments, ridge, calibration)

@@ -5,14 +5,14 @@ shares measure whether this matters:
 
 - strange motion: segments of captures that came later whose log-likelihood under the best symbol,
   nats per frame, is below that of 95 % of the motion learned from;
-- new words: words in captions that the vocabulary lacks;
-- turnover: motion that came or went since, relative to the motion learned from.
+- new words: words in captions that are not in the vocabulary;
+- turnover: motion that was added or removed since, relative to the motion learned from.
 
 Measured on real captures, symbols learned without the performers or captures in question: 82 % of
 break-dance is strange, 60 % of the motion of a dancer, 19 % of basketball, 8 % of further walks and
 jumps of a known performer, 0 % of further walks of an unknown one.
 
-Learning again is worthwhile where strange motion is more than ``STRANGE`` of all motion, new words
+Learning again is worthwhile if strange motion is more than ``STRANGE`` of all motion, new words
 are more than ``NEW_WORDS`` of all words written, or the turnover is more than ``TURNOVER``.
 """
 
@@ -67,7 +67,7 @@ class Drift:
     relearn : bool
         Whether learning again is worthwhile.
     reasons : tuple of str
-        Why it is.
+        Why learning again is worthwhile.
     """
 
     captures_added: int
@@ -140,7 +140,7 @@ def count_word_use(
     synonyms: Mapping[str, str],
     lemmas: Mapping[str, str] | None = None,
 ) -> WordUse:
-    """Count the words of captions, and those that the vocabulary lacks."""
+    """Count the words of captions, and those that are not in the vocabulary."""
     known = set(vocabulary_words)
     total = 0
     unknown: dict[str, int] = {}

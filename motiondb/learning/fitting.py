@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from math import ceil, floor
 
 import numpy as np
 
@@ -30,12 +31,18 @@ from motiondb.learning.word_fitting import (
     fit_words,
     fit_words_with_start,
 )
+from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, SegmentTable
 from motiondb.search.examples import extents
 from motiondb.symbols import feature_space
 from motiondb.symbols.discovery import acquisition
 from motiondb.symbols.distances import space as symbol_spaces
+from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.maps.edge_map import EdgeMap
+from motiondb.words.maps.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
+
+NEARLY = 1e-6
+"""Feature frames by which the rounding of seconds may move the end of an interval."""
 
 
 def fit_model(
@@ -115,6 +122,8 @@ def fit_model(
         places=places,
         judge=judge,
         edges=_fit_edges(frames, pool, table, places, words),
+        pooled=_fit_pooled(frames, pool, table, (taught, words)),
+        share_calibration=words.share_calibration,
     )
 
 
@@ -127,7 +136,7 @@ def _fit_with_start(
 ) -> LearnedModel | None:
     """The model learned with the symbols of a start; None if the start is set aside.
 
-    Of the settings, only the seed has a part.
+    Only the seed of the settings is used.
     """
     first = started.knowledge
     tell("cutting", 0.0)
@@ -194,6 +203,35 @@ def _fit_edges(
     if places is None:
         return None
     return fit_edges(frames, pool, table, places, len(words.association.words))
+
+
+def _fit_pooled(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    said: tuple[TaughtWords, FittedWords],
+) -> PooledMap | None:
+    """Second opinion on the words of intervals; None if no words were written."""
+    taught, words = said
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    merged: dict[tuple[int, float, float], set[str]] = {}
+    for d in counting.described_intervals(
+        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
+    ):
+        merged.setdefault((d.capture_id, d.start, d.end), set()).update(d.words)
+    if not merged:
+        return None
+    bounds = dict(zip(pool.capture_ids.tolist(), pairwise(pool.bounds.tolist())))
+    presence = np.zeros((len(merged), len(numbers)), dtype=bool)
+    rows = []
+    for row, ((capture, start, end), spoken) in enumerate(merged.items()):
+        first, last = bounds[capture]
+        low = min(first + floor(start / FEATURE_STEP + NEARLY), last - 1)
+        high = min(max(first + ceil(end / FEATURE_STEP - NEARLY), low + 1), last)
+        rows.append(pooled_statistics(frames[low:high]))
+        presence[row, [numbers[word] for word in spoken]] = True
+    with one_blas_thread():  # sums of several threads differ in their last bits
+        return fit_pooled_map(np.stack(rows), presence)
 
 
 def _fit_judge(

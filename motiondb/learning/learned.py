@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.caption_evidence import caption_evidence
+from motiondb.learning.caption_evidence import caption_evidence, interval_evidence
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
     Counted,
@@ -30,10 +30,10 @@ from motiondb.learning.places.place_fitting import (
     Places,
     Written,
     evidence_by_others,
-    label_intervals,
     place_evidence,
     unplaced_evidence,
 )
+from motiondb.learning.start.checking import checked_words
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import (
     Association,
@@ -48,6 +48,7 @@ from motiondb.records import (
 from motiondb.search import certainty
 from motiondb.search.examples import extents
 from motiondb.search.questions import by_words
+from motiondb.search.questions.bounds import TakeExtremes, take_extremes
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
 from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
@@ -55,7 +56,7 @@ from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
 from motiondb.words.maps.edge_map import EdgeMap
-from motiondb.words.maps.place_map import LABELLED
+from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.translation import explanation, transition
 
@@ -103,7 +104,7 @@ class LearnedModel:
         The baseline of drift; None in databases of versions that did not keep it.
     places : Places or None
         Where in their takes the actions of captions happen, as ``learn`` found them; None if no
-        words were written, and in databases of versions that did not look for them.
+        words were written, and in databases of versions that did not learn them.
     started : Started or None
         Knowledge of another database that it learned with. Then symbols and feature space are that
         knowledge's, and association, transitions, lengths and word map join its sums with
@@ -112,8 +113,14 @@ class LearnedModel:
         Evidence for words at each frame, by which intervals are refined; None where no words were
         written, and in databases of versions that did not learn it.
     judge : MotionJudge or None
-        Tells which words a generated motion shows; None if no words were written, and in
-        databases of versions that did not have it.
+        Decides which words a generated motion shows; None if no words were written, and in
+        databases of versions without a judge.
+    pooled : PooledMap or None
+        Second opinion on the words of an interval, for the resemblance to an example; None if no
+        words were written, with a start, and in databases of versions that did not learn it.
+    share_calibration : array (2,) or None
+        Calibration of the probabilities of words of a motion (``words.maps.caption_map``); None in
+        the same cases, in which the word map gives these probabilities.
     """
 
     run_id: int
@@ -137,6 +144,8 @@ class LearnedModel:
     started: Started | None = None
     judge: MotionJudge | None = None
     edges: EdgeMap | None = None
+    pooled: PooledMap | None = None
+    share_calibration: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +182,8 @@ class Learned(LearnedModel):
     @cached_property
     def n_posture_and_travel(self) -> int:
         """Number of the last columns of score vectors that are posture and travel."""
-        return movement.count_posture_and_travel(
-            len(self.score_space.mean) - self.symbols.n_symbols
-        )
+        columns = len(self.score_space.mean) - self.symbols.n_symbols
+        return movement.count_posture_and_travel(columns)
 
     @property
     def word_map(self) -> WordMap:
@@ -209,6 +217,11 @@ class Learned(LearnedModel):
         """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
 
+    @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """Which words' probabilities own captions have checked (``start.checking``): (words,)."""
+        return checked_words(self.association, self.started, self.counted, self.word_certainty)
+
     @property
     def distances(self) -> FloatArray:
         """Distances between symbols: array (symbols, symbols), nats per frame."""
@@ -238,11 +251,8 @@ class Learned(LearnedModel):
     @cached_property
     def log_transitions(self) -> dict[bool, FloatArray]:
         """Log-probabilities of transitions: plain bigram (False) or mixed with clusters (True)."""
-        counts = self.transition_counts
-        return {
-            True: transition.log_interpolated_bigram(counts, self.clusters),
-            False: transition.log_bigram(counts),
-        }
+        interpolated = transition.log_interpolated_bigram(self.transition_counts, self.clusters)
+        return {True: interpolated, False: transition.log_bigram(self.transition_counts)}
 
     @cached_property
     def shapes(self) -> dict[tuple[int, int], float]:
@@ -299,39 +309,45 @@ class Learned(LearnedModel):
     def seen_takes(self) -> dict[int, by_words.TakeScores]:
         """Log-odds of all words in every capture, from the motion alone."""
         return {
-            capture: by_words.TakeScores(
-                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
-            )
-            for capture, rows in self.rows.items()
-            for odds in [self.motion_log_odds[capture]]
+            capture: self._take(capture, odds) for capture, odds in self.motion_log_odds.items()
         }
 
     @cached_property
     def takes(self) -> dict[int, by_words.TakeScores]:
         """Log-odds of all words in every capture, from the motion and the captions."""
         takes = {}
-        for capture, rows in self.rows.items():
-            odds = self.motion_log_odds[capture]
+        for capture, odds in self.motion_log_odds.items():
             evidence = self.written.get(capture)
             if evidence is not None:
                 odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
-            takes[capture] = by_words.TakeScores(
-                self.segments.starts[rows], self.segments.ends[rows], odds[:-1], odds[-1]
-            )
+            takes[capture] = self._take(capture, odds)
         return takes
+
+    def _take(self, capture: int, odds: FloatArray) -> by_words.TakeScores:
+        rows, table = self.rows[capture], self.segments
+        return by_words.TakeScores(table.starts[rows], table.ends[rows], odds[:-1], odds[-1])
+
+    @cached_property
+    def take_extremes(self) -> TakeExtremes:
+        """The largest and smallest log-odds of all words in every capture of ``takes``."""
+        return take_extremes(self.takes)
+
+    @cached_property
+    def seen_extremes(self) -> TakeExtremes:
+        """The same from the motion alone."""
+        return take_extremes(self.seen_takes)
 
     @cached_property
     def place_takes(self) -> dict[int, by_words.TakeScores]:
         """Evidence for the place of all words in every capture, from the motion alone.
 
-        Empty if no places were learned. The evidence for a take that took part in learning is
-        that of all other takes.
+        Empty if no places were learned. The evidence for a take that was used in learning is that
+        of the map of all other takes.
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
-        evidence = place_evidence(
-            self.places, self.segments, self.standardised, len(self.association.words)
-        )
+        n_words = len(self.association.words)
+        evidence = place_evidence(self.places, self.segments, self.standardised, n_words)
         return {
             capture: by_words.TakeScores(
                 self.segments.starts[rows], self.segments.ends[rows], of, of.max(axis=0)
@@ -348,13 +364,8 @@ class Learned(LearnedModel):
         """
         if self.places is None or not self.places.only(self.rows).words:
             return {}
-        return evidence_by_others(
-            self.places,
-            self.segments,
-            self.standardised,
-            len(self.association.words),
-            self.performers,
-        )
+        standardised, n = self.standardised, len(self.association.words)
+        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
 
     @cached_property
     def placed_words(self) -> frozenset[int]:
@@ -374,24 +385,15 @@ class Learned(LearnedModel):
 
     @cached_property
     def unplaced(self) -> dict[int, FloatArray]:
-        """Evidence for words by a map without places, without the take itself, per capture."""
+        """Evidence for words by a map that ignores places and is fitted without the take itself."""
         said, n_words = said_words(self.described, self.word_numbers), len(self.association.words)
         return unplaced_evidence(self.places, said, self.segments, self.standardised, n_words)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:
-        """Nats for the place of words that captions of intervals say: arrays (segments, words).
-
-        Of the captures that have such captions now.
-        """
+        """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        evidence = {}
-        for capture, rows in self.rows.items():
-            parts = written.of_intervals(capture)
-            said = label_intervals(self.segments, rows, parts, False, len(self.word_numbers))
-            if said is not None:
-                evidence[capture] = LABELLED * np.nan_to_num(said)
-        return evidence
+        return interval_evidence(self.segments, self.rows, written)
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

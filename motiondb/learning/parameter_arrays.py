@@ -30,6 +30,7 @@ from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.edge_map import EdgeMap
+from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.word_map import WordMap
 from motiondb.words.maps.word_moments import CaptionMoments, WordMoments
 from motiondb.words.translation.explanation import ExpectedCounts
@@ -37,11 +38,11 @@ from motiondb.words.translation.explanation import ExpectedCounts
 Arrays = Mapping[str, FloatArray]
 
 COUNTED_NAME = "counted_pairs"
-"""Array that a database has where counts were kept."""
+"""Array that exists if counts were kept."""
 DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learning.drift.DriftBaseline`."""
 ORIGIN_NAME = "start_origin"
-"""Array that a database has where it learned with a start: the origin as JSON."""
+"""Array that exists if the database learned with a start: the origin as JSON."""
 CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
 """Arrays of :class:`~motiondb.words.maps.word_moments.CaptionMoments`."""
 LEMMA_NAME = "dictionary_forms"
@@ -86,6 +87,8 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         started=started_from(arrays),
         judge=_judge(arrays),
         edges=_edges(arrays),
+        pooled=_pooled(arrays),
+        share_calibration=arrays.get("share_calibration"),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -113,11 +116,13 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
         arrays |= _place_arrays(model.places)
-    if model.judge is not None:
-        judge = vars(model.judge)
-        arrays |= {f"judge_{name}": np.asarray(v, np.float64) for name, v in judge.items()}
-    if model.edges is not None:
-        arrays |= {f"edge_{name}": values for name, values in vars(model.edges).items()}
+    for prefix, part in (
+        ("judge", model.judge), ("edge", model.edges), ("pooled", model.pooled)
+    ):  # fmt: skip
+        if part is not None:
+            arrays |= {f"{prefix}_{name}": np.asarray(v, float) for name, v in vars(part).items()}
+    if model.share_calibration is not None:
+        arrays["share_calibration"] = model.share_calibration
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
     if model.started is not None:
@@ -142,7 +147,7 @@ def lemmas_from(arrays: Arrays) -> dict[str, str]:
 
 
 def lemma_array(lemmas: Mapping[str, str]) -> FloatArray:
-    """The bytes of lines ``form lemma``, one number a byte: the table knows numbers only."""
+    """The bytes of lines ``form lemma``, one number a byte: the table holds numbers only."""
     text = "\n".join(f"{form} {lemma}" for form, lemma in lemmas.items())
     return text_array(text)
 
@@ -183,6 +188,14 @@ def _edges(arrays: Arrays) -> EdgeMap | None:
     if "edge_centre" not in arrays:
         return None
     return EdgeMap(*(arrays[f"edge_{name}"] for name in ("centre", "spread", "weights", "floors")))
+
+
+def _pooled(arrays: Arrays) -> PooledMap | None:
+    if "pooled_centre" not in arrays:
+        return None
+    return PooledMap(
+        *(arrays[f"pooled_{name}"] for name in ("centre", "spread", "mean", "weights"))
+    )
 
 
 def _judge(arrays: Arrays) -> MotionJudge | None:
@@ -308,7 +321,7 @@ def origin_from(arrays: Arrays) -> Origin:
 
 
 def text_array(text: str) -> FloatArray:
-    """The bytes of a text, one number a byte: the table knows numbers only."""
+    """The bytes of a text, one number a byte: the table holds numbers only."""
     return np.array(list(text.encode()), dtype=np.float64)
 
 

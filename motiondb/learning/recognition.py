@@ -1,4 +1,4 @@
-"""Motions seen through the learned symbols; words turned into symbols, questions into trees."""
+"""Recognition of motions by the learned symbols; words as symbols, questions as trees."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LONGEST_DECODED = 12
 
 @dataclass(frozen=True, eq=False)
 class Recognised:
-    """A motion as the learned symbols cut and score it.
+    """A motion, cut and scored by the learned symbols.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
 
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
-    """Segments of a capture, as ``learn`` makes them at its end.
+    """Segments of a capture, computed as at the end of ``learn``.
 
     Columns of movement that an earlier version did not learn are left out.
     """
@@ -102,7 +102,7 @@ class Place:
         Symbol that the sequence follows.
     first : bool
         Without ``after``: whether the sequence begins a capture. If not, it may begin with any
-        symbol, as probable as the symbol is frequent.
+        symbol, with the symbol's relative frequency as probability.
     last : bool
         Whether the sequence ends a capture. If not, it may end with any symbol.
     """
@@ -124,7 +124,7 @@ def decode(
     length: int | None = None,
     association: Association | None = None,
 ) -> decoding.Decoding | None:
-    """The most probable symbols behind known words (see ``words.decoding``).
+    """Decode known words to the most probable symbols (see ``words.decoding``).
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def decode(
     place : Place
         The place of the sequence.
     length : int or None
-        Number of symbols; None: any, as probable as the described captures make it.
+        Number of symbols; None: any, with the probabilities of the described captures.
     association : Association or None
         t and a in place of the learned ones.
 
@@ -183,7 +183,7 @@ def understand(learned: Learned, text: str) -> KnownQuestion:
     Raises
     ------
     QueryError
-        Where no word of it is known, or it cannot be read.
+        No word of it is known, or it cannot be parsed.
     """
     counts = {
         word: int(count)

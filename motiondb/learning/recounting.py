@@ -22,19 +22,19 @@ def with_counts(
     run_id : int
         Run that changed the counts.
     table : SegmentTable
-        Segments of the captures that are there now.
+        Segments of the current captures.
     counted : Counted
-        The counts that hold now.
+        The new counts.
     """
     fit, counts = model.fitted_word_map, counted.counts
-    there = set(table.capture_ids.tolist())
+    present = set(table.capture_ids.tolist())
     model = replace(
         model,
         run_id=run_id,
         segments=table,
         counted=counted,
-        places=None if model.places is None else model.places.only(there),
-        judge=None if model.judge is None else model.judge.only(there),
+        places=None if model.places is None else model.places.only(present),
+        judge=None if model.judge is None else model.judge.only(present),
     )
     if model.started is not None and fit is not None:
         joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)

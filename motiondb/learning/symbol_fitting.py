@@ -20,12 +20,12 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class LearnSettings:
-    """Everything that decides what is learned.
+    """The settings of learning.
 
     Attributes
     ----------
     n_symbols : int or None
-        Number of symbols; None: the number that shortens the description most.
+        Number of symbols; None: the number with the shortest description length.
     seed : int
         Seed of the random generator.
     first_cut : SegmentationSettings
@@ -97,9 +97,9 @@ def acquire_symbols(
     pool : FeaturePool
         The captures.
     rng : numpy.random.Generator
-        Draws the symbols to begin with.
+        Draws the initial symbols.
     settings : LearnSettings
-        What decides the result.
+        The settings.
     tell : callable
         Called with the step and the share of it that is done.
     """

@@ -1,8 +1,9 @@
 """The learned model, extended by unknown words that may be replaced by known ones.
 
-A taken word is one more word of the vocabulary, for the length of a question: its log-odds, its
-translation probabilities and its counts are the means, weighted by its shares, of those of the
-words that it is taken as (``words.nearby.taking``). It is neither stored nor used for learning.
+A taken word is an unknown word that known words replace. For the length of a question, it is one
+more word of the vocabulary: its log-odds, translation probabilities and counts are the means,
+weighted by its shares, of those of the words that replace it (``words.nearby.taking``). It is
+neither stored nor used for learning.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
 from motiondb.learning.learned import Learned
@@ -40,6 +42,12 @@ class LearnedWithTaken(Learned):
     shares: FloatArray = field(kw_only=True)
 
     @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """As for :class:`Learned`; a taken word is checked if all words are that it is taken as."""
+        taken = ~(self.shares[~self.base.checked] > 0.0).any(axis=0)
+        return np.concatenate([self.base.checked, taken])
+
+    @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:
         """Log-odds of all words from the motion alone; see :class:`Learned`."""
         return {c: self._widened(odds) for c, odds in self.base.motion_log_odds.items()}
@@ -66,7 +74,7 @@ class LearnedWithTaken(Learned):
 def take_unknown(
     learned: Learned, text: str, table: NearbyTable
 ) -> tuple[Learned, dict[str, Taking]]:
-    """Take the words of a question that no caption holds as known words.
+    """Replace the words of a question that no caption holds by known words.
 
     Parameters
     ----------
@@ -80,7 +88,7 @@ def take_unknown(
     Returns
     -------
     learned : Learned
-        With a word more for every taken word; the same where none is taken.
+        The model with one more word for every taken word; unchanged if none is taken.
     takings : dict
         Lemma of every unknown word -> its replacement or suggestions.
     """
@@ -106,8 +114,8 @@ def add_written(
         Returns the words that are written (:func:`motiondb.learning.written_words.written_words`).
         It reads all captions and tags, so it is called only if a word of the question is not known.
     table : NearbyTable or None
-        What words may be taken as; then written words are added too that a word of the question is
-        taken as.
+        The table of replacements of words. If it is given, written words that replace a word of the
+        question are added too.
     """
     known = frozenset(learned.known_words)
     asked = _asked_forms(learned, text)
@@ -136,7 +144,7 @@ def _asked_forms(learned: Learned, text: str) -> dict[str, str]:
 def replace_unknown(
     learned: Learned, text: str, table: NearbyTable
 ) -> tuple[Learned, dict[str, Taking]]:
-    """Read the words of a question that no caption holds as the likeliest known words.
+    """Replace the words of a question that no caption holds by the most likely known words.
 
     For requests of one sequence of symbols; parameters and result as in :func:`take_unknown`.
     """
@@ -166,8 +174,8 @@ def leave_unknown(
 ) -> tuple[Learned, dict[str, Taking]]:
     """Leave out the words of a question that no caption holds.
 
-    Known words of like spelling are named only for words that are not English; parameters and
-    answer as :func:`take_unknown`.
+    Known words of similar spelling are suggested only for words that are not English; parameters
+    and result as in :func:`take_unknown`.
     """
     takings = {w: replace(t, words=()) for w, t in made_of_unknown(learned, text, table).items()}
     _check_known(learned, text, takings)
@@ -188,7 +196,7 @@ def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, 
 
 
 def made_of_unknown(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
-    """As :func:`unknown_words`, but a question of which nothing is known or taken is not refused.
+    """As :func:`unknown_words`, but a question without any known or taken word is not refused.
 
     Parameters
     ----------
@@ -200,7 +208,7 @@ def made_of_unknown(learned: Learned, text: str, table: NearbyTable) -> dict[str
         The table of replacements of words.
     """
     if learned.fitted_word_map is None:
-        _ = learned.word_map  # raises: no words were learned
+        _ = learned.word_map  # raises NotLearnedError if no words were learned
     known = frozenset(learned.known_words)
     return {
         word: take_word(form, known, table)
@@ -210,7 +218,7 @@ def made_of_unknown(learned: Learned, text: str, table: NearbyTable) -> dict[str
 
 
 def _check_known(learned: Learned, text: str, takings: Mapping[str, Taking]) -> None:
-    """Refuse a question of which no word is known or taken."""
+    """Refuse a question without any known or taken word."""
     asked = _asked_forms(learned, text)
     nothing_known = asked.keys().isdisjoint(learned.known_words)
     if takings and nothing_known and not any(t.is_taken for t in takings.values()):

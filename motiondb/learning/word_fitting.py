@@ -1,7 +1,7 @@
 """Words from segments and captions: association, word map, counts and certainties.
 
-Expectation-maximisation and ridge regression run once, when the database learns; what is published
-follows from the counts (:mod:`motiondb.learning.counting`).
+Expectation-maximisation and ridge regression run once, when the database learns; the models for
+questions are computed from the counts (:mod:`motiondb.learning.counting`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from motiondb.records import Association, Caption, FloatArray, IntArray, Segment
 from motiondb.search.vectors import movement, score_vectors
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
+from motiondb.words.maps.caption_map import fit_share_calibration
 from motiondb.words.translation import association
 
 
@@ -68,6 +69,8 @@ class FittedWords:
         Transitions of symbols, with those of the start.
     lengths : dict
         (symbols l, words m) -> number of described intervals, with those of the start.
+    share_calibration : array (2,) or None
+        Calibration of the words told of a motion; None without captions and with a start.
     """
 
     association: Association
@@ -77,6 +80,7 @@ class FittedWords:
     counted: Counted
     transitions: FloatArray
     lengths: Mapping[tuple[int, int], int]
+    share_calibration: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +107,13 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
     shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
     reference = counting.make_reference(fitted, shapes, scores, known)
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
-    ridge, calibration, certainties = None, None, Certainties()
+    ridge, calibration, certainties, of_shares = None, None, Certainties(), None
     if described:
         rows = _training_rows(table, described, scores, number, taught.performers)
         fit = word_map.fit_word_map(rows.vectors, rows.presence, rows.performers)
         ridge, calibration = fit.ridge, fit.calibration
         certainties = _certainties(table, described, rows, scores, fit)
+        of_shares = fit_share_calibration(rows.vectors, rows.presence, rows.performers)
     return FittedWords(
         counting.publish_association(counts, reference),
         scores,
@@ -117,6 +122,7 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
         Counted(counts, reference),
         counts.transitions,
         dict(counts.shapes),
+        of_shares,
     )
 
 
@@ -128,7 +134,7 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     table : SegmentTable
         Segments of all captures, by the symbols of the start.
     taught : TaughtWords
-        What people wrote about them.
+        Captions of these captures.
     started : Started
         The start.
     """
@@ -144,14 +150,15 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
     number = {word: n for n, word in enumerate(words)}
     ridge, calibration = started.taught.ridge, started.taught.calibration
-    certainties = carry(started.taught.certainties)
+    certainties = Certainties()  # nothing is checked before there are own captions
     if described:
         rows = _training_rows(table, described, scores, number, taught.performers)
         mine = OwnRows(rows.vectors, rows.presence, rows.performers, words, started)
         ridge, calibration = choose_ridge_and_calibration(mine)
         fit = mine.without(np.zeros(len(rows.vectors), dtype=bool), ridge, calibration)
         learned = _certainties(table, described, rows, scores, fit, mine)
-        certainties = join_certainties(learned, certainties, counts.moments.n)
+        first = carry(started.taught.certainties)
+        certainties = join_certainties(learned, first, counts.moments.n)
     joint = joining.publish(counts, reference, started, ridge, calibration)
     return FittedWords(
         joint.association, scores, joint.word_map, certainties, Counted(counts, reference),
@@ -194,7 +201,7 @@ def _training_rows(
 ) -> _Rows:
     vectors, presence, captures = counting.training_rows(table, described, scores, number)
     who = np.unique([performers[int(c)] for c in captures], return_inverse=True)[1]
-    if len(vectors) == 1:  # twice, so that something is left when the map leaves one out
+    if len(vectors) == 1:  # doubled, so that a row is left when the map leaves one out
         vectors, presence, who = vectors.repeat(2, 0), presence.repeat(2, 0), np.arange(2)
     return _Rows(vectors, presence, captures, who)
 

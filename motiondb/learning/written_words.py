@@ -3,8 +3,9 @@
 Such a word has no model of motion. A capture whose caption or tag holds it gets the evidence of
 a written word, and one whose captions or tag have other words gets that of a missing word
 (``search.questions.by_words``). For the length of a question, the word is one more word of the
-vocabulary, whose slope on motion is 0; its prior is the share of captures that it is written about.
-It may therefore be used anywhere in a question, and reasons add up. Nothing of it is stored.
+vocabulary, whose slope on motion is 0; its prior is the share of captures whose captions or tags
+hold it. It may therefore be used anywhere in a question, and reasons add up. The word is not
+stored.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.learning.caption_evidence import caption_evidence
 from motiondb.learning.learned import Learned
@@ -24,14 +26,14 @@ from motiondb.words.lexicon.vocabulary import words_of
 from motiondb.words.maps.word_map import WordMap, word_spreads
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
-"""Tags whose values are no words about the motion."""
+"""Tags whose values do not describe the motion."""
 MOST_WORDS_OF_TAG = 4
-"""Words of a tag's value above which it is no label. Chosen by hand; not tuned."""
+"""Largest number of words in a tag's value that counts as a label. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
 class WrittenWord:
-    """Where a word is written that was not learned.
+    """A word that was not learned, and where it is written.
 
     Attributes
     ----------
@@ -78,6 +80,13 @@ class LearnedWithWritten(Learned):
 
     base: Learned = field(kw_only=True)
     added_words: tuple[WrittenWord, ...] = field(kw_only=True)
+
+    @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """As for :class:`Learned`; written words are as sure as the captions of the database."""
+        sure = self.started is None or self.word_certainty is not None
+        added = np.full(len(self.added_words), sure, dtype=bool)
+        return np.concatenate([self.base.checked, added])
 
     @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:
@@ -187,7 +196,7 @@ def with_written(
 
 
 def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:
-    """A word map with further words of these priors that no motion speaks for or against."""
+    """A word map with further words that have these priors and are independent of the motion."""
     priors = np.clip(share, 0.5 / n, 1.0 - 0.5 / n)
     silent = np.zeros((len(word_map.weights), len(share)))
     return WordMap(

@@ -15,18 +15,18 @@ from starlette.responses import Response
 from motiondb.errors import HeldError, MotionDBError, NotLearnedError
 
 Json: TypeAlias = Any
-"""A value that JSON has."""
+"""A value of a type that JSON has."""
 
 
 class PageError(MotionDBError):
-    """A request that the page refuses itself.
+    """An error that the page raises itself, with the HTTP status of its answer.
 
     Parameters
     ----------
     message : str
-        A sentence for people.
+        A sentence that is shown to the user.
     status : int
-        Status of the answer.
+        HTTP status of the answer.
     kind : str
         Name of the error in the answer.
     """
@@ -37,17 +37,17 @@ class PageError(MotionDBError):
 
 
 def unknown(what: str, name: str, advice: str = "") -> PageError:
-    """Return the error for something that the server does not have."""
+    """Return the error, with status 404, for something that the server does not have."""
     shown = name if len(name) <= 200 else f"{name[:200]}..."
     return PageError(
-        f"{what}: expected one that is there, found {shown!r}. {advice}".strip(),
+        f"{what}: expected an existing one, found {shown!r}. {advice}".strip(),
         404,
         "UnknownError",
     )
 
 
 def to_json(value: object) -> Json:
-    """Return a value with only what JSON has; numbers that are not finite become null.
+    """Convert a value to types that JSON has; numbers that are not finite become null.
 
     >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
     {'a': 0.5, 'b': [1, None]}
@@ -68,12 +68,12 @@ def to_json(value: object) -> Json:
 
 
 class Answer(Response):
-    """A value as JSON."""
+    """A response whose body is a value as JSON."""
 
     media_type = "application/json"
 
     def render(self, content: object) -> bytes:
-        """Return the bytes of a value."""
+        """Return a value as JSON in UTF-8."""
         text = json.dumps(to_json(content), ensure_ascii=False, allow_nan=False)
         return text.encode("utf-8", "replace")  # names may hold lone surrogates
 
@@ -86,14 +86,14 @@ def error_answer(kind: str, message: str, status: int) -> Answer:
 
 
 def answer_of(error: MotionDBError, shown: Callable[[str], str] = str) -> Answer:
-    """Return the answer for an error of the class.
+    """Return the answer for an error of :class:`motiondb.MotionDB`.
 
     Parameters
     ----------
     error : MotionDBError
         The error.
     shown : callable
-        Makes of the message what may be told.
+        Returns the message without what users must not see, such as private paths.
     """
     kind, message = type(error).__name__, shown(str(error))
     if isinstance(error, PageError):

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 LONGEST_TEXT = 2000
 """Most characters of a question or a name in a request. Chosen by hand."""
 MOST_SECONDS = 1e7
-"""Longer than any capture; keeps infinity out."""
+"""Largest time, seconds: longer than any capture; excludes infinity."""
 LARGEST_SEED = 2**63 - 1
 """Largest integer of 64 bits."""
 
@@ -34,7 +34,7 @@ Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
 
 
 class Body(BaseModel):
-    """A request's JSON; unknown keys are refused, so that a slip is noticed."""
+    """The JSON body of a request; unknown keys are refused, so that typing errors are noticed."""
 
     model_config = ConfigDict(extra="forbid")
 

@@ -1,4 +1,4 @@
-"""What the user decides when the page is started."""
+"""The settings with which the page is started."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pathlib import Path
 from motiondb.capture.folder import CAPTURE_ENDINGS
 
 VERSION = version("motiondb")
-"""Version of motiondb, as it is installed."""
+"""The installed version of motiondb."""
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
-"""Addresses that only this computer reaches."""
+"""Addresses that only this computer can reach."""
 SKELETON_ENDINGS = (".asf",)
 SHEET_ENDINGS = (".tsv", ".csv")
 
 
 @dataclass(frozen=True)
 class UploadLimits:
-    """Limits of what a browser may send.
+    """Limits for the data that a browser may send.
 
     Attributes
     ----------
@@ -54,9 +54,10 @@ class PageSettings:
     port : int
         Port to listen on; 0 for a free one.
     read_only : bool
-        Whether the page may change nothing: neither the database nor boards.
+        Whether the page refuses all changes, of the database and of boards.
     token : str
-        What a browser must show; "" for none, which only loopback addresses may have.
+        Token that a browser must present; "" for none, which is allowed for loopback addresses
+        only.
     folders : tuple of Path
         Folders on this computer from which captures may be added.
     boards : Path or None
@@ -68,7 +69,7 @@ class PageSettings:
     allowed_hosts : tuple of str
         Further names by which browsers may reach the server.
     warm : bool
-        Whether to load what questions need before the first is asked.
+        Whether to load the data that questions need before the first question.
     """
 
     database: Path
@@ -85,7 +86,7 @@ class PageSettings:
 
     @property
     def is_local(self) -> bool:
-        """Whether only this computer reaches the server."""
+        """Whether only this computer can reach the server."""
         return self.host in LOOPBACK
 
     @property
@@ -95,7 +96,7 @@ class PageSettings:
 
 
 def upload_kind(name: str) -> str:
-    """Return what a file is by its ending: "capture", "skeleton", "sheet", or "".
+    """Return the kind of a file by its ending: "capture", "skeleton", "sheet", or "" if unknown.
 
     >>> upload_kind("Walk.BVH"), upload_kind("words.tsv"), upload_kind("run.exe")
     ('capture', 'sheet', '')

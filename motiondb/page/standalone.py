@@ -1,8 +1,9 @@
-"""One file with the page, an answer and its motions, to send to somebody.
+"""One HTML file with the page, an answer and its motions, which can be sent to others.
 
-The file needs no server and loads nothing: script and style are inside, and its content security
-policy allows these two alone, by their hashes. The answer has the form that the route of the same
-name gives. Motions are containers (:mod:`motiondb.page.motion.container`) in base64, by ref.
+The file needs no server and loads nothing: it contains the script and the style, and its content
+security policy allows only these two, by their hashes. The answer has the form that the route of
+the same name gives. Motions are containers (:mod:`motiondb.page.motion.container`) in base64, by
+ref.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from motiondb.learning.answers.word_answers import WordAnswer
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
-"""What the page's ``index.html`` has, once each."""
+"""Elements that the page's ``index.html`` contains exactly once."""
 MARGIN = 1.0
 """Seconds that are shown before and after a match."""
 EXAMPLE = "example"
@@ -47,7 +48,7 @@ EXAMPLE = "example"
 
 @dataclass(frozen=True, eq=False)
 class StandalonePage:
-    """What a file shows.
+    """The contents of the file.
 
     Attributes
     ----------
@@ -81,12 +82,12 @@ class StandalonePage:
 
     @staticmethod
     def check() -> None:
-        """Refuse to write a page that was not built, before anything is computed.
+        """Check that the page was built, before anything is computed.
 
         Raises
         ------
         MotionDBError
-            It was not.
+            The page was not built.
         """
         check_bundle()
 
@@ -103,7 +104,7 @@ class StandalonePage:
         start: float | None = None,
         end: float | None = None,
     ) -> StandalonePage:
-        """Return the page of an answer to an example: a file or a capture, and its part."""
+        """Return the page of an answer to an example: a file or a capture, or a part of it."""
         return like_page(db, answer, example, (start, end))
 
     @staticmethod
@@ -118,7 +119,7 @@ class StandalonePage:
         Raises
         ------
         QueryError
-            There is none of this name.
+            No capture has this name.
         """
         return capture_page(db, name)
 
@@ -134,12 +135,12 @@ class StandalonePage:
 
 
 def check_bundle(bundle: Path = BUNDLE) -> None:
-    """Refuse to write a page that was not built, before anything is computed.
+    """Check that the page was built, before anything is computed.
 
     Raises
     ------
     MotionDBError
-        It was not.
+        The page was not built.
     """
     if not is_built(bundle):
         raise MotionDBError(f"--html: expected the files of the page, found none. {NO_BUNDLE}")
@@ -163,14 +164,14 @@ def standalone_page(shown: StandalonePage, bundle: Path = BUNDLE) -> str:
     Parameters
     ----------
     shown : StandalonePage
-        What it shows.
+        The contents.
     bundle : Path
         The folder with the files of the page.
 
     Raises
     ------
     MotionDBError
-        The files of the page are not as the build makes them.
+        The files of the page do not have the form that the build gives them.
     """
     index, script, style = (
         (bundle / name).read_text(encoding="utf-8").replace("\r\n", "\n")
@@ -257,7 +258,7 @@ def capture_page(db: MotionDB, name: str) -> StandalonePage:
     Raises
     ------
     QueryError
-        There is none of this name.
+        No capture has this name.
     """
     motion = db.motion(name)
     full = db.show(name)["capture"]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _FINE = 2  # frames are drawn at so many times their size and then reduced
 _FRAME_SECONDS = 0.05
 """GIF counts in hundredths of a second; browsers play at most 50 frames a second."""
-_MAX_SECONDS = 60.0  # a longer GIF is many megabytes. By hand.
+_MAX_SECONDS = 60.0  # a longer GIF is many megabytes. Chosen by hand.
 _GRID_REACH = 6  # metres of the grid on every side of the figure
 
 

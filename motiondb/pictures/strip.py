@@ -29,9 +29,9 @@ _WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
 _FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45
 """Inches."""
 _SECONDS_PER_ROW = 12.0
-"""Seconds in a row, unless there would be too many rows. By hand."""
+"""Seconds in a row, unless there would be too many rows. Chosen by hand."""
 _MAX_ROWS = 10
-"""Rows on a page. By hand."""
+"""Rows on a page. Chosen by hand."""
 
 
 @dataclass(frozen=True)

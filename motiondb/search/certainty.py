@@ -5,7 +5,7 @@ Cues x_1 ... x_n of an answer (such as its similarity) give the probability that
     P(right) = sigmoid(w . x + c),    every w >= 0,
 
 logistic regression on answers that are known to be right or wrong. A ridge on w, in units of the
-cues' standard deviations, gives a cue without information no weight, and no cue lowers the
+cues' standard deviations, gives weight 0 to a cue without information; no cue lowers the
 probability. With a single cue the order of the answers is that of the cue.
 
 *No match*: the same queries are repeated with all right answers removed. The threshold is the
@@ -26,7 +26,7 @@ from motiondb.records import FloatArray
 from motiondb.words.maps.word_map import WordMap
 
 _RIDGE = 1.0  # chosen by hand; not tuned
-_ROUNDS = 100  # Newton steps at most; a handful suffice
+_ROUNDS = 100  # largest number of Newton steps; a few suffice
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +110,8 @@ def answer_probability(
     def shown(actions: Sequence[tuple[float, float]]) -> float:
         result = 1.0
         for log_odds, said in actions:
-            heard = float(sure.log_odds(np.array([log_odds - said])))
-            result *= float(probability(heard + said))
+            by_motion = float(sure.log_odds(np.array([log_odds - said])))
+            result *= float(probability(by_motion + said))
         return result
 
     result = shown(asked)
@@ -132,7 +132,7 @@ def fit_probability(
     right : array (answers,)
         Whether the answer is right.
     counts : array (answers,), optional
-        How often each answer counts; once where this is not given.
+        Weight of each answer; 1 by default.
 
     Returns
     -------
@@ -169,7 +169,8 @@ def fit_probability(
 def separate(present: FloatArray, absent: FloatArray) -> float:
     """Threshold of largest balanced accuracy; NaN if one of the arrays is empty.
 
-    Of several equally good thresholds it is the middle one. It is between two observed values.
+    Of several equally good thresholds, the middle one is returned. It lies between two observed
+    values.
 
     Parameters
     ----------

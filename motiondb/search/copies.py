@@ -23,19 +23,20 @@ from motiondb.pose import body, features, retarget, rotation
 from motiondb.records import Float32Array, IntArray, Motion
 
 NEAR = 0.01
-"""Largest distance of a copy, metres. By hand."""
+"""Largest distance of a copy, metres. Chosen by hand."""
 RELATIVE = 0.25
-"""Largest distance of a copy, as a share of the motion's spread about its mean pose. By hand."""
+"""Largest distance of a copy, as a share of the motion's spread about its mean pose. Chosen by
+hand."""
 KEY_FRAMES = 12
-"""Frames of the query that are compared first. By hand; it changes the time only."""
+"""Frames of the query that are compared first. Chosen by hand; it affects only the time."""
 FIRST_KEYS = (0, 5, 11)
 """Key frames that are compared with every frame of every take."""
 LEAST_FRAMES = 20
-"""Least length of a query, frames (2/3 s): shorter ones agree by chance. By hand."""
+"""Least length of a query, frames (2/3 s): shorter ones agree by chance. Chosen by hand."""
 BLOCK = 32
-"""Queries that are compared with all takes in one matrix product: bounds memory."""
+"""Number of queries that are compared with all takes in one matrix product: bounds memory."""
 SLACK = 2
-"""Frames by which two files of one take may differ in length. By hand."""
+"""Largest difference in length of two files of one take, frames. Chosen by hand."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ is modelled by a Gaussian process over the vectors, with covariance and noise
     k(u, c) = exp(v_u . v_c - 1) = exp(-|v_u - v_c|^2 / 2),        noise r.
 
 Given words of some captures, the uncertainty about u is its posterior variance C_uu, which does not
-depend on the words. Words of c lower it by C_uc^2 / (r + C_cc). So the next capture is
+depend on the words. Words of c lower it by C_uc^2 / (r + C_cc). The next capture is
 
     argmax_c  sum_u w_u C_uc^2 / (r + C_cc),        then  C <- C - C_.c C_c. / (r + C_cc),
 
@@ -30,7 +30,7 @@ from motiondb.records import FloatArray, IntArray
 NOISE = 0.1
 """r, chosen by ``benchmarks/suggest.py``."""
 SERVED = 0.25
-"""A choice serves a capture if it lowers its uncertainty by this share or more. By hand."""
+"""A choice serves a capture if it lowers its uncertainty by this share or more. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def suggest(
     described : array (m, symbols)
         Vectors of the intervals that have words; m may be 0.
     limit : int
-        Number of choices at most.
+        Largest number of choices.
     weights : array (n,)
         Weight of each capture; 1 by default.
 

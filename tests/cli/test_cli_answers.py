@@ -213,7 +213,9 @@ def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> N
     Path("s.tsv").write_text("file\twords\tmood\nboris/kick_1\the boots\tcross\nghost\tflies\t\n")
     ended = command("words", "import", "s.tsv")
     assert ended.code == 1
-    assert ended.out == "words of 1 captures replaced, 1 rows without a capture\n"
+    assert ended.out == (
+        "1 captures have the sheet's words and tags now, 1 rows without a capture\n"
+    )
     assert ended.err == (
         "  s.tsv:3: expected a capture of the added folder, found 'ghost'. "
         "Correct the file column.\n"

@@ -25,7 +25,7 @@ def test_events_come_with_captures_and_go_with_them(
 ) -> None:
     added = command("add", some, "--events", sheet(tmp_path))
     assert added.code == 0, added.err
-    assert "  3 events kept with them\n" in added.out
+    assert "  3 events added with them\n" in added.out
     assert command("events").out.splitlines() == [
         "event     count  captures",
         "contact       1  1       ",
@@ -48,7 +48,7 @@ def test_import_replaces_and_tells_what_it_left_out(
     command: Any, some: Path, tmp_path: Path
 ) -> None:
     assert command("add", some).code == 0
-    assert command("events").out == "no events; motiondb events import SHEET brings some\n"
+    assert command("events").out == "no events; add some with motiondb events import SHEET\n"
     file = sheet(tmp_path, SHEET + "boris/kick\t3\tcontact\t\t\nboris/kick_1\t999\tcontact\t\t\n")
     ended = command("events", "import", file)
     assert ended.code == 1

@@ -76,7 +76,7 @@ def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: 
 def test_what_is_not_there_is_named(client: TestClient) -> None:
     message = refused(client, "/api/capture", 404, name="ana/walk")
     assert message == (
-        "capture: expected one that is there, found 'ana/walk'. It may have been removed."
+        "capture: expected an existing one, found 'ana/walk'. It may have been removed."
     )
 
 
@@ -121,7 +121,7 @@ def test_what_somebody_else_wrote_is_not_undone(learned_copy: Path, serve: Serve
         db.set_words(NAME, "somebody else wrote this")
     answer = client.post("/api/undo", json={})
     assert answer.status_code == 409
-    assert "Somebody changed them since" in answer.json()["error"]["message"]
+    assert "They were changed since" in answer.json()["error"]["message"]
     with motiondb.open(learned_copy, read_only=True) as db:
         assert db.captions(NAME)[0].words == "somebody else wrote this"
 

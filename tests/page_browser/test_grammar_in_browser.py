@@ -130,7 +130,7 @@ def test_a_sequence_is_edited_in_the_corners(grammar_server, new_page):
     assert region_of(page) == before
     assert page.get_by_role("button", name="Wider").is_disabled()
     first = page.locator(".corner").first.get_attribute("aria-label")
-    page.get_by_role("button", name="Other four").click()
+    page.get_by_role("button", name="Four others").click()
     wait_for(page, "() => !document.querySelector('[inert]') && /draw=1/.test(location.hash)")
     assert page.locator(".corner").first.get_attribute("aria-label") is not None
     assert first is not None

@@ -89,6 +89,35 @@ def test_an_unknown_word_is_named_and_can_be_replaced(asked_server, new_page):
     page.locator(".answer").first.wait_for()
 
 
+def test_a_word_that_nothing_is_known_for_offers_known_words(asked_server, new_page):
+    page = new_page(f"{asked_server}#/search?q=quaffle")
+    assert "quaffle" in page.locator(".fault-state").inner_text()
+    word = page.locator(".known-words button").first
+    chosen = word.inner_text()
+    word.click()
+    page.locator(".answer").first.wait_for()
+    assert page.locator("#question").input_value() == chosen
+
+
+def test_the_motions_of_answers_in_sight_travel_in_one_request(asked_server, new_page):
+    page = new_page(f"{asked_server}#/search")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url.partition("?")[0]))
+    page.goto(f"{asked_server}#/search?q=walk")
+    wait_for_figure(page, ".answer .clip-canvas")
+    motions = [url for url in asked if "/api/motion" in url]
+    assert motions == [f"{asked_server}api/motions"]
+
+
+def test_a_motion_that_is_refused_does_not_take_the_others_with_it(asked_server, new_page):
+    page = new_page(f"{asked_server}#/search")
+
+    refused = {"error": {"kind": "UnknownError", "message": "gone", "status": 404}}
+    page.route("**/api/motions", lambda route: route.fulfill(status=404, json=refused))
+    page.goto(f"{asked_server}#/search?q=walk")
+    wait_for_figure(page, ".answer .clip-canvas")
+
+
 def test_a_wrong_filter_is_explained(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=walk&where=performers%3Dana")
     fault = page.get_by_role("alert").filter(has_text="performers")

@@ -25,10 +25,17 @@ class FactVerbs(MakingVerbs):
         from motiondb.database.ask import showing
 
         with self.session.reading():
-            info = store.load_capture(self.store, name)
-            if not self.is_learned():
-                return []
-            return showing.known_segments(self.searchable, info.capture_id)
+            known = self.session.kept("numbers by name", self._numbers_by_name)
+            number = known.get(name)
+            if number is None:
+                number = store.load_capture(self.store, name).capture_id
+            return showing.known_segments(self.searchable, number) if known else []
+
+    def _numbers_by_name(self) -> dict[str, int]:
+        """The captures of a database that has learned; empty for any other."""
+        if not self.is_learned():
+            return {}
+        return {info.name: number for number, info in self.searchable.captures.items()}
 
     def symbol_segments(self, symbol: int) -> list[Row]:
         """Segments of a symbol, those that it fits best first; times in seconds.

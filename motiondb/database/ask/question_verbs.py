@@ -13,11 +13,12 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learning.answers import (
     caption_suggestions,
+    described_motion,
     example_answers,
     part_suggestions,
     word_answers,
 )
-from motiondb.learning.answers.word_sources import WordSource, word_sources
+from motiondb.learning.answers.word_sources import WordSource, why_unchecked, word_sources
 from motiondb.learning.learned import Learned
 from motiondb.learning.taken_words import (
     add_written,
@@ -161,7 +162,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
-    ) -> tuple[word_answers.Description, ...]:
+    ) -> tuple[described_motion.Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
@@ -181,17 +182,20 @@ class QuestionVerbs(CatalogueVerbs):
             When there is no such capture.
         """
         with self.session.reading():
-            return word_answers.describe(self.learned, self.motion(example, start, end))
+            return described_motion.describe(self.learned, self.motion(example, start, end))
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""
-        with self.session.reading():
+
+        def load() -> list[str]:
             captured = [info for info in self.captures() if info.kind == "captured"]
             if not self.is_learned():
                 return [info.name for info in captured]
             table = store.load_segments(self.store, scores=False)
             learned = set(table.capture_ids.tolist())
             return [info.name for info in captured if info.capture_id not in learned]
+
+        return list(self.session.kept("unlearned", load))
 
     def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
         """Captures without captions, the most informative about the others first.
@@ -224,6 +228,20 @@ class QuestionVerbs(CatalogueVerbs):
             Learned words; others are left out.
         """
         return word_sources(self.learned, words)
+
+    def why_unchecked(self, words: Iterable[str]) -> str:
+        """The reason why answers about some words carry no probabilities; "" where they do.
+
+        Only a database that learned with a start has such words: those of the start that own
+        captions do not hold, or all of them before there are enough own captions.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Words that were learned; others are left out.
+        """
+        asked = list(words)
+        return why_unchecked(self.learned, asked) if asked else ""
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag.

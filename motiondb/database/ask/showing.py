@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -183,11 +184,18 @@ def draw_capture(base: QuestionVerbs, name: str, path: str | Path) -> Path:
         timelines.append(pictures.Timeline("words", written))
     if store.is_learned(base.store) and base.learned.fitted_word_map is not None:
         said = [
-            (d.start, d.end, " ".join(w for w, p in d.words[:3] if p > LIKELY), d.words[0][0])
+            (d.start, d.end, " ".join(_recognised(d.words[:3])), d.words[0][0])
             for d in base.describe(motion)
         ]
         timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
     return pictures.draw_strip(motion, path, title=info.name, timelines=timelines)
+
+
+def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
+    """Words above LIKELY; the first one where no own caption has checked any probability."""
+    if all(p is None for _, p in words):
+        return [word for word, _ in words[:1]]
+    return [word for word, p in words if p is not None and p > LIKELY]
 
 
 def animate_capture(

@@ -6,6 +6,7 @@ are loaded once for a revision of the database; every request filters and sorts 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -212,7 +213,8 @@ def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
         )
     there = [row for row in rows if value(row) != ""]
     missing = [row for row in rows if value(row) == ""]
-    there.sort(key=lambda row: _natural(row.info.name))
+    if column != "name":
+        there.sort(key=lambda row: _natural(row.info.name))
     there.sort(key=lambda row: _natural(value(row)), reverse=sort.startswith("-"))
     return there + missing
 
@@ -225,21 +227,9 @@ def _natural(value: object) -> tuple[object, ...]:
     """
     if not isinstance(value, str):
         return (value,)
-    parts: list[tuple[int, int, str]] = []
-    digits = text = ""
-    for letter in value.casefold():
-        if letter.isdecimal() and letter.isascii():
-            if text:
-                parts.append((1, 0, text))
-                text = ""
-            digits += letter
-        else:
-            if digits:
-                parts.append((0, int(digits), ""))
-                digits = ""
-            text += letter
-    if digits:
-        parts.append((0, int(digits), ""))
-    if text:
-        parts.append((1, 0, text))
-    return tuple(parts)
+    runs = _RUNS.findall(value.casefold())
+    return tuple((0, int(run), "") if run[0] in "0123456789" else (1, 0, run) for run in runs)
+
+
+_RUNS = re.compile("[0-9]+|[^0-9]+")
+"""Numbers, and what stands between them."""

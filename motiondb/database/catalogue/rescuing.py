@@ -10,7 +10,6 @@ from __future__ import annotations
 import glob
 import os
 import re
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from motiondb.errors import MotionDBError, StoreError
 from motiondb.file_names import check_file_name
 from motiondb.pose import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
-from motiondb.whole_files import is_running
+from motiondb.whole_files import delete_all, is_running
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class RescueReport:
     lost : tuple of str
         A sentence for everything that is not in the new database.
     was_learned : bool
-        Whether the database had learned, or may have: that is not taken over.
+        Whether the database had learned, or may have. Learned data are not rescued.
     """
 
     output: Path
@@ -82,6 +81,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         _sweep(output)
         draft = output.with_name(f".{output.name}.{os.getpid()}.rescue")
         log = draft.with_name(f"{draft.name}.wal")
+        delete_all(draft, log)  # of an earlier process of the same number
         try:
             with store.open_store(draft) as new:
                 report = _save_all(damaged, new, output, lost)
@@ -102,9 +102,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
                 f"{output}: expected a file that can be written, found {reason}."
             ) from error
         finally:
-            for left in (draft, log):
-                with suppress(OSError):
-                    left.unlink(missing_ok=True)
+            delete_all(draft, log)
     return report
 
 
@@ -113,8 +111,7 @@ def _sweep(output: Path) -> None:
     for left in output.parent.glob(f".*{glob.escape(output.name)}.*.rescue*"):
         maker = re.search(r"\.(\d+)\.rescue", left.name)
         if maker is not None and not is_running(int(maker[1])):
-            with suppress(OSError):
-                left.unlink()
+            delete_all(left)
 
 
 def _save_all(

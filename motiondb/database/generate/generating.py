@@ -31,8 +31,8 @@ from motiondb.learning.making.sentence_plan import speed_of
 from motiondb.learning.making.shown_actions import JudgedAction
 from motiondb.learning.taken_words import leave_unknown, nearest_suggested, replace_unknown
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.known import KnownQuestion
+from motiondb.words.nearby.taking import Taking, hints_of
+from motiondb.words.question.known import KnownQuestion, hinted, with_hints
 from motiondb.words.question.tree import NotUsed
 from motiondb.words.translation import decoding
 
@@ -283,6 +283,8 @@ def _to_generated(
     known: tuple[Learned, Mapping[str, Taking]],
 ) -> Generated:
     made, (learned, takings) = motion.made, known
+    suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
+    hints = hints_of(suggested)
     provenance = store.to_provenance(session.store, made.captures, made.frames, edits=made.edits)
     return Generated(
         motion=made.motion,
@@ -292,13 +294,13 @@ def _to_generated(
         decodings=motion.decodings,
         recognised=tuple(int(s) for s in motion.recognised),
         provenance=provenance,
-        question=motion.question,
+        question=with_hints(motion.question, hints),
         shown=motion.shown,
         decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
-        suggested={word: taking for word, taking in takings.items() if not taking.is_taken},
+        suggested=suggested,
         spans=motion.spans,
-        not_used=motion.not_used,
+        not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
         words=asked[0],
         seed=asked[1],

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb import store
 from motiondb.learning.learned import Learned
@@ -36,13 +37,14 @@ class Meaning:
 
     Attributes
     ----------
-    words : tuple of (str, float)
-        Words with their probability in the segments of the terminal, the largest difference first.
+    words : tuple of (str, float or None)
+        Words with their probability in the segments of the terminal, the largest difference first;
+        None where no own caption has checked the probability (``learning.start.checking``).
     symbols : tuple of (int, float)
         Motion symbols with their share of the time of the segments, the largest share first.
     """
 
-    words: tuple[tuple[str, float], ...] = ()
+    words: tuple[tuple[str, float | None], ...] = ()
     symbols: tuple[tuple[int, float], ...] = ()
 
     @property
@@ -79,7 +81,7 @@ def terminal_meanings(
     shares = terminal_shares(learned, grammar, numbers)
     known = learned.association.words if shares.words.size else ()
     return tuple(
-        Meaning(_words(row, shares.usual, known), _symbols(symbols))
+        Meaning(_words(row, shares.usual, known, learned.checked), _symbols(symbols))
         for row, symbols in zip(shares.words, shares.symbols)
     )
 
@@ -172,8 +174,8 @@ def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...
 
 
 def _words(
-    row: FloatArray, usual: FloatArray, known: tuple[str, ...]
-) -> tuple[tuple[str, float], ...]:
+    row: FloatArray, usual: FloatArray, known: tuple[str, ...], checked: NDArray[np.bool_]
+) -> tuple[tuple[str, float | None], ...]:
     """Select the words of a terminal.
 
     Parameters
@@ -184,11 +186,13 @@ def _words(
         Probability of each word in all segments.
     known : tuple of str
         The words.
+    checked : array (words,)
+        Whether own captions have checked the probability of each word.
     """
     gain = row - usual
     order = np.argsort(-gain, kind="stable")[:N_WORDS]
     return tuple(
-        (known[w], float(row[w]))
+        (known[w], float(row[w]) if checked[w] else None)
         for w in order
         if row[w] >= LEAST_PROBABILITY and gain[w] >= LEAST_GAIN
     )

@@ -17,6 +17,7 @@ from motiondb.knowledge.knowledge_file import (
     read_summary,
     write_knowledge,
 )
+from motiondb.learning.answers.word_sources import why_unchecked
 from motiondb.learning.knowledge_making import make_knowledge
 from motiondb.learning.learned import Learned
 from motiondb.learning.parameter_arrays import ORIGIN_NAME, started_from
@@ -155,6 +156,7 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
         **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
+        "unchecked": why_unchecked(learned, ()),
         "strange_motion": round(strange_share(learned.segments), 4),
         "fits": fits(learned.segments),
         "words_of_start_alone": len(set(started.names) - captioned),

@@ -34,7 +34,7 @@ def read_grammar(name: str | Path) -> MotionGrammar:
     Raises
     ------
     SceneError
-        There is none, or it has a fault.
+        There is no such grammar, or it has a fault.
     """
     return read_motion_grammar(*text_of(name, GRAMMAR))
 
@@ -51,7 +51,7 @@ def shipped_text(name: str, ending: str) -> str:
     Raises
     ------
     SceneError
-        There is none of this name.
+        No shipped file has this name.
     """
     if name not in shipped(ending):
         near = suggestion(name, shipped(ending)) or f" There are: {', '.join(shipped(ending))}."
@@ -66,7 +66,7 @@ def text_of(name: str | Path, ending: str) -> tuple[str, str]:
     Raises
     ------
     SceneError
-        There is none, or it is not UTF-8.
+        There is no such file, or it is not UTF-8.
     """
     path = Path(name)
     plain = str(name).removesuffix(ending)

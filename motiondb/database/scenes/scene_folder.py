@@ -232,7 +232,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     Raises
     ------
     SceneError
-        There is none, or it was not written by motiondb.
+        The folder holds no scene, or one that was not written by motiondb.
     """
     path = folder / RECORD
     try:

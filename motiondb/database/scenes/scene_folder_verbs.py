@@ -36,7 +36,7 @@ class SceneFolderVerbs:
         Raises
         ------
         SceneError
-            There is none, or its record has a fault.
+            The folder holds no scene, or its record has a fault.
         """
         return scene_folder.read_scene_folder(Path(folder))
 

@@ -303,7 +303,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         Raises
         ------
         QueryError
-            There is none of this name.
+            No kept scene has this name.
         """
         return store.load_scene(self._session.store, name)
 
@@ -336,7 +336,7 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         Raises
         ------
         QueryError
-            There is none of this name.
+            No kept scene has this name.
         """
         database = self._session.store
         captures = store.load_scene_captures(database, name)

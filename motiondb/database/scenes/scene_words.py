@@ -2,10 +2,11 @@
 
 If no caption shows a terminal, the captures are searched again with replaced words. Words of its
 phrases that are in no caption are replaced by known ones (:mod:`motiondb.words.nearby.taking`): by
-every known word whose probability is ``SURE`` or more. This is more than for questions, because an
-answer is shown with its probability for the user to judge, while a scene plays its clips. A word is
-not replaced by one in a phrase of another terminal, because a grammar with both distinguishes them.
-Excluding phrases ("without") do not change: an unknown word excludes nothing.
+every known word whose probability is ``TAKEN`` or more, the bound that holds for questions and for
+generated motion too. The commands name every word that was taken, since a scene plays its clips
+without a probability. A word is not replaced by one in a phrase of another terminal, because a
+grammar with both distinguishes them. Excluding phrases ("without") do not change: an unknown word
+excludes nothing.
 """
 
 from __future__ import annotations
@@ -15,11 +16,9 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from motiondb.words.nearby.table import NearbyTable
-from motiondb.words.nearby.taking import Taking, take_word
+from motiondb.words.nearby.taking import TAKEN, Taking, take_word
 
 Phrases = tuple[frozenset[str], ...]
-SURE = 0.8
-"""Least probability of a word that is taken. Chosen by hand; not tuned."""
 MOST_PHRASES = 50
 """Phrases that one phrase may become. Chosen by hand, to bound the time."""
 
@@ -77,7 +76,7 @@ def take_phrases(
 
 
 def _sure(taking: Taking) -> Taking:
-    return replace(taking, words=tuple(pair for pair in taking.words if pair[1] >= SURE))
+    return replace(taking, words=tuple(pair for pair in taking.words if pair[1] >= TAKEN))
 
 
 def _taken(

@@ -2,8 +2,8 @@
 
 Precision is the share of the learned grammar's strings that the true grammar derives. Recall is the
 share of the true grammar's strings that the learned grammar derives. A finite language of moderate
-size is tested whole, each string once (exact). Any other language is tested by strings that are
-derived at random, repetitions included (sampled). Each result states which of the two it is.
+size is tested completely, each string once (exact). Any other language is tested by strings that
+are derived at random, repetitions included (sampled). Each result states which of the two it is.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ class LanguageMatch:
     recall : float
         Share of the true grammar's strings that the learned grammar derives.
     precision_is_exact : bool
-        Whether the learned language was tested whole; else it was sampled.
+        Whether the learned language was tested completely; otherwise it was sampled.
     recall_is_exact : bool
-        Whether the true language was tested whole; else it was sampled.
+        Whether the true language was tested completely; otherwise it was sampled.
     n_learned : int
-        How many strings of the learned grammar were tested.
+        Number of tested strings of the learned grammar.
     n_true : int
-        How many strings of the true grammar were tested.
+        Number of tested strings of the true grammar.
     """
 
     precision: float
@@ -71,10 +71,10 @@ def match_languages(
     rng : numpy.random.Generator
         Source of randomness for sampled strings.
     n : int, optional
-        How many strings to sample from a language that is not tested whole. Chosen by hand; not
-        tuned.
+        Number of strings to sample from a language that is not tested completely. Chosen by hand;
+        not tuned.
     limit : int, optional
-        A language of at most this many strings is tested whole. Chosen by hand; not tuned.
+        A language of at most this many strings is tested completely. Chosen by hand; not tuned.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def derived_strings(
     n : int
         Number of strings.
     most : float, optional
-        Greatest mean number of symbols of a string.
+        Largest mean number of symbols of a string.
     """
     compiled = compiled_form(grammar)
     return [derive(compiled, rng, most=most).leaves() for _ in range(n)]
@@ -217,7 +217,7 @@ def finite_language(grammar: AnyGrammar, limit: int = 10_000) -> frozenset[Strin
     grammar : Grammar or CompiledGrammar
         The grammar.
     limit : int, optional
-        Greatest number of strings.
+        Largest number of strings.
 
     Returns
     -------

@@ -12,7 +12,8 @@ from motiondb.grammar.cfg.chart import Chart, find
 from motiondb.records import FloatArray, IntArray
 
 TOLERANCE = 2.5e-10
-"""Log-probabilities this near count as equal. It is below the rule penalty."""
+"""Largest difference of log-probabilities that count as equal. It is smaller than the rule
+penalty."""
 
 
 class Forms(NamedTuple):
@@ -25,7 +26,7 @@ class Forms(NamedTuple):
     right : array (S,)
         Right child of each symbol that is a tail, else -1.
     rule_of : array (S + 1,)
-        Where the rules of a symbol begin.
+        Index of the first rule of each symbol.
     rule_right : array (R,)
         Right side of a rule, -1 for the empty string.
     log_weights : array (R,)
@@ -102,7 +103,7 @@ def _first_split(
     span: tuple[int, int],
     goal: float,
 ) -> int:
-    """Return the first place at which two children over a span reach the goal."""
+    """Return the first split of a span at which two children reach the goal."""
     left, right = children
     k, j = span
     while k < j:

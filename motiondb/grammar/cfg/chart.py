@@ -24,13 +24,13 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import FloatArray, IntArray
 
 MOST_PRODUCTS = 500_000_000
-"""Products of two cells' entries in a chart, at most. They take 3 to 5 s, and a sentence that is
-refused needs two charts, so that the answer comes within 10 s. Learned grammars stay far below: a
-passage of 900 symbols takes 0.1 s."""
+"""Largest number of products of two cells' entries in a chart. They take 3 to 5 s, and a
+sentence that is refused needs two charts, so the answer comes within 10 s. Learned grammars need
+far fewer: a passage of 900 symbols takes 0.1 s."""
 _SPLIT = 1
-"""Products that a place to split a span counts as. Chosen by hand; not tuned."""
+"""Number of products that one split of a span counts as. Chosen by hand; not tuned."""
 MOST_ENTRIES = 12_000_000
-"""Entries of a chart, at most: 192 MB, and twice that while the arrays grow."""
+"""Largest number of entries of a chart: 192 MB, and twice that while the arrays grow."""
 
 
 class Chart(NamedTuple):
@@ -39,9 +39,9 @@ class Chart(NamedTuple):
     Attributes
     ----------
     begin : array (n + 1, n + 1)
-        Where the entries of each cell begin.
+        Index of the first entry of each cell.
     end : array (n + 1, n + 1)
-        Where the entries of each cell end.
+        Index after the last entry of each cell.
     exponents : array (n + 1, n + 1)
         The power of two of each cell.
     symbols : array (entries,)
@@ -106,13 +106,14 @@ def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse)
     Parameters
     ----------
     best : bool
-        Whether the greatest value of the derivations is kept; else they are summed.
+        Whether the greatest value of the derivations is kept; otherwise they are summed.
     sentence : array (n,)
         Symbol numbers.
     rules : TailRules
         How symbols combine.
     chains : Sparse
-        For each symbol, the symbols that lead to it without reading anything, with weights.
+        For each symbol, the symbols from which it is reached without reading anything, with
+        weights.
 
     Raises
     ------
@@ -133,7 +134,7 @@ def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse)
 
 @njit(cache=True)
 def _fill(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse) -> tuple[Chart, bool]:
-    """Fill the chart of a sentence; also whether it is whole, or grew too large."""
+    """Fill the chart of a sentence; also return whether it is complete, or grew too large."""
     n, n_symbols = len(sentence), len(rules.left)
     begin = np.zeros((n + 1, n + 1), np.int64)
     end, exponents = np.zeros((n + 1, n + 1), np.int64), np.zeros((n + 1, n + 1), np.int64)
@@ -187,8 +188,8 @@ def _combine(
 ) -> tuple[int, int]:
     """Add the tails over a span, split at every place, to ``base``.
 
-    ``row[k]`` (S,) holds the values of the cell (i, k). Returns how many symbols are touched, and
-    how many products were looked at; a split counts as :data:`_SPLIT` of them.
+    ``row[k]`` (S,) holds the values of the cell (i, k). Returns the number of symbols with a value,
+    and the number of products that were evaluated; a split counts as :data:`_SPLIT` of them.
     """
     rules, work, span = setting
     starts, tails, left = rules.by_right.starts, rules.by_right.tails, rules.left
@@ -207,7 +208,7 @@ def _combine(
             for t in range(starts[symbol], starts[symbol + 1]):
                 tail = tails[t]
                 first = row[k, left[tail]]
-                if first == 0.0:  # not there; an infinite count times 0 would be no number
+                if first == 0.0:  # no value; an infinite count times 0 would be NaN
                     continue
                 value = first * second
                 if value == 0.0:
@@ -221,7 +222,7 @@ def _combine(
 
 @njit(cache=True)
 def _climb(best: bool, n_touched: int, chains: Sparse, work: _Work) -> int:
-    """Follow the chains up from ``base`` (emptied) to ``full``; how many symbols are reached."""
+    """Follow the chains from ``base`` (emptied) to ``full``; return the number of symbols."""
     base, full = work.base, work.full
     n_reached = 0
     for symbol in work.touched[:n_touched]:
@@ -257,9 +258,9 @@ def _top_exponent(chart: Chart, splits: IntArray, i: int, j: int) -> int:
     top, is_known = 0, False
     for k in splits:
         if chart.begin[k, j] < chart.end[k, j]:
-            here = chart.exponents[i, k] + chart.exponents[k, j]
-            if not is_known or here > top:
-                top, is_known = here, True
+            exponent = chart.exponents[i, k] + chart.exponents[k, j]
+            if not is_known or exponent > top:
+                top, is_known = exponent, True
     return top
 
 
@@ -276,7 +277,7 @@ def _shift(work: _Work, n_reached: int) -> int:
 
 @njit(cache=True)
 def find(chart: Chart, symbol: int, i: int, j: int) -> tuple[float, int]:
-    """Return value and exponent of a symbol over (i, j), i < j; value 0 if it is not there."""
+    """Return value and exponent of a symbol over (i, j), i < j; value 0 if it has no entry."""
     low, high = chart.begin[i, j], chart.end[i, j]
     while low < high:  # binary search
         middle = (low + high) // 2

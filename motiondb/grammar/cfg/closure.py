@@ -3,8 +3,8 @@
 A derivation can pass from symbol to symbol without reading anything: A -> B, or A -> B C where C
 becomes empty. With w(A, B) the weight of one such step, the closure w* = 1 + w + w w + ... holds
 the weight of all chains from A to B, cycles included. It is computed component by component
-(Tarjan, 1972), the symbols that lead nowhere else first; inside a strongly connected component by
-Kleene's elimination, for which a semiring needs only plus, times and star.
+(Tarjan, 1972), starting with components from which no other is reached; inside a strongly connected
+component by Kleene's elimination, for which a semiring needs only plus, times and star.
 
 The three semirings share their product and differ in plus and star:
 SUM (+, 1 / (1 - a)) gives probabilities, BEST (max, 1) the best chain, COUNT (+, infinity) numbers.
@@ -23,10 +23,10 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 SUM, BEST, COUNT = 0, 1, 2
 """The semirings."""
 MOST_CHAINS = 4_000_000
-"""Pairs of symbols with a chain between them, at most: 64 MB. A grammar of 100 symbols, each of
-which leads to every other, has 10,000."""
+"""Largest number of pairs of symbols with a chain between them: 64 MB. A grammar of 100 symbols,
+each of which leads to every other, has 10,000."""
 MOST_STEPS = 200_000_000
-"""Products of the closure of components, at most. They take about a second."""
+"""Largest number of products of the closure of components. They take about a second."""
 
 
 class Sparse(NamedTuple):
@@ -37,7 +37,7 @@ class Sparse(NamedTuple):
     starts : array (n + 1,)
         Row a has the entries ``starts[a]`` to ``starts[a + 1]``.
     columns : array (entries,)
-        Column of each entry; of a graph, where the edge leads.
+        Column of each entry; in a graph, the target of the edge.
     values : array (entries,)
         Value of each entry; of a graph, the weight of the edge.
     """
@@ -91,14 +91,14 @@ class _Component(NamedTuple):
 
 @njit(cache=True)
 def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
-    """Assign the numbers of the strongly connected components, those that others lead to first.
+    """Number the strongly connected components, so that edges lead to the same or a lower number.
 
     Parameters
     ----------
     starts : array (n + 1,)
         The edges of node a lead to ``targets[starts[a]:starts[a + 1]]``.
     targets : array (edges,)
-        Where edges lead.
+        Target of each edge.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
 
 @njit(cache=True)
 def _pop_component(label: IntArray, stack: IntArray, n_stack: int, node: int, number: int) -> int:
-    """Give a number to the nodes of the stack down to ``node``; what is left of the stack."""
+    """Number the nodes of the stack down to ``node``; return the new size of the stack."""
     while True:
         n_stack -= 1
         label[stack[n_stack]] = number
@@ -236,7 +236,7 @@ def _multiply(kind: int, nodes: IntArray, rows: _Rows, component: _Component, us
 
 @njit(cache=True)
 def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> tuple[_Rows, bool]:
-    """Return the closure by rows, and whether it is whole; ``order`` lists nodes by component."""
+    """Return the closure by rows, and whether it is complete; ``order``: nodes by component."""
     label = graph.label
     n = len(label)
     row_begin, row_end = np.zeros(n, np.int64), np.zeros(n, np.int64)
@@ -284,8 +284,8 @@ def close_graph(kind: int, graph: Sparse) -> Sparse:
     Returns
     -------
     Sparse
-        Row a holds w*(a, b) for all b it leads to, in ascending order of b, itself with the empty
-        chain included.
+        Row a holds w*(a, b) for all b that are reached from a, in ascending order of b; a itself is
+        included, with the empty chain.
 
     Raises
     ------

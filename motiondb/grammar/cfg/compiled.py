@@ -48,19 +48,21 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 RULE_PENALTY = 1e-9
 """Each rule of a tree lowers its log-probability by this when trees are
 compared, so that of equally probable trees the one with the fewest rules is best, and no cycle is
-free. Small beside differences of probability that matter, large beside rounding."""
+free. It is small compared with relevant differences of probability, and large compared with
+rounding errors."""
 
 
 MOST_SYMBOLS = 1_000
-"""Symbols of a sentence at most. 1,000 take less than a second with a learned grammar; a grammar in
-which many symbols derive every span is refused earlier (:data:`.chart.MOST_PRODUCTS`)."""
+"""Largest number of symbols of a sentence. 1,000 take less than a second with a learned grammar;
+a grammar in which many symbols derive every span is refused earlier
+(:data:`.chart.MOST_PRODUCTS`)."""
 MOST_NONTERMINALS = 1_000
-"""Nonterminals of a grammar at most. The time of the equations of e and z, and of the chains, grows
-with their third power if each derives every other; 1,000 take 2 to 5 s."""
+"""Largest number of nonterminals of a grammar. The time of the equations of e and z, and of the
+chains, grows with their third power if each derives every other; 1,000 take 2 to 5 s."""
 LONGEST_RULE = 1_000
-"""Symbols on the right side of a rule at most, as a sentence has no more."""
+"""Largest number of symbols on the right side of a rule: that of a sentence."""
 LARGEST_GRAMMAR = 20_000
-"""Symbols on all right sides at most. Learned grammars have some hundreds."""
+"""Largest number of symbols on all right sides. Learned grammars have some hundreds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +84,7 @@ class CompiledGrammar:
     rule_numbers : array (R,)
         Numbers in ``grammar.rules``, sorted by left side, then number.
     rule_of : array (S + 1,)
-        Where the rules of a nonterminal begin.
+        Index of the first rule of each nonterminal.
     rule_left : array (R,)
         Left side of a rule.
     rule_right : array (R,)
@@ -318,9 +320,9 @@ def list_steps(
     Returns
     -------
     sources : array (steps,)
-        Symbol that each step leads from.
+        Symbol at the start of each step.
     targets : array (steps,)
-        Symbol that each step leads to.
+        Symbol at the end of each step.
     values : array (steps,)
         Weight of each step.
     origins : array (steps,)

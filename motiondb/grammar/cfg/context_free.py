@@ -268,7 +268,7 @@ def productive_symbols(grammar: Grammar) -> frozenset[str]:
 
 
 def _deriving(grammar: Grammar, leaves: Iterable[str]) -> frozenset[str]:
-    """Return these leaves, and the nonterminals that derive a string of nothing else."""
+    """Return these leaves, and the nonterminals that derive a string of leaves only."""
     return frozenset(derived_symbols(grammar.rules, leaves))
 
 
@@ -358,7 +358,7 @@ def derive_by(grammar: Grammar, choices: Sequence[int]) -> Tree:
         rule to begin with.
     """
     if not grammar.is_nonterminal(grammar.start):
-        check_grammar(grammar)  # says that there is no rule to begin with
+        check_grammar(grammar)  # raises if there is no rule to begin with
     waiting = list(choices)[::-1]
     tree = _build(grammar, waiting)
     if waiting:

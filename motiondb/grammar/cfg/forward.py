@@ -1,7 +1,7 @@
 """Forward probabilities: the next symbol at each position of a sentence, given those before it.
 
 A string that begins with the first i symbols and then X needs a symbol that is *predicted* at place
-i and whose left corner X is. The start symbol is predicted at 0. If a tail (Y Z) is a left corner
+i and has X as a left corner. The start symbol is predicted at 0. If a tail (Y Z) is a left corner
 at i of a predicted symbol, and Y derives the symbols i..k, then Z is predicted at k, times the
 inside probability of Y. The sum over all chains of left corners is taken in closed form (Stolcke,
 1995, whose forward probabilities these are, on a chart instead of Earley's states).
@@ -21,7 +21,7 @@ from motiondb.records import FloatArray, IntArray
 
 
 class Corners(NamedTuple):
-    """How strings begin.
+    """The rules, in the form needed for the beginnings of strings.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def forward(chart: Chart, n: int, start: int, corners: Corners) -> tuple[FloatAr
     for i in range(n + 1):
         scale[i] += _close_corners(predicted[i], weights[i], corners.closure)
         for k in range(i + 1, n + 1):
-            here = scale[i] + chart.exponents[i, k]
+            exponent = scale[i] + chart.exponents[i, k]
             for entry in range(chart.begin[i, k], chart.end[i, k]):
                 symbol, value = chart.symbols[entry], chart.values[entry]
                 for tail in corners.by_left.tails[
@@ -77,12 +77,12 @@ def forward(chart: Chart, n: int, start: int, corners: Corners) -> tuple[FloatAr
                     if weights[i, tail] == 0.0:
                         continue
                     if not seen[k]:
-                        seen[k], scale[k] = True, here
-                    elif here > scale[k]:
-                        _scale(predicted[k], scale[k] - here)
-                        scale[k] = here
+                        seen[k], scale[k] = True, exponent
+                    elif exponent > scale[k]:
+                        _scale(predicted[k], scale[k] - exponent)
+                        scale[k] = exponent
                     part = weights[i, tail] * value
-                    predicted[k, corners.right[tail]] += part * ldexp(1.0, here - scale[k])
+                    predicted[k, corners.right[tail]] += part * ldexp(1.0, exponent - scale[k])
     return weights, scale
 
 

@@ -1,4 +1,4 @@
-"""Least solutions of the equations of a grammar: how likely a symbol ends, or becomes empty.
+"""Least solutions of the equations of a grammar: the probability that a symbol ends, or is empty.
 
 For the numbered form of a grammar, x(A) = sum p(A -> Y) x(Y) over its rules and x(Y Z) = x(Y) x(Z)
 for a tail; the least solution is wanted. It is found in each strongly connected component of the
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 _MOST_STEPS = 200
-"""Newton steps at most; at a critical point each only halves the error."""
+"""Largest number of Newton steps; at a critical point each only halves the error."""
 
 
 def sparse_graph(n: int, sources: IntArray, targets: IntArray, weights: FloatArray) -> Sparse:
@@ -33,7 +33,7 @@ def sparse_graph(n: int, sources: IntArray, targets: IntArray, weights: FloatArr
 
 
 def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> BoolArray:
-    """Return the symbols (S,) that derive something of the seed (S,), in linear time.
+    """Return the symbols (S,) that derive a string from the seed (S,), in linear time.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> Bool
     seed : array (S,)
         The symbols that need no rule.
     all_parts : bool
-        Whether a tail needs both its children, and a rule may be empty; else one child is enough,
-        and an empty rule gives nothing.
+        Whether a tail needs both its children, and a rule may be empty; otherwise one child is
+        enough, and an empty rule gives nothing.
     """
     reached, waiting = seed.copy(), np.flatnonzero(seed).tolist()
     if all_parts:
@@ -65,7 +65,7 @@ def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> Bool
 
 
 def _users(compiled: CompiledGrammar) -> tuple[IntArray, IntArray]:
-    """List the left sides and tails that contain each symbol, and where the list of each begins."""
+    """List the left sides and tails that contain each symbol, and the index of each list."""
     tails, real = np.flatnonzero(compiled.left >= 0), compiled.rule_right >= 0
     parts = np.concatenate((compiled.rule_right[real], compiled.left[tails], compiled.right[tails]))
     users = np.concatenate((compiled.rule_left[real], tails, tails))

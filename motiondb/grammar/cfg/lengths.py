@@ -33,7 +33,7 @@ class _Forms(NamedTuple):
     right : array (S,)
         Right child of each symbol that is a tail, else -1.
     chains : Sparse
-        What leads to each symbol without reading anything.
+        Chains to each symbol that read nothing.
     empties : array (S,)
         Probability that a symbol becomes empty.
     """
@@ -83,9 +83,9 @@ def _add_tails(
     """Add the tails of two strings of ``length`` together to ``base``; their power of two."""
     top, is_known = 0, False
     for k in range(1, length):
-        here = exponents[k] + exponents[length - k]
-        if possible[k] and possible[length - k] and (not is_known or here > top):
-            top, is_known = here, True
+        exponent = exponents[k] + exponents[length - k]
+        if possible[k] and possible[length - k] and (not is_known or exponent > top):
+            top, is_known = exponent, True
     for k in range(1, length):
         if not (possible[k] and possible[length - k]):
             continue
@@ -123,7 +123,7 @@ def longest_length(compiled: CompiledGrammar) -> float:
     """Return the length of the longest string of the grammar, infinite if there is no longest.
 
     A tree in which no symbol occurs below itself is at most as deep as the number of symbols.
-    Lengths that still grow after so many rounds are unbounded.
+    Lengths that still grow after that many rounds are unbounded.
     """
     lengths = np.full(compiled.n_symbols, -inf)
     lengths[compiled.terminals] = 1.0

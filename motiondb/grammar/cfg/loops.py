@@ -1,8 +1,9 @@
-"""Show loops as loops: rules that repeat as repetitions, and chains in trees as one node.
+"""Display of loops: rules that repeat as repetitions, and chains in trees as one node.
 
 The rules of a nonterminal A fall into three kinds: L A, which put something before A, A R, which
 put something after it, and all others, Z. The strings of A are then those of L* Z R*, for any L, Z
-and R, which may contain A. If L and Z are the same, this is L+. So is L* beside L.
+and R, which may contain A. If L and Z are the same, this is L+. An L* next to an L is also written
+as L+.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from motiondb.grammar.cfg.context_free import EMPTY, Grammar, Rule, Tree, format
 def format_loops(grammar: Grammar) -> str:
     r"""Return the grammar as text, rules that repeat as repetitions.
 
-    ``X+ [0.6]`` is X, and with probability 0.6 once more, and so on; ``X*`` is the same or the
-    empty string. The probabilities of several things that may repeat are those of the rules.
+    ``X+ [0.6]`` is X, repeated each time with probability 0.6; ``X*`` is the same or the empty
+    string. The probabilities of several things that may repeat are those of the rules.
 
     Parameters
     ----------
@@ -155,9 +156,9 @@ def with_loops(tree: Tree) -> Tree:
 
 
 def with_loops_around(tree: Tree, path: Sequence[int]) -> tuple[Tree, range]:
-    r"""Return a tree with its loops drawn as :func:`with_loops` does, one node kept apart.
+    r"""Return a tree with its loops drawn as by :func:`with_loops`, except for one node.
 
-    The node keeps a place of its own even where it is a round of a loop, so that it can be marked.
+    This node stays separate even if it is a round of a loop, so that it can be marked.
     Loops within it are drawn as loops too.
 
     Parameters
@@ -165,14 +166,14 @@ def with_loops_around(tree: Tree, path: Sequence[int]) -> tuple[Tree, range]:
     tree : Tree
         A derivation.
     path : sequence of int
-        Numbers of the children from the root to the node that is kept apart.
+        Numbers of the children from the root to the node that stays separate.
 
     Returns
     -------
     tree : Tree
         The tree to draw.
     numbers : range
-        Preorder numbers of the kept node and of all nodes below it.
+        Preorder numbers of the separate node and of all nodes below it.
 
     >>> from motiondb.grammar.cfg.context_free import derive_by, read_grammar
     >>> drawn, numbers = with_loops_around(

@@ -7,7 +7,8 @@ The probability of a sentence is the sum over all its trees, of which there may 
 Rule probabilities are scaled to sum to 1 for each left side; a rule with probability 0 is never
 used.
 
-Cost: n^3 for a sentence of n symbols, times the symbols that really meet in a cell of the chart.
+Cost: n^3 for a sentence of n symbols, times the number of pairs of symbols that meet in a cell of
+the chart.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
 
-_SHOWN = 20  # expected terminals that a message names; the error holds all
+_SHOWN = 20  # largest number of expected terminals in a message; the error holds all
 
 
 class ParseError(GrammarError):
@@ -61,7 +62,7 @@ class ParseError(GrammarError):
 
 
 def compiled_form(grammar: AnyGrammar) -> CompiledGrammar:
-    """Compile a grammar that may be compiled already."""
+    """Return the compiled form of a grammar, which may be compiled already."""
     return grammar if isinstance(grammar, CompiledGrammar) else compile_grammar(grammar)
 
 
@@ -161,7 +162,8 @@ class Reading:
     position : int
         Number of symbols that were read.
     weights : array (terminals,)
-        Times two to the ``exponent``: probability that a string begins with these and the terminal.
+        Times two to the ``exponent``: probability that a string begins with these symbols and the
+        terminal.
     end : float
         Times two to the ``exponent``: probability that a string ends there.
     exponent : int

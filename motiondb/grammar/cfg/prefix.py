@@ -6,8 +6,9 @@ Then P(t | w) = P(w t ...) / P(w ...) for a terminal t, and P(end | w) = P(w) / 
 to 1. All probabilities are given that the derivation ends: for a grammar with infinite derivations,
 only the finite sentences count.
 
-A string is at most as probable as its prefixes. So a search that always extends the most probable
-beginning yields the strings of a language in the order of their probability (:func:`best_strings`).
+A string is at most as probable as its prefixes. A search that always extends the most probable
+prefix therefore yields the strings of a language in the order of their probability
+(:func:`best_strings`).
 
 Sources: F. Jelinek and J. D. Lafferty, "Computation of the Probability of Initial Substring
 Generation by Stochastic Context-Free Grammars", Computational Linguistics 17 (1991); A. Stolcke,
@@ -58,7 +59,7 @@ def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | Non
 
 
 def prefix_log_probability(grammar: AnyGrammar, prefix: Sequence[str]) -> float:
-    """Return the natural logarithm of the probability that a sentence begins so; -inf if none does.
+    """Return the log-probability that a sentence begins with a prefix; -inf if none does.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> left = read_grammar("S -> S a [0.5] | b [0.5]")
@@ -78,16 +79,18 @@ def best_strings(
 ) -> Iterator[tuple[tuple[str, ...], float]]:
     """Yield the most probable strings with their log-probabilities, given that derivations end.
 
-    Equal ones come in the order of the grammar's terminals. A finite language is yielded whole.
+    Equal ones come in the order of the grammar's terminals. A finite language is yielded
+    completely.
 
     Parameters
     ----------
     grammar : Grammar or CompiledGrammar
         The grammar.
     n : int
-        How many strings.
+        Number of strings.
     steps : int
-        Bound on the beginnings that are extended; the search may then stop before the n-th string.
+        Bound on the number of prefixes that are extended; the search may then stop before the n-th
+        string.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> a S [0.6] | b [0.4]")

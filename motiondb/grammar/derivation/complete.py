@@ -33,7 +33,7 @@ _TREES_A_STRING = 20
 """Largest number of trees that are examined for each requested string. Chosen by hand, to bound the
 time."""
 
-_SHOWN = 20  # possible terminals that a message names
+_SHOWN = 20  # largest number of possible terminals in a message
 
 Item = tuple[int, int, int]
 _Stack = tuple[Item, "_Stack"] | None
@@ -72,9 +72,9 @@ class Completions:
     probability : float
         Probability that a sentence of the grammar matches.
     proven : bool
-        Whether no other sentence is more probable than the last of these. If every sentence has one
-        tree, it is so in any case. Else it may be unknown: the trees of a sentence that is not
-        found might be many.
+        Whether no other sentence is more probable than the last of these. This always holds if
+        every sentence has one tree. Otherwise it may be unknown, because a sentence that was not
+        found might have many trees.
     """
 
     sentences: tuple[Completion, ...]
@@ -94,7 +94,7 @@ def complete(
     pattern : Pattern
         The pattern.
     n : int, optional
-        How many sentences.
+        Number of sentences.
     allowed : frozenset of str, optional
         Terminals that a sentence may hold; all unless given.
 
@@ -132,7 +132,7 @@ def complete(
             break
     else:
         proven = True
-    ranked = sorted(best.values(), key=lambda c: -c.probability)  # ties as they were found
+    ranked = sorted(best.values(), key=lambda c: -c.probability)  # ties in search order
     return Completions(tuple(ranked[:n]), total, proven)
 
 

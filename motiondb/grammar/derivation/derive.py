@@ -1,11 +1,11 @@
 """Random derivations of a grammar that always end, optionally with a given length.
 
 Each nonterminal, from the start symbol down, is rewritten by a rule that is drawn by its
-probability. With a cyclic grammar this may never end, or only after very many steps. Then every
-rule probability is multiplied by the same factor theta < 1 (damping). A tree of m rules becomes
-theta^m times as likely, so the ratios between trees of equal size do not change. theta is the
-greatest factor for which the mean length of a string does not exceed a given mean. Derivations of
-the damped grammar end with probability 1.
+probability. With a cyclic grammar this may never end, or only after very many steps. In that case
+every rule probability is multiplied by the same factor theta < 1 (damping). A tree of m rules
+becomes theta^m times as likely, so the ratios between trees of equal size do not change. theta is
+the greatest factor for which the mean length of a string does not exceed a given mean. Derivations
+of the damped grammar end with probability 1.
 
 For a given length, trees are drawn exactly from the undamped grammar, restricted to strings of this
 length. Symbols are drawn from the root downwards, by the weights W(X, l) of symbol X at length l;
@@ -57,7 +57,7 @@ def derive(
         Number of symbols of the string. If no string has this length, the nearest length that
         some string has is used; of two, the shorter. The leaves of the tree show which.
     most : float, optional
-        Greatest mean number of symbols. Used only without `length`.
+        Largest mean number of symbols. Used only without `length`.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def damped(compiled: CompiledGrammar, most: float = MEAN_LENGTH) -> CompiledGram
     compiled : CompiledGrammar
         The grammar to damp.
     most : float, optional
-        Greatest mean number of symbols of a string.
+        Largest mean number of symbols of a string.
     """
     finite = finite_part(compiled)
     if mean_length(finite, finite.probabilities) <= most:

@@ -1,4 +1,4 @@
-"""Edit a sentence through its tree: pick a symbol, derive the region that holds it again, choose.
+"""Edit a sentence through its tree: pick a symbol, derive its region again, choose.
 
 A *region* is a node of the tree. It is the nonterminal that generated the picked terminal, or one
 of its ancestors. It covers the symbols from ``start`` up to, but not including, ``end``. It can
@@ -22,7 +22,7 @@ from motiondb.grammar.cfg.prefix import best_strings
 from motiondb.grammar.derivation.derive import MEAN_LENGTH, derive
 
 _TRIES = 25  # draws for each alternative; chosen by hand, not tuned
-_STEPS = 400  # prefixes to extend where the draws were too few; chosen by hand, not tuned
+_STEPS = 400  # prefixes to extend if the draws gave too few; chosen by hand
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def wider(tree: Tree, region: Region, levels: int = 1) -> Region:
     region : Region
         A region of this tree.
     levels : int, optional
-        How many levels to go up.
+        Number of levels to go up.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
     region : Region
         A region of this tree.
     levels : int, optional
-        How many levels to go down.
+        Number of levels to go down.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
 
     The strings are drawn at random from the nonterminal of the region. If fewer than `n` are drawn,
     and no length is given, the most probable strings that were not drawn are added. Fewer than `n`
-    come back if the nonterminal has no more strings, or if the search does not reach them.
+    are returned if the nonterminal has no more strings, or if the search does not reach them.
 
     Parameters
     ----------
@@ -165,13 +165,13 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
     region : Region
         A region of this tree.
     n : int
-        Greatest number of alternatives.
+        Largest number of alternatives.
     rng : numpy.random.Generator
         Source of randomness.
     length : int, optional
         Number of symbols of the strings; the nearest length that some string has if there is none.
     most : float, optional
-        Greatest mean number of symbols of a drawn string. Used only without `length`.
+        Largest mean number of symbols of a drawn string. Used only without `length`.
 
     Raises
     ------

@@ -30,7 +30,8 @@ _CLOSE = 1e-13
 """Relative change of a weight below which an iteration has converged."""
 
 _MOST_ROUNDS = 100_000
-"""Iterations at most. Chosen by hand: a loop that continues with probability 0.999 needs 30,000."""
+"""Largest number of iterations. Chosen by hand: a loop that continues with probability 0.999
+needs 30,000."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Patterns of sentences: places that some terminals may take, and gaps between them.
+"""Patterns of sentences: places for one terminal, and gaps between them.
 
 A *place* takes one terminal of a set. A *gap* takes any number of terminals, or none. The strings
 that match a pattern are those that a small automaton reads: state k means that k places are filled,
@@ -23,7 +23,8 @@ GAP, ANY = "...", "?"
 """The notation for any number of terminals, and for any one terminal."""
 
 MOST_STATES = 200
-"""States of the automaton at most. The time of a completion grows with their third power."""
+"""Largest number of states of the automaton. The time of a completion grows with their third
+power."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Place:
     Attributes
     ----------
     text : str
-        How the pattern names it.
+        Text of the place in the pattern.
     terminals : frozenset of str or None
         The terminals that it may be; None for any.
     """
@@ -161,7 +162,7 @@ def automaton_of(
     number = {frozenset({0}): 0}
     waiting = [frozenset({0})]
     steps: list[list[int]] = []
-    for states in waiting:  # grows while it is read
+    for states in waiting:  # the list grows during the loop
         row = []
         for terminal in terminals:
             known = allowed is None or terminal in allowed

@@ -59,8 +59,8 @@ def plan(
 ) -> Plan:
     r"""Return the most probable, or the shortest, continuation to a goal and to a full sentence.
 
-    The most probable tree is taken, not the most probable string. Of the shortest continuations the
-    one with the most probable tree is taken.
+    The most probable tree is chosen, not the most probable string. Of the shortest continuations,
+    the one with the most probable tree is chosen.
 
     Parameters
     ----------

@@ -6,8 +6,8 @@ From a rule set, changes are tried at random:
   alternatives of a nonterminal;
 * *class*: two parts that occur between the same neighbours become alternatives, in these two places
   or wherever they occur; one may be empty;
-* *chunk*: a part that occurs repeatedly becomes a nonterminal, or joins one; where loops are
-  allowed, it may join a nonterminal that it holds;
+* *chunk*: a part that occurs repeatedly becomes a nonterminal, or an alternative of one; where
+  loops are allowed, also of a nonterminal that it contains;
 * *fold*: an alternative is replaced by its nonterminal elsewhere;
 * *merge*: two nonterminals become one;
 * *substitute*: a nonterminal that is not needed is replaced by its right side.
@@ -55,8 +55,8 @@ WARMEST, COLDEST = 3.0, 0.4
 first and rarely at the end. Chosen by hand."""
 
 _WEIGHT_BITS = 48
-"""Bits of the random weight of a constant terminal: different numbers have equal sums with
-probability 2^-48, and sums over sentences stay within 64 bits."""
+"""Number of bits of the random weight of a constant terminal: different numbers have equal sums
+with probability 2^-48, and sums over sentences fit into 64 bits."""
 
 
 class Schedule(NamedTuple):
@@ -81,11 +81,11 @@ def anneal(
     Parameters
     ----------
     rule_set : RuleSet
-        Where the search begins.
+        The initial rules.
     rng : numpy.random.Generator
         The same generator state gives the same rules.
     tries : int
-        Changes that are tried.
+        Number of changes that are tried.
     warmest : float
         First temperature, bits.
     coldest : float
@@ -128,7 +128,7 @@ def _anneal(
     schedule: Schedule,
     rng: np.random.Generator,
 ) -> float:
-    """Replace a table by the best that the search finds; its bits."""
+    """Replace a table by the best one that the search finds; return its bits."""
     nodes, numbers = np.zeros(n_lefts, np.int64), np.zeros(n_lefts, np.int64)
     current = _like(best, best.text.copy())
     work = Workspace(

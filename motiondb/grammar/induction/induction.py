@@ -2,7 +2,7 @@
 
 Alignment-based learning: every pair of sentences is aligned (*family* of alignments), unequal parts
 become hypotheses of one type, hypotheses that do not cross are kept (*selection*), and the trees
-that they make are read as rules. The family and the selection of the fewest bits are taken. From
+that they make are read as rules. The family and the selection with the fewest bits are used. From
 the results of all of them, and from the plain sentences, a search for fewer bits begins
 (:mod:`.rule_compaction`). The grammar that is returned derives every example.
 
@@ -73,9 +73,9 @@ class Induction:
     grammar : Grammar
         The grammar; probabilities are the shares of the uses of each rule.
     family : str
-        How its hypotheses were found; "flat" for rules found from the plain sentences.
+        Method by which its hypotheses were found; "flat" for rules found from the plain sentences.
     selection : str
-        How they were selected; "flat" for rules found from the plain sentences.
+        Method by which they were selected; "flat" for rules found from the plain sentences.
     bits : DescriptionLength
         Bits of the grammar and of the sentences it was learned from.
     """
@@ -211,9 +211,9 @@ def aligned_rules(
     n_terminals : int
         Number of terminals.
     families : sequence of str
-        Ways to find hypotheses that are tried.
+        Methods to find hypotheses that are tried.
     selections : sequence of str
-        Ways to select among the hypotheses that are tried with each family.
+        Methods of selection that are tried with each family.
     """
     ordered = sorted(counted)
     weights = [counted[sentence] for sentence in ordered]

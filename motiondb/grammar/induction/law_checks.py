@@ -56,7 +56,7 @@ class Laws(NamedTuple):
 
 
 class _Derived(NamedTuple):
-    """What the nonterminals derive; arrays (nonterminals,), valid where ``known``."""
+    """Properties of what the nonterminals derive; arrays (nonterminals,), valid where ``known``."""
 
     known: BoolArray
     nullable: BoolArray
@@ -75,7 +75,7 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     alternatives : array (nonterminals,)
         The number of rules of each nonterminal.
     laws : Laws
-        What must hold.
+        The laws that must hold.
     """
     if laws.loops:
         return _keeps_laws_with_loops(table, alternatives, laws)
@@ -211,7 +211,7 @@ def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
 
 @compiled
 def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
-    """Fill which nonterminals may be empty, and the single terminals that each may hold."""
+    """Determine which nonterminals may be empty, and the single terminals that each may hold."""
     grown = True
     while grown:
         grown = False
@@ -230,8 +230,8 @@ def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
 def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Whether all cycles of rules lead through nonterminals that may loop only.
 
-    ``waiting`` marks the nonterminals, and is changed. One that waits for none is done. If none is,
-    those are done that may loop and wait for others that do so only.
+    ``waiting`` marks the nonterminals, and is changed. A nonterminal that waits for no other is
+    done. If there is none, those are done that may loop and wait only for others that may loop.
     """
     while True:
         n_done = 0

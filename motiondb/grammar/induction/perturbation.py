@@ -1,6 +1,7 @@
 """Perturb rules at random, so that a search that has stopped can continue from there.
 
-Annealing ends in rules from which no small change saves bits. Five larger changes lead out:
+Annealing ends in rules from which no small change saves bits. Five larger changes leave such a
+minimum:
 
 * *plant*: some nonterminals are put into the plain sentences (:mod:`.planting`);
 * *forget*: some rules are removed, and new rules made for the sentences that used them;
@@ -34,7 +35,7 @@ _PLANT, _FORGET, _SPLIT_ONE, _SPLIT_ALL, _SAMPLE = range(5)
 """The changes. Each is drawn equally often; their shares were not tuned."""
 
 _MOST_FORGOTTEN = 3
-"""Rules that are removed at once, at most. Chosen by hand."""
+"""Largest number of rules that are removed at once. Chosen by hand."""
 
 _LEAST_SHARE, _LARGEST_SHARE = 0.4, 0.9
 """Share of the sentences in a sample. Chosen by hand."""

@@ -1,10 +1,10 @@
 """Put nonterminals of one rule set into plain sentences: another beginning for a search.
 
 A search that has merged too much rarely splits it again, for rules do not record which sentence
-uses which. So it begins again from the sentences, with some of the nonterminals of good rules. Each
-is put into the sentences, those it needs first, wherever one of its alternatives occurs, so that as
-few symbols as possible are left. Among equally short results one is drawn at random. Rules with
-loops are planted by parsing the sentences instead.
+uses which. Therefore it starts again from the sentences, with some of the nonterminals of good
+rules. Each is put into the sentences, those it needs first, wherever one of its alternatives
+occurs, so that as few symbols as possible are left. Among equally short results one is drawn at
+random. Rules with loops are planted by parsing the sentences instead.
 
 Source: to begin again from parts of the best result so far is iterated local search; H. R.
 Lourenço, O. C. Martin and T. Stützle, "Iterated Local Search", Handbook of Metaheuristics (2003).
@@ -24,7 +24,7 @@ _SHARE = 0.5
 """Probability that a nonterminal is planted: any subset is equally likely."""
 
 _TIE = 1e-6
-"""Symbols by which random ties are broken: far less than one symbol."""
+"""Random cost by which ties are broken: far less than one symbol."""
 
 
 def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | None:
@@ -35,7 +35,7 @@ def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | 
     flat : RuleSet
         One rule for each sentence.
     donor : RuleSet
-        Where the nonterminals come from.
+        Rules from which the nonterminals are taken.
     rng : numpy.random.Generator
         Draws the nonterminals.
 
@@ -69,7 +69,7 @@ def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | 
 
 
 def _descendants(donor: RuleSet, left: int) -> list[int]:
-    """Return a nonterminal and all that it leads to."""
+    """Return a nonterminal and all nonterminals that it leads to."""
     reached = [left]
     for symbol in reached:
         for right in donor.rules[symbol]:
@@ -83,7 +83,7 @@ def _shorten_all(
     alternatives: Mapping[Right, int],
     rng: np.random.Generator,
 ) -> tuple[Counter[Right], Counter[Right]]:
-    """Put ``left`` into right sides; they, and how often each alternative was replaced."""
+    """Put ``left`` into right sides; return them, and how often each alternative was replaced."""
     shortened: Counter[Right] = Counter()
     used: Counter[Right] = Counter()
     parts = [part for part in alternatives if part]

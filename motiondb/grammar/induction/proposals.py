@@ -1,8 +1,8 @@
 """Random changes of rules in arrays: the moves of the annealed search (:mod:`.annealing`).
 
 A move reads the rows of a table and writes the changed rows into one of two spare tables,
-``goals``. It returns which of them, -1 if there was nothing to change. Unless loops are allowed, no
-nonterminal is put into its own rules or into those of symbols that it derives.
+``goals``. It returns the number of this table, or -1 if nothing was changed. Unless loops are
+allowed, no nonterminal is put into its own rules or into those of symbols that it derives.
 
 The shares of the moves, and of the variants within a move, were chosen by hand; they were not
 tuned. With these shares, ``benchmarks/grammar_tasks/effort.py`` chose the number and the length of
@@ -49,7 +49,8 @@ from motiondb.grammar.induction.symbol_choice import (
 )
 
 LONGEST_CHUNK = 10
-"""Symbols of a chunk at most. Chosen by hand: longer repeats are built from chunks of chunks."""
+"""Largest number of symbols of a chunk. Chosen by hand: longer repeats are built from chunks of
+chunks."""
 
 
 _EXCHANGES = 0.25
@@ -65,7 +66,8 @@ _FROM_THE_LEFT = 0.5
 not tuned."""
 
 _SHORTENED = 0.1
-"""Probability that an exchange takes less than all that is shared, which may be chance."""
+"""Probability that an exchange uses only a part of the shared symbols, which may be shared by
+chance."""
 
 _TWO_PLACES = 0.4
 """Probability that a class is made in two places only, and not wherever its members occur.
@@ -201,7 +203,7 @@ def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     n = table.rows[a, LENGTH]
     i = draw(rng, n + 1)
     first = Place(a, i, draw(rng, min(LONGEST_MEMBER, n - i) + 1))
-    if first.length == n:  # it has no neighbours
+    if first.length == n:  # the part is the whole right side and has no neighbours
         return _NOTHING
     second = _place_between(table, first, rng)
     if second.row < 0 or first.length + second.length == 0:

@@ -27,7 +27,7 @@ from motiondb.grammar.induction.rule_places import Part, Place, occurrences, sam
 from motiondb.records import BoolArray, IntArray
 
 _NOWHERE = -1
-"""``first`` of a place that is none."""
+"""``first`` of a missing place."""
 
 
 @compiled
@@ -43,7 +43,7 @@ def replace(
     goal : RuleTable
         Filled with the changed rules.
     part : Part
-        What is replaced.
+        The part that is replaced.
     symbol : int
         The nonterminal.
     spared : array (nonterminals,)
@@ -78,7 +78,7 @@ def replace(
 
 @compiled
 def _has_room(table: RuleTable, length: int) -> bool:
-    """Whether the text can hold so many more symbols."""
+    """Return whether the text can hold ``length`` more symbols."""
     return bool(table.used[SYMBOLS] + length < table.text.size)
 
 
@@ -86,7 +86,7 @@ def _has_room(table: RuleTable, length: int) -> bool:
 def _write_replaced(
     source: RuleTable, end: int, r: int, part: Part, symbol: int
 ) -> tuple[int, int]:
-    """Write a right side with a part replaced at ``end``; its length, and how often it stood."""
+    """Write a right side with a part replaced at ``end``; its length, and the replacements."""
     text = source.text
     number, written, k = 0, end, source.rows[r, OFFSET]
     stop = k + source.rows[r, LENGTH]
@@ -234,7 +234,7 @@ def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
 
 @compiled
 def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: int) -> int:
-    """Write a symbol of the text at ``written``, a right side for ``symbol``; where it ends."""
+    """Write a symbol of the text at ``written``, or a right side for ``symbol``; return its end."""
     text = source.text
     if text[k] != symbol:
         text[written] = text[k]

@@ -40,10 +40,10 @@ Pool = dict[float, RuleSet]
 """Rule sets by their bits without an idle start symbol, rounded."""
 
 _ELITE = 16
-"""Rule sets of fewest bits from which one is drawn to be perturbed. Chosen by hand."""
+"""Number of rule sets of fewest bits from which one is drawn to be perturbed. Chosen by hand."""
 
 _CARRIED = 2
-"""Rule sets of a sample that are refitted to all sentences. Chosen by hand."""
+"""Number of rule sets of a sample that are refitted to all sentences. Chosen by hand."""
 
 _SEED = 1
 """Seed of the search: the same for all sentences."""
@@ -54,7 +54,7 @@ rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_
 the least effort that reaches the true grammar's bits as often as more does."""
 
 _FEWEST_TRIES = 200
-"""Tries of each search at least. Chosen by hand; not tuned."""
+"""Smallest number of tries of each search. Chosen by hand; not tuned."""
 
 _TRIES_A_SYMBOL, _MOST_TRIES = 30, 40_000
 """Tries of each search for each symbol, and at most, for more symbols than ``_EFFORTS`` knows.
@@ -76,7 +76,7 @@ _FIRST_TRIES_A_SYMBOL = 1000
 kinds of brackets) were never found in ten searches, with 400 once, with 1,000 four times."""
 
 _THOROUGH = 8
-"""Searches with so many tries. Chosen by hand, to bound the time."""
+"""Number of searches with this many tries. Chosen by hand, to bound the time."""
 
 _OF_SAMPLE = 10, 60
 """Searches from plain sentences and from perturbed rules of each sample. Chosen by hand; not
@@ -97,8 +97,8 @@ _NEW_LOOPS = 0.5
 """Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
 
 _LARGE = 800
-"""Symbols from which on there are fewer searches of all sentences, to bound the time. Chosen by
-hand; not tuned."""
+"""Number of symbols above which there are fewer searches of all sentences, to bound the time.
+Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class Effort:
         Sentences of each sample.
     loops : bool
         Whether nonterminals may derive themselves where the sentences support it
-        (:mod:`.loop_evidence`). Then as much is searched again, with loops allowed.
+        (:mod:`.loop_evidence`). The search is then repeated with loops allowed.
     """
 
     begun: int
@@ -161,7 +161,7 @@ def compact(
         Effort of the search; by default that of :func:`effort_for`.
     """
     effort = effort or effort_for(flat)
-    rng = Generator(PCG64(_SEED))  # a fixed stream: nothing outside changes the result
+    rng = Generator(PCG64(_SEED))  # a fixed seed: the result depends on the sentences only
     pool: Pool = {}
     _keep(pool, flat)
     _search_all(pool, Search(flat, effort, rounds=0, rng=rng), donors)
@@ -187,7 +187,7 @@ class Search:
         Draws everything.
     judged : set of (float, int)
         Bits and empty right sides of the rules with loops that were judged. Rules that agree in
-        both are taken for the same, and not judged again.
+        both are assumed to be the same and are not judged again.
     """
 
     flat: RuleSet

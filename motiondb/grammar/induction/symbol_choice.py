@@ -36,11 +36,11 @@ class Workspace(NamedTuple):
     alternatives : array (nonterminals,)
         The number of rules of each nonterminal.
     spared : array (nonterminals,)
-        Room for marks.
+        Work array of marks.
     goals : tuple of RuleTable
         The tables for changed rules.
     spare : RuleTable
-        Room for the work of :func:`.rewriting.tidy`.
+        Work table of :func:`.rewriting.tidy`.
     """
 
     alternatives: IntArray
@@ -61,7 +61,7 @@ def draw(rng: np.random.Generator, n: int) -> int:
 
 @compiled
 def spare(table: RuleTable, work: Workspace, symbol: int, loops: bool) -> None:
-    """Mark the nonterminals into whose rules a nonterminal is not put."""
+    """Mark the nonterminals whose rules must not receive a nonterminal."""
     if loops:
         work.spared[:] = False
     else:

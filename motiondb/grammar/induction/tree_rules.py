@@ -1,4 +1,4 @@
-"""Read rules from the trees that selected hypotheses make of the sentences.
+"""Read rules from the trees that selected hypotheses form over the sentences.
 
 Each selected place is a node of the tree of its sentence. Nodes of one type become one nonterminal
 as far as the laws of the rule set allow.

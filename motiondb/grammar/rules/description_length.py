@@ -3,7 +3,7 @@
 The rules are written as one sequence: left side, right side, and a separator between rules. Each
 symbol of it costs log2(n(V) + n(Sigma) + 1) bits, for n(V) nonterminals and n(Sigma) terminals. A
 sentence is sent as its parse: each node, in preorder, names one of the h rules of its nonterminal
-and costs log2 h bits. An ambiguous grammar allows several parses; the cheapest one counts.
+and costs log2 h bits. An ambiguous grammar allows several parses; the cheapest one is used.
 
 DL(Z) = B(G) + B(Z | G), for sentences Z and grammar G.
 
@@ -52,7 +52,7 @@ def grammar_bits(grammar: Grammar) -> float:
     Parameters
     ----------
     grammar : Grammar
-        Its rule probabilities play no part.
+        Its rule probabilities are not used.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> round(grammar_bits(read_grammar("S -> a b A c d\nA -> x | y")), 4)
@@ -102,7 +102,7 @@ def most_economical_tree(grammar: Grammar, sentence: Sentence) -> Tree:
     Parameters
     ----------
     grammar : Grammar
-        Its rule probabilities play no part.
+        Its rule probabilities are not used.
     sentence : tuple of str
         Names of terminals.
 
@@ -122,9 +122,9 @@ def description_length(
     Parameters
     ----------
     grammar : Grammar
-        Its rule probabilities play no part.
+        Its rule probabilities are not used.
     sentences : iterable of tuple of str, optional
-        Sentences to parse; for each, the cheapest parse counts. Not read where `trees` is given.
+        Sentences to parse; for each, the cheapest parse is used. Ignored if `trees` is given.
     trees : sequence of Tree, optional
         Parses of the sentences, used instead of the cheapest ones.
 

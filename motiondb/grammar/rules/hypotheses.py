@@ -143,7 +143,7 @@ def select(hypotheses: Hypotheses, selection: Selection) -> tuple[tuple[Place, .
     hypotheses : Hypotheses
         The candidates.
     selection : {"first", "leaf", "branch"}
-        Which hypotheses are preferred; see the module.
+        Rule of preference; see the module.
 
     Returns
     -------

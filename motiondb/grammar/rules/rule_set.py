@@ -265,10 +265,10 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
     """
     most: Counter[int] = Counter()
     standing: Counter[int] = Counter()
-    for sentence, told in sentences.items():
+    for sentence, count in sentences.items():
         for terminal, number in Counter(sentence).items():
             most[terminal] = max(most[terminal], number)
-            standing[terminal] += told
+            standing[terminal] += count
     terminals = [t for t in sorted(most) if most[t] == 1 and standing[t] >= ENOUGH]
     return frozenset(sorted(terminals, key=lambda terminal: -standing[terminal])[:62])
 

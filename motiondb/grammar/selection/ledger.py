@@ -28,8 +28,8 @@ frame there are (1 - rho) / (1 + rho) independent samples a frame. Each segment 
 the greatest length of a segment, for its own length.
 
 One more terminal lowers the total if it saves more bits of residuals than its medoid, its symbol
-and the longer rules cost. So the total has a minimum between K = 1 and one terminal a segment;
-``terminal_number`` searches for it.
+and the longer rules cost. The total therefore has a minimum between K = 1 and one terminal a
+segment; ``terminal_number`` searches for it.
 
 Sources: J. Rissanen, "Modeling by shortest data description", Automatica 14 (1978), for one total
 of all parts and the cost of a parameter; T. M. Cover and J. A. Thomas, "Elements of Information
@@ -60,8 +60,8 @@ _WINDOW, _COMPARED = 15, 3
 window, and between the frames of a window that are compared. Chosen by hand; not tuned."""
 
 _MOST_WINDOWS = 1500
-"""Windows whose nearest neighbour is searched for, evenly spaced: about this many, and always fewer
-than twice as many. It limits the time. Chosen by hand; not tuned."""
+"""Approximate number of evenly spaced windows whose nearest neighbour is searched; never twice
+as many. It limits the time. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
@@ -172,10 +172,10 @@ def rate(variances: FloatArray, precision: float) -> float:
     # If axes 0..m are encoded, each gets an equal share theta of the part of delta^2 that the other
     # axes do not use. The right m is the one where exactly the encoded axes have v > theta.
     levels = left / np.arange(1, len(falling) + 1)
-    told = np.flatnonzero((levels > 0.0) & (levels < falling))
-    if not len(told):
+    valid = np.flatnonzero((levels > 0.0) & (levels < falling))
+    if not len(valid):
         return 0.0
-    level = levels[told[-1]]
+    level = levels[valid[-1]]
     return float(0.5 * np.log2(np.maximum(falling / level, 1.0)).sum())
 
 
@@ -263,7 +263,7 @@ def make_ledger(
     Parameters
     ----------
     takes : sequence of Motion
-        The takes that the terminals were found in, in the same order.
+        The takes in which the terminals were found, in the same order.
     terminals : Terminals
         Segments and groups.
     sentences : Sentences
@@ -293,7 +293,7 @@ def ledger_of(poses: Poses, terminals: Terminals, sentences: Sentences, precisio
     Parameters
     ----------
     poses : Poses
-        Poses of the takes that the terminals were found in.
+        Poses of the takes in which the terminals were found.
     terminals : Terminals
         Segments and groups.
     sentences : Sentences

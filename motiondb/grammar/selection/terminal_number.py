@@ -1,18 +1,18 @@
-"""The number of terminals: the fewest with which the description length is nearly the shortest.
+"""The number of terminals: the smallest number whose description length is nearly the shortest.
 
 Every number K of terminals that is tried gives a total of bits (``ledger``). The total is smallest
 if the terminals are neither too coarse for the motion nor too many for its repetitions. But the
 search for terminals is random: with another seed the total differs by more than the totals of
-neighbouring numbers do, and the least total is often a lucky one. So the totals are modelled as the
-curve
+neighbouring numbers do, and the smallest total is often due to chance. The totals are therefore
+modelled as the curve
 
     b_0 + b_1 log K + b_2 K
 
 with random deviations of standard deviation s. (Residuals decrease with K; medoids and rules
 increase.) The best number and the next smaller one are tried again, and the better of the two tries
-counts. The choice is the smallest number whose total exceeds the least by at most one standard
-error of the mean of two tries, s / sqrt(2). So further terminals must save more bits than chance
-explains.
+is used. The choice is the smallest number whose total exceeds the least by at most one standard
+error of the mean of two tries, s / sqrt(2). Further terminals must therefore save more bits than
+chance explains.
 
 Source of the one-standard-error rule: L. Breiman, J. H. Friedman, R. A. Olshen and C. J. Stone,
 "Classification and Regression Trees" (1984), section 3.4.3.
@@ -57,7 +57,7 @@ Learn = Callable[[Terminals, np.random.Generator], Sentences]
 """Learns sentences and grammar from the strings of terminals."""
 
 Progress = Callable[[int, int, str], None]
-"""Called with the number of tries that are done, their expected number, and what comes next."""
+"""Called with the number of tries done, their expected number, and the name of the next try."""
 
 
 @dataclass(frozen=True, eq=False)

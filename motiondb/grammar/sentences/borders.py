@@ -2,10 +2,10 @@
 
 A border between two symbols is of three kinds at once: *before* the second symbol, *after* the
 first, and *between* the two. Borders are of the same kind if sentences begin or end in the same way
-there. Cuts at all places of a kind treat all occurrences of a repeat alike. So candidate partitions
-are made from one kind each, and a partition is changed kind by kind. A change of a single cut
-hardly changes the bits, because a sentence that is cut differently from all others has nothing in
-common with them.
+there. Cuts at all places of a kind treat all occurrences of a repeat alike. Candidate partitions
+are therefore made from one kind each, and a partition is changed kind by kind. A change of a single
+cut hardly changes the bits, because a sentence that is cut differently from all others has nothing
+in common with them.
 
 A partition is given as the places of the inner cuts of each string, in ascending order. A cut at
 place i is before symbol i of its string.
@@ -30,7 +30,7 @@ Places = dict[Kind, list[tuple[int, int]]]
 """Borders of each kind, as number of the string and place in it."""
 
 _FARTHEST = 3
-"""Most symbols by which cuts are moved. Chosen by hand; not tuned."""
+"""Largest number of symbols by which cuts are moved. Chosen by hand; not tuned."""
 
 
 def kinds_at(string: Sentence, place: int) -> tuple[Kind, Kind, Kind]:
@@ -186,7 +186,7 @@ def change_alike(
     places : Places
         Borders of the strings by kind, from :func:`border_places`.
     cuts : Cuts
-        The present cuts.
+        The current cuts.
     shortest : int
         Shortest sentence, in symbols; cuts that would make a shorter one are left out.
     rng : numpy.random.Generator
@@ -195,7 +195,7 @@ def change_alike(
     Returns
     -------
     Cuts
-        The changed cuts; they can equal the present ones.
+        The changed cuts; they may equal the current ones.
     """
     made = [set(inner) for inner in cuts]
     present = [(k, i) for k, inner in enumerate(cuts) for i in inner]

@@ -4,11 +4,10 @@ A partition is judged by a grammar that is induced from shared contexts. This fa
 simple enough to be induced thousands of times a second:
 
 1. Equal sentences are one rule of S.
-2. Of the repeats that the cover has chosen, those that save symbols become nonterminals with one
-   rule each.
+2. The repeats chosen by the cover that save symbols become nonterminals with one rule each.
 3. Right sides of one nonterminal that share a beginning and an end become one rule, and their
    middle parts become the alternatives of a new nonterminal. The group that saves most bits is
-   taken first, until none saves any. Alternatives are grouped further in the same way.
+   replaced first, until none saves any. Alternatives are grouped further in the same way.
 
 The bits are those of :mod:`motiondb.grammar.rules.description_length` for that grammar. They are an
 upper bound of the least description length of the same sentences.

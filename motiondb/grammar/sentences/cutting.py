@@ -37,7 +37,7 @@ from motiondb.grammar.sentences.recutting import recut
 
 IntArray = npt.NDArray[np.int64]
 Progress = Callable[[int, int], None]
-"""Called with the number of steps that are done, and the number of all steps."""
+"""Called with the number of steps done, and the number of all steps."""
 
 SHORTEST = 3
 """Shortest sentence, in symbols, unless given. Chosen by hand; not tuned."""
@@ -62,7 +62,7 @@ class Room:
     covered : CoveredString
         The joined strings with their cover.
     bounds : tuple of int
-        Where each string begins, and the length of the joined strings.
+        Start of each string, and the length of the joined strings.
     allowed : tuple of int
         Places in the joined strings where inner cuts are allowed, ascending.
     shortest : int
@@ -119,7 +119,7 @@ def cutting_room(
     *,
     free: bool = False,
 ) -> Room:
-    """Find where cuts are allowed in strings.
+    """Find the places of strings where cuts are allowed.
 
     Parameters
     ----------
@@ -299,7 +299,7 @@ def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
 
 
 def _changed(room: Room, cuts: tuple[int, ...], rng: np.random.Generator) -> tuple[int, ...]:
-    """Return the cuts with one moved, added or removed; unchanged where that is not allowed."""
+    """Return the cuts with one moved, added or removed; unchanged if that is not allowed."""
     kind = rng.random()
     edges = sorted({*cuts, *room.bounds})
     if kind < 0.6 and cuts:

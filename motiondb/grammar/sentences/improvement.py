@@ -28,14 +28,15 @@ from motiondb.grammar.sentences.borders import Cuts, border_places, change_alike
 from motiondb.grammar.sentences.reparsing import cut_by_rules
 
 FINALISTS = 4
-"""Partitions that are improved. This and the numbers of annealings below were chosen by hand on
-strings of known grammars (docs/grammar.md)."""
+"""Number of partitions that are improved. This and the numbers of annealings below were chosen
+by hand on strings of known grammars (docs/grammar.md)."""
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
-"""Tries of an annealing for each symbol of the right sides, and at most."""
+"""Number of tries of an annealing for each symbol of the right sides, and the largest number."""
 _FIRST_ANNEALINGS = 6
 """Annealings of each candidate in the first round of the race; three times as many in the next."""
 _FRESH, _WARM, _AGAIN = 1, 1, 4
-"""Annealings for a change: from sentences, from perturbed rules, and the same if the cuts stay."""
+"""Number of annealings for a change: from sentences, from perturbed rules, and the same if the
+cuts stay."""
 _WARMTH = 0.01
 """First temperature of the changes, as a share of the bits. Chosen by hand; not tuned."""
 _BY_RULES, _BY_KINDS = 0.4, 0.4
@@ -119,7 +120,7 @@ def improve(
     strings : sequence of sequences of str
         Strings of terminals.
     begun : Judged
-        The partition to begin with.
+        The initial partition.
     lengths : tuple of int
         Shortest and longest sentence, in symbols.
     rng : numpy.random.Generator
@@ -212,7 +213,7 @@ def _judged(
 def _better(
     best: RuleSet, begun: RuleSet, flat: RuleSet, rng: np.random.Generator, warmest: float
 ) -> RuleSet:
-    """Anneal rules; return what is found if it takes fewer bits than the best, with its loops."""
+    """Anneal rules; return the result, with its loops, if it takes fewer bits than the best."""
     annealed = anneal(begun, rng, tries=_tries(begun), warmest=warmest)
     if annealed.bits() >= best.bits():
         return best

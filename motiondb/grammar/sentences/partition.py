@@ -4,12 +4,13 @@ The description length of a partition is the bits of the rules learned from its 
 the sentences given the rules. Learning rules in full takes seconds, so partitions compete:
 
 1. *Candidates.* The paper's candidates do not divide a chosen repeat (``cutting``). But in strings
-   of ten and more sentences, repeats cover about nine true borders in ten by chance. So others are
-   cut without regard to repeats, or at all borders of one kind (``borders``).
-2. *Race.* Rules are annealed for each candidate. The third with the fewest bits is annealed three
-   times as often, and so on, until a few finalists are left.
-3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
-   rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
+   of ten and more sentences, repeats cover about nine true borders in ten by chance. Other
+   candidates are therefore cut without regard to repeats, or at all borders of one kind
+   (``borders``).
+2. *Race.* Rules are annealed for each candidate. The best third is annealed three times as often,
+and so on, until a few finalists are left. 3. *Improvement.* Each finalist is changed many times:
+its strings are cut again by the current rules (``reparsing``), or cuts of one kind are changed
+(``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
 5. *Result.* The grammar of the best partition is learned in full.
@@ -48,16 +49,18 @@ from motiondb.grammar.sentences.cutting import (
 from motiondb.grammar.sentences.improvement import FINALISTS, improve, race
 
 EVALUATIONS = 4000
-"""Evaluations, unless given. The numbers of evaluations, annealings and changes in this module were
-chosen by hand on strings of known grammars (docs/grammar.md)."""
+"""Default number of evaluations. The numbers of evaluations, annealings and changes in this
+module were chosen by hand on strings of known grammars (docs/grammar.md)."""
 _SEARCHES = 3
 """Searches for candidates: one that respects repeats, and two that do not."""
 _FULLY_SEARCHED = 200
-"""Symbols of all strings up to which all evaluations are spent, then fewer, to limit the time."""
+"""Number of symbols of all strings up to which all evaluations are made; for more symbols fewer,
+to limit the time."""
 _STEPS = 7
 """Steps Chosen by hand."""
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
-"""Most changes of a round per symbol of the strings, and evaluations that a change counts as."""
+"""Largest number of changes of a round per symbol of the strings, and the number of evaluations
+that a change counts as."""
 _WITH_LOOPS = 0.5
 """Changes with loops allowed, as a share of those of a round. Chosen by hand, to bound the time."""
 

@@ -26,7 +26,8 @@ BoolArray = npt.NDArray[np.bool_]
 _TOO_LONG = 1e3
 """Cost, in symbols, of each symbol above the longest sentence: more than many cuts cost."""
 _MOST_SHARED = 6
-"""Most symbols that are compared at a beginning or an end. Chosen by hand; not tuned."""
+"""Largest number of symbols that are compared at a beginning or an end. Chosen by hand; not
+tuned."""
 _LOCAL = 0.7
 """Share of recuts that change cuts only in one part of the strings. Chosen by hand; not tuned."""
 
@@ -46,7 +47,7 @@ def recut(
     """Cut strings again: all of them, or a part as long as two to eight of the longest sentences.
 
     A cut costs ``_PRICE`` symbols, less a random share of the symbols that the sentences there
-    would have in common with present ones, less a random number of symbols.
+    would have in common with current ones, less a random number of symbols.
 
     Parameters
     ----------
@@ -55,11 +56,11 @@ def recut(
     allowed : sequence of int
         Places where cuts are allowed.
     bounds : sequence of int
-        Where each string begins, and N.
+        Start of each string, and N.
     lengths : tuple of int
         Shortest and longest sentence, in symbols.
     cuts : sequence of int
-        The present cuts.
+        The current cuts.
     rng : numpy.random.Generator
         Draws the part and the costs.
 

@@ -1,12 +1,12 @@
-"""Cut strings again by rules: where sentences of a rule set meet in the fewest bits.
+"""Cut strings again by rules, so that the sentences take the fewest bits.
 
 Given rules, every part of a string has a price. A part that the start symbol derives costs the bits
 of its cheapest derivation, log2 of the number of alternatives at each node. Any other part costs a
-new rule: its left side, a separator, and each symbol of the shortest right side that the present
-nonterminals and terminals give, with the bits of what these derive. The cuts of least
-price are found exactly, by dynamic programming. These are the cuts that a learner with these rules
-would make. Rules learned from the new sentences take no more bits, and so on (learning by hard
-assignment, as in segmental k-means).
+new rule: its left side, a separator, and each symbol of the shortest right side of current
+nonterminals and terminals, with the bits of what these derive. The cuts of least price are found
+exactly, by dynamic programming. These are the cuts that a learner with these rules would make.
+Rules learned from the new sentences take no more bits, and so on (learning by hard assignment, as
+in segmental k-means).
 
 Nonterminals are processed component by component, bottom-up. The prices of nonterminals that derive
 themselves are a fixed point: they are computed for the last first symbol of a part to the first
@@ -59,7 +59,7 @@ def cut_by_rules(
     symbols : array (N,)
         Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
     bounds : array (strings + 1,)
-        Where each string begins, and N; the last symbol of each string is a separator.
+        Start of each string, and N; the last symbol of each string is a separator.
     rule_set : RuleSet
         Rules over the same terminals, of which no nonterminal derives itself alone.
     lengths : tuple of int
@@ -81,7 +81,7 @@ def cut_by_rules(
     ((2, 4),)
     """
     shortest, longest = lengths
-    longest = min(longest, int(np.diff(bounds).max()) - 1)  # more only takes memory
+    longest = min(longest, int(np.diff(bounds).max()) - 1)  # a larger value only needs memory
     price = sentence_prices(symbols, rule_set, longest, novelty)
     if shaken is not None:
         price += shaken[:, None]
@@ -172,7 +172,7 @@ def _derivation_bits(
 
 @njit(cache=True)
 def _lower(symbols: IntArray, rows: _Rows, r: int, i: int, bits: Float32Array) -> bool:
-    """Lower the bits of the parts that a rule derives from symbol ``i`` on; whether any fell."""
+    """Lower the bits of the parts that a rule derives from symbol ``i``; True if any fell."""
     left, offset, length, alternatives = rows.table[r]
     longest = bits.shape[2] - 1
     now = np.full(longest + 1, np.inf, dtype=np.float32)

@@ -1,10 +1,10 @@
 """Candidate cuts of takes, and all segments between them.
 
-Movements begin and end where the body rests or turns back. So the candidate cuts are the moments of
-least change of the pose, and further ones between them, so that two neighbours are never more than
-``grid`` frames apart. A *cell* is a segment of allowed length between two candidate cuts of one
-take. A segmentation is a path of cells from the first cut to the last; the cheapest path is found
-exactly (:func:`cheapest_path`), with cuts as vertices in order of time and cells as edges.
+Movements begin and end where the body rests or turns back. The candidate cuts are therefore the
+moments of least change of the pose, with further cuts between them so that two neighbours are never
+more than ``grid`` frames apart. A *cell* is a segment of allowed length between two candidate cuts
+of one take. A segmentation is a path of cells from the first cut to the last; the cheapest path is
+found exactly (:func:`cheapest_path`), with cuts as vertices in order of time and cells as edges.
 
 Park, Lee and Lee (2011) place a candidate every 30 frames; the numbers of segments of their Table 1
 cannot be reached in this way.
@@ -24,7 +24,7 @@ from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _HALVINGS = 60
-"""Halvings of the interval of prices, more than the precision of a double."""
+"""Number of bisection steps for the price, more than the precision of a double."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
     grid : int
         Frames, the largest gap between neighbouring cuts.
     shortest : int
-        Frames of a segment at least.
+        Smallest number of frames of a segment.
 
     Returns
     -------
@@ -137,9 +137,9 @@ def make_cells(
     frames : array (cuts,)
         The cuts in frames of the takes, in which lengths are measured.
     shortest : int
-        Frames of a cell at least.
+        Smallest number of frames of a cell.
     longest : int
-        Frames of a cell at most.
+        Largest number of frames of a cell.
     """
     is_bound = np.isin(cuts, bounds)
     longest = max(longest, 2 * shortest + int(np.diff(frames).max()))
@@ -248,9 +248,9 @@ def bounded_path(
     cut_costs : array (cuts,)
         Paid for every cell at its end.
     fewest : int
-        Cells of the path at least.
+        Smallest number of cells of the path.
     most : int or None
-        Cells of the path at most; no bound if None.
+        Largest number of cells of the path; no bound if None.
     """
     paid = np.asarray(costs, dtype=np.float64)
     size = float(np.abs(paid).sum() + np.abs(cut_costs).sum()) + 1.0

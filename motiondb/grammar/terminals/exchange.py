@@ -2,27 +2,27 @@
 
 Once the medoids are known, the best segmentation needs no search. The cost of a cell
 (:mod:`.candidates`) is the least of L(s) D(s, s_k^c) over the medoids, and the cheapest path
-through the cells is the segmentation of the largest F with these medoids, exactly. So the search is
-over K medoids only, any K cells, and works like the swap search (:mod:`.medoids`): a cell is tried
-as a medoid, the costs of all cells to it are computed, and for every present medoid that it could
-replace, the cheapest path is found from the least and second least cost of every cell. The best
-exchange is made if it lowers
+through the cells is the segmentation of the largest F with these medoids, exactly. The search is
+therefore over the K medoids only, which may be any K cells, and works like the swap search
+(:mod:`.medoids`): a cell is tried as a medoid, the costs of all cells to it are computed, and for
+every current medoid that it could replace, the cheapest path is found from the least and second
+least cost of every cell. The best exchange is made if it lowers
 
     G = T d_max / (1 - w) / F + sum over cuts c of (price + rest s(c)) u
 
 where u is the mean distance of a pose from the mean pose and s(c) the speed at the cut relative to
-the mean speed of the takes. ``price`` works against ever shorter segments. ``rest`` decides between
+the mean speed of the takes. ``price`` prevents ever shorter segments. ``rest`` decides between
 equally good segmentations by how still the body is at the cuts. This is needed because a
 segmentation that is shifted by half a movement repeats as well as the true one. With both 0, F
 itself is maximised.
 
-Cells are tried at random: those of the present segmentation, the more often the more they cost;
+Cells are tried at random: those of the current segmentation, in proportion to their cost;
 neighbours of a medoid; and any. Worse exchanges are accepted with a probability that falls
 (simulated annealing). There are several starts: medoids far from one another, or the medoids of a
 segmentation of one rhythm that is cut where the body rests.
 
 This replaces the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is kept in
-:mod:`.genetic`. To alternate grouping and cutting is the idea of segmental k-means (Rabiner,
+:mod:`.genetic`. Alternating between grouping and cutting is the idea of segmental k-means (Rabiner,
 Wilpon, Juang 1986) and of aligned cluster analysis (Zhou, De la Torre, Hodgins 2013).
 """
 
@@ -51,19 +51,19 @@ from motiondb.grammar.terminals.segment_distance import segment_distances
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _LEAST_GAIN = 1e-9
-"""Share of G by which an exchange must lower it; below is rounding."""
+"""Smallest relative decrease of G by an exchange; smaller ones are rounding errors."""
 
 WARMEST = 0.015
 """First temperature, as a share of G. Chosen on one take of each sample grammar."""
 
 N_TEMPERATURES = 8
-"""Temperatures from the warmest to 0. Chosen by hand."""
+"""Number of temperatures from the first to 0. Chosen by hand."""
 
 _NEAR = 2
-"""Cuts by which a neighbour of a medoid differs at most. Chosen by hand."""
+"""Largest number of cuts by which a neighbour of a medoid differs. Chosen by hand."""
 
 _FROM_PATH, _ANYWHERE = 0.5, 0.25
-"""Shares of tried cells from the present segmentation, and of any cells; the others are neighbours
+"""Shares of tried cells from the current segmentation, and of any cells; the others are neighbours
 of medoids. Chosen by hand."""
 
 
@@ -124,7 +124,7 @@ class State:
     second : array (cells,)
         Second least cost of each cell to a medoid.
     nearest : array (cells,)
-        Which medoid has the least cost.
+        Medoid of least cost for each cell.
     """
 
     medoids: IntArray
@@ -180,7 +180,7 @@ def exchange_search(
 
 
 def anneal(task: Task, state: State, rng: np.random.Generator, n_trials: int) -> State:
-    """Exchange medoids at a falling temperature, at last at 0; the best state that was visited."""
+    """Exchange medoids at a falling temperature, finally 0; return the best state visited."""
     best = state
     for part in range(N_TEMPERATURES):
         share = 1.0 - part / (N_TEMPERATURES - 1)
@@ -241,11 +241,11 @@ def improve(
     task : Task
         The search problem.
     state : State
-        Where to begin.
+        The initial state.
     rng : numpy.random.Generator
         Draws the cells.
     n_trials : int
-        Cells that are tried.
+        Number of cells that are tried.
     temperature : float
         As a share of G: an exchange that raises G by x is accepted with probability
         exp(-x / (temperature G)).

@@ -29,7 +29,7 @@ class KnownCosts(NamedTuple):
 
 
 class Prices(NamedTuple):
-    """Costs of the present medoids (K,), and of the tried cell as a medoid."""
+    """Costs of the current medoids (K,), and of the tried cell as a medoid."""
 
     medoids: FloatArray
     tried: float
@@ -108,7 +108,7 @@ def two_least(
 def best_exchange(
     graph: Graph, known: KnownCosts, prices: Prices, bound: float
 ) -> tuple[int, float]:
-    """Return which medoid to replace by the tried cell, and G then; -1 for none below ``bound``.
+    """Return the medoid to replace by the tried cell, and the new G; -1 if none is below ``bound``.
 
     No exchange is cheaper than adding the new medoid and keeping all others. If that does not lower
     the cost, nothing is tried.

@@ -1,12 +1,12 @@
 """The genetic algorithm of the paper over candidate cuts, in parts.
 
-A solution has a bit for every candidate cut (:mod:`.candidates`): cut here or not. Its segments are
-grouped by the swap search, and its cost is that of :mod:`.tuning`: w R + (1 - w) E' plus the cost
-of the cuts. Solutions are drawn in proportion to 1 / cost above the worst; two are crossed at two
-places; bits flip or move to a neighbour; cuts nearer than the shortest segment are removed. The
-best solution is kept.
+A solution has a bit for every candidate cut (:mod:`.candidates`), which says whether it is used.
+Its segments are grouped by the swap search, and its cost is that of :mod:`.tuning`: w R + (1 - w)
+E' plus the cost of the cuts. Solutions are drawn in proportion to 1 / cost above the worst; two are
+crossed at two places; bits flip or move to a neighbour; cuts nearer than the shortest segment are
+removed. The best solution is kept.
 
-One evaluation costs the square of the length. So a long take is divided into parts that are
+One evaluation costs the square of the length. A long take is therefore divided into parts that are
 searched one by one, each with a table of its poses' distances, and grouped as a whole afterwards.
 Parts end where takes end or where the body rests.
 
@@ -36,13 +36,13 @@ class GeneticSettings:
     Attributes
     ----------
     population : int
-        Solutions at a time.
+        Number of solutions in the population.
     generations : int
-        How often the solutions are replaced.
+        Number of generations.
     mutation : float
-        Flips of a solution on average.
+        Mean number of flipped bits of a solution.
     part : int
-        Frames of a part.
+        Length of a part, frames.
     """
 
     population: int = 60
@@ -94,7 +94,7 @@ def genetic_cuts(
 
 
 def split(candidates: IntArray, fixed: np.ndarray, part: int) -> list[IntArray]:
-    """Divide candidates into parts of about ``part`` frames, both ends of each part in it.
+    """Divide candidates into parts of about ``part`` frames, both ends of each part included.
 
     >>> fixed = np.isin(np.arange(41), [0, 20, 40])
     >>> [own.tolist() for own in split(np.arange(0, 41, 5), fixed, 12)]

@@ -13,12 +13,13 @@ by dynamic programming over all cuts and terminals.
 The price c of a segment prevents finer cuts than those of the takes. It is set so that readings of
 the grammar's own takes have about as many segments as the takes have.
 
-Every segment gets the terminal of least cost, even if no terminal is near. So a reading includes D,
-and the reader has a reach, an estimate of how far members of terminals are from their medoids. A
-segment that is farther than the reach is unlike any terminal. The reach is the smaller of two
-bounds. The first is the distance within which 19 of 20 members lie. The second is 2.5 standard
-deviations of log D above its median, robustly estimated. Terminals that collect leftover segments
-would make the first too wide, and a few members that differ much would make the second too wide.
+Every segment gets the terminal of least cost, even if no terminal is near. A reading therefore
+includes D, and the reader has a reach, an estimate of how far members of terminals are from their
+medoids. A segment that is farther than the reach is unlike any terminal. The reach is the smaller
+of two bounds. The first is the distance within which 19 of 20 members lie. The second is 2.5
+standard deviations of log D above its median, robustly estimated. Terminals that collect leftover
+segments would make the first too wide, and a few members that differ much would make the second too
+wide.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 4, for D and medoids; P. J. Rousseeuw and A. M. Leroy,
@@ -51,7 +52,7 @@ WITHIN, DEVIATIONS = 0.95, 2.5
 its median for the second: 19 of 20 by convention, and 2.5 after Rousseeuw and Leroy."""
 
 FEWEST_MEMBERS = 5
-"""Fewest members, medoids not counted, from which a reach is estimated. Chosen by hand; not
+"""Smallest number of members, without medoids, for which a reach is estimated. Chosen by hand; not
 tuned."""
 
 _LEAST_DISTANCE = 1e-3
@@ -224,18 +225,18 @@ def _stand_ins(terminals: Terminals, vectors: Mapping[int, FloatArray]) -> dict[
     clips = {}
     for k, medoid in enumerate(terminals.medoids.tolist()):
         members = np.flatnonzero(terminals.labels == k)
-        there = members[np.isin(terminals.takes[members], list(vectors))]
-        if medoid in there:
+        available = members[np.isin(terminals.takes[members], list(vectors))]
+        if medoid in available:
             clips[k] = medoid
-        elif len(there):
-            clips[k] = int(there[np.argmin(np.abs(lengths[there] - lengths[medoid]))])
+        elif len(available):
+            clips[k] = int(available[np.argmin(np.abs(lengths[available] - lengths[medoid]))])
     return clips
 
 
 def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int) -> float:
     """Return the lowest price found by bisection that gives at most the wanted segments.
 
-    If no price that was tried does, return the upper bound.
+    If no tried price does, return the upper bound.
     """
     mean = float(np.mean([table.min(axis=1).mean() for table in tables]))
     low, high = 0.0, _LONGEST_PRICE * mean

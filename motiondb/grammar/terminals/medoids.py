@@ -29,7 +29,7 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import FloatArray, IntArray
 
 _LEAST_GAIN = 1e-12
-"""Share of E by which a swap must lower it; below is rounding."""
+"""Smallest relative decrease of E by a swap; smaller ones are rounding errors."""
 
 
 class _Nearest(NamedTuple):
@@ -57,9 +57,9 @@ def group_by_medoids(
     n_groups : int
         K, 1 to n.
     weights : array (n,), optional
-        How much the distance of a thing counts; 1 unless given.
+        Weight of the distance of each thing; 1 unless given.
     prices : array (n,), optional
-        What a thing costs as a medoid; 0 unless given.
+        Cost of each thing as a medoid; 0 unless given.
     initial : array (K,), optional
         First medoids; the first K things unless given.
 
@@ -157,7 +157,7 @@ def _try_swap(costs: FloatArray, nearest: _Nearest, change: FloatArray) -> tuple
     for i in range(len(costs)):
         if costs[i] < first[i]:
             shared += costs[i] - first[i]
-            # the old medoid's loss is no loss here: the thing leaves it anyway
+            # the old medoid loses nothing: the thing leaves its group anyway
         elif len(change) == 1 or costs[i] < second[i]:
             change[near[i]] += costs[i] - first[i]
         else:

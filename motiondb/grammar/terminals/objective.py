@@ -1,4 +1,4 @@
-"""How good a grouping of segments is: repetition R, error E', and the objective F of both.
+"""Quality of a grouping of segments: repetition R, error E', and the objective F of both.
 
 Notation: segments s_i of L(s_i) frames tile T frames; group k has the medoid s_k^c.
 

@@ -1,9 +1,9 @@
 """The distance d(x_t, x_t') between two poses, as a Euclidean distance of two vectors.
 
 A pose is described in the frame of its heading: origin on the ground under the pelvis, x to the
-left, z ahead, on the canonical body. So place, facing and the performer's size do not matter. As in
-Lee et al. (2002), d compares where the joints are and how they move, and leaves out joints that
-others determine (collars, hips) or that are noisy (toes):
+left, z ahead, on the canonical body. Position, facing and the performer's size therefore do not
+matter. As in Lee et al. (2002), d compares where the joints are and how they move, and leaves out
+joints that others determine (collars, hips) or that are noisy (toes):
 
     d(x, x')^2 = mean_j |p_j - p'_j|^2 + VELOCITY_WEIGHT^2 mean_j |v_j - v'_j|^2
                  + PELVIS_WEIGHT^2 (|u - u'|^2 + (r - r')^2)
@@ -35,7 +35,7 @@ COMPARED = (
     "l_elbow", "l_wrist", "r_elbow", "r_wrist",
     "l_knee", "l_ankle", "r_knee", "r_ankle",
 )  # fmt: skip
-"""The joints that d looks at, equally weighted."""
+"""The joints that d compares, equally weighted."""
 VELOCITY_WEIGHT = 0.6
 """Weight of velocities (metres per third of a second) relative to positions (metres). The value
 that
@@ -45,7 +45,7 @@ PELVIS_WEIGHT = 0.5
 VELOCITY_SECONDS = 1.0 / 3.0
 """Unit of time of velocities: about the length of a short movement. Chosen by hand."""
 KEPT = 0.995
-"""Share of the variance that the principal axes hold. Chosen by hand."""
+"""Share of the variance that is kept on the principal axes. Chosen by hand."""
 
 _NUMBERS = np.array([body.INDEX[name] for name in COMPARED])
 
@@ -59,11 +59,11 @@ class Poses:
     values : array (frames of all takes, dimensions), float32
         d is the Euclidean distance of rows.
     bounds : array (takes + 1,)
-        Where every take begins, and the number of frames.
+        First row of each take, and the number of frames.
     largest : float
         d_max, the largest distance of any two poses.
     speeds : array (frames,)
-        How fast the pose changes: mean over joints, metres a second.
+        Mean speed of the joints, metres a second.
     """
 
     values: Float32Array

@@ -1,4 +1,4 @@
-"""How terminals are searched: settings, and checks of them."""
+"""Settings of the search for terminals, and their checks."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ COARSE_STEP = 2
 
 
 FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
-"""Bounds of the number of medoids that are tried, and cells computed for them in all. Chosen so
-that a long take needs seconds; see ``docs/grammar.md``, Speed."""
+"""Bounds of the number of medoids that are tried, and of the number of cells computed for all of
+them. Chosen so that a long take needs seconds; see ``docs/grammar.md``, Speed."""
 
 
 @dataclass(frozen=True)
 class TerminalSettings:
-    """How terminals are searched.
+    """Settings of the search for terminals.
 
     Prices were chosen on one take of each sample grammar, the other values by hand.
 
     Attributes
     ----------
     shortest : int
-        Frames of a segment at least.
+        Smallest number of frames of a segment.
     longest : int
-        Frames of a segment at most.
+        Largest number of frames of a segment.
     grid : int
-        Frames between candidate cuts at most.
+        Largest number of frames between candidate cuts.
     weight : float
         w, the share of R.
     segment_price : float
@@ -42,9 +42,9 @@ class TerminalSettings:
     method : str
         "exchange" or "genetic".
     n_starts : int
-        Starts of the exchange search.
+        Number of starts of the exchange search.
     n_trials : int, optional
-        Trials of the exchange search; :func:`trials_for` unless given.
+        Number of trials of the exchange search; :func:`trials_for` unless given.
     genetic : GeneticSettings
         Settings of the genetic algorithm.
     tuning : TuningSettings
@@ -66,7 +66,7 @@ class TerminalSettings:
 
 
 def trials_for(n_cells: int) -> int:
-    """Return how many medoids to try for so many cells; the time of a trial grows with them.
+    """Return the number of medoids to try; the time of a trial grows with the number of cells.
 
     >>> trials_for(1_000), trials_for(4_000), trials_for(20_000)
     (16000, 8000, 6000)
@@ -75,7 +75,7 @@ def trials_for(n_cells: int) -> int:
 
 
 def check_settings(n_terminals: int, settings: TerminalSettings) -> None:
-    """Refuse settings without meaning (GrammarError with advice)."""
+    """Check settings; raise GrammarError with advice if they are not valid."""
     if n_terminals < 1:
         raise GrammarError(
             f"terminals: expected at least 1, found {n_terminals}. Ask for more terminals."

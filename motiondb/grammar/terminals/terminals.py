@@ -41,7 +41,7 @@ from motiondb.grammar.terminals.tuning_steps import Costs
 from motiondb.records import BoolArray, IntArray, Motion, SegmentTable
 
 TUNED = 4
-"""How many of the best starts are tuned; the best of them is kept. Chosen by hand."""
+"""Number of the best starts that are tuned; the best of them is kept. Chosen by hand."""
 
 Progress = Callable[[int, int, str], None]
 """Called with the amount done, the total amount, and the name of the step."""
@@ -64,7 +64,7 @@ class Terminals:
     labels : array (segments,)
         Number of the terminal; every terminal is used.
     medoids : array (K,)
-        The segment in the middle of every terminal.
+        The most central segment of every terminal.
     objective : float
         F.
     """
@@ -147,7 +147,7 @@ def terminals_from_symbols(
     segments: SegmentTable,
     weight: float = REPETITION_WEIGHT,
 ) -> Terminals:
-    """Take the segments and symbols of a learned database as terminals.
+    """Use the segments and symbols of a learned database as terminals.
 
     Parameters
     ----------

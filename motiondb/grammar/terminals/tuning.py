@@ -12,8 +12,8 @@ sums over groups, so F follows from the changed groups alone, and equals F compu
 group never loses its last segment, no cut leaves its take, and no segment becomes shorter than
 allowed.
 
-d begins large. It is halved whenever a number of steps brought no gain; the search ends when the
-smallest d brings none. A step is accepted if it lowers
+d starts large. It is halved after a number of steps without gain; the search ends when the smallest
+d gives no gain. A step is accepted if it lowers
 
     cost = w R + (1 - w) E' + sum over cuts of rest(c)   (= 1 / F where cuts cost nothing),
 
@@ -46,7 +46,7 @@ from motiondb.records import IntArray
 
 @dataclass(frozen=True)
 class TuningSettings:
-    """How cuts are tuned. All values were chosen on one take of each sample grammar.
+    """Settings of the tuning of cuts. All values were chosen on one take of each sample grammar.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class TuningSettings:
     cooling : float
         Factor of the temperature for as many steps as there are segments.
     most_steps : int
-        Steps after which the search ends at the latest.
+        Largest number of steps.
     """
 
     largest_step: int = 8
@@ -103,7 +103,7 @@ def tune(
     Parameters
     ----------
     grouping : Grouping
-        Where the search begins.
+        The initial grouping.
     costs : Costs
         The cost of a grouping.
     rng : numpy.random.Generator

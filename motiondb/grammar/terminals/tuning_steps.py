@@ -11,8 +11,7 @@ from motiondb.grammar.terminals.segment_distance import segment_distance
 from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
 
 _RELATIVE_GAIN = 1e-12
-"""Share of the cost by which it must fall to count as better; smaller differences are rounding
-errors."""
+"""Smallest relative decrease of the cost that counts; smaller ones are rounding errors."""
 
 
 class Costs(NamedTuple):
@@ -23,7 +22,7 @@ class Costs(NamedTuple):
     values : array (frames, dimensions)
         The poses.
     fixed : array (frames + 1,)
-        Which cuts may not move.
+        Whether each cut is fixed.
     rest : array (frames + 1,)
         Cost of a cut.
     price : float
@@ -31,7 +30,7 @@ class Costs(NamedTuple):
     weight : float
         Cost of a frame's distance, (1 - w) / (T d_max).
     shortest : int
-        Frames of a segment at least.
+        Smallest number of frames of a segment.
     """
 
     values: Float32Array
@@ -258,7 +257,7 @@ def _choose_medoid(
 ) -> tuple[int, float, float]:
     """Return the best medoid of a group, its members' error, and the cost of the medoid.
 
-    The present medoid is tried first. The sum of another candidate, begun with known distances, is
+    The current medoid is tried first. The sum of another candidate, begun with known distances, is
     abandoned as soon as it is larger, so few new distances are computed.
     """
     ends = known.ends

@@ -5,16 +5,19 @@ Only probabilities that were learned from questions of the same kind are given. 
     actions asked for, in order or at once; exclusions alone:
         the product of the probabilities of the statements (``certainty.answer_probability``),
     one action but not another; one of several actions:
-        learned by themselves (:mod:`motiondb.learning.certainty.question_certainty`).
+        learned separately (:mod:`motiondb.learning.certainty.question_certainty`).
 
-There is no probability for repeats and lengths, for orders with exclusions, for several exclusions
-with an action, and for alternatives of more than one action: whether such answers are right was
-never measured.
+No probability is given where a word of the question is known from a start alone, so that no own
+caption has checked it (:mod:`motiondb.learning.start.checking`).
+
+There is no probability for repeats and durations, for orders with exclusions, for several
+exclusions with an action, and for alternatives of more than one action: how often such answers are
+right was never measured.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import prod
 
@@ -33,16 +36,16 @@ SURE = 1.0 - 1e-12
 
 @dataclass(frozen=True)
 class PartChance:
-    """The certainty that a capture shows a part of a question.
+    """Certainty that a capture shows a part of a question.
 
     Attributes
     ----------
     probability : float
-        With the evidence of captions.
+        Probability with the evidence of captions.
     by_motion : float
-        By the motion alone.
+        Probability by the motion alone.
     by_caption : bool
-        Whether captions say so.
+        Whether captions have the words of the part.
     """
 
     probability: float
@@ -60,7 +63,8 @@ class Chances:
         Probability that the capture shows all requested actions and no excluded one; None
         if it is not known.
     parts : tuple of (PartChance or None)
-        Of every part of the reading; None if it asks for nothing, or is not known.
+        Certainty of every part of the reading; None if the part asks for nothing, or it is not
+        known.
     """
 
     whole: float | None
@@ -89,7 +93,8 @@ def chances(
     reading = readings[hit.reading]
     sure = learned.word_certainty
     unknown = Chances(None, (None,) * len(reading.parts))
-    if sure is None or any(map(counts_or_lasts, readings)):
+    asked_words = {w for each in readings for w in words_of_reading(each)}
+    if sure is None or any(map(counts_or_lasts, readings)) or not is_checked(learned, asked_words):
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
     asked = reasons.by_action(why)
@@ -113,8 +118,21 @@ def chances(
                                 for k in range(len(reading.parts))))  # fmt: skip
 
 
+def words_of_reading(reading: Reading) -> set[str]:
+    """All words that a reading asks for or excludes."""
+    asked = [action for part in reading.parts for action in part.actions]
+    excluded = [action for exclusion in reading.exclusions for action in exclusion.actions]
+    return {word for action in (*asked, *excluded) for word in action}
+
+
+def is_checked(learned: Learned, words: Iterable[str]) -> bool:
+    """Whether own captions have checked the probabilities of all words."""
+    number = learned.word_numbers
+    return all(learned.checked[number[word]] for word in words if word in number)
+
+
 def counts_or_lasts(reading: Reading) -> bool:
-    """Whether a reading asks for repeats or lengths."""
+    """Return whether a reading asks for repeats or durations."""
     return any(part.seconds > 0.0 or part.repeat_of != k for k, part in enumerate(reading.parts))
 
 
@@ -141,7 +159,7 @@ def chances_of_kind(
     asked : tuple of float
         Log-odds of the requested action, and the part of them that captions add.
     excluded : tuple of float or None
-        The same for what is excluded.
+        The same for the excluded action; None if nothing is excluded.
     by_caption : bool
         Whether captions have the requested words.
     """
@@ -173,10 +191,10 @@ def _of_part(
     odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
     if not reading.parts[k].actions or not odds_of_part:
         return None
-    heard = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
+    by_motion = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
     return PartChance(
-        prod(_probability(h + said) for h, (_, said) in zip(heard, odds_of_part)),
-        prod(map(_probability, heard)),
+        prod(_probability(h + said) for h, (_, said) in zip(by_motion, odds_of_part)),
+        prod(map(_probability, by_motion)),
         all(reason.written > 0.0 for reason in why if reason.action in of_part),
     )
 

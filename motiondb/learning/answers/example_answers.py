@@ -9,11 +9,12 @@ from typing import overload
 import numpy as np
 
 from motiondb.learning.answers.word_answers import mark_generated, reaches, to_seconds
+from motiondb.learning.answers.word_sources import why_unchecked
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
-from motiondb.records import Match, Motion
+from motiondb.records import Float32Array, Match, Motion
 from motiondb.search import certainty
 from motiondb.search.examples import by_motion, extents
 from motiondb.search.examples.resemblance import emphasis_of
@@ -35,11 +36,15 @@ class ExampleAnswer(Sequence[Match]):
     threshold : float or None
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
+    unchecked : str
+        Why the answers carry no probabilities, where the database learned with a start and its own
+        captions have not checked them; otherwise "" (``learning.start.checking``).
     """
 
     matches: tuple[Match, ...]
     strength: float | None = None
     threshold: float | None = None
+    unchecked: str = ""
 
     @property
     def matches_anything(self) -> bool | None:
@@ -89,7 +94,7 @@ def search_motion(
     """
     allowed = [capture for capture in allowed if capture in learned.rows]
     query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
-    with one_blas_thread():  # the matrices of one query are too small for two threads to gain by
+    with one_blas_thread():  # the matrices of one query are too small to gain from two threads
         refined = _find_motion(learned, pool, query, allowed)
         refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
         sure = _how_sure(learned, query, refined)
@@ -110,6 +115,7 @@ def search_motion(
         matches,
         max((alike for alike, _ in sure), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
+        why_unchecked(learned, ()) if known is None else "",
     )
 
 
@@ -125,7 +131,7 @@ def _how_sure(
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
-    told = []
+    certainties = []
     for c in candidates:
         rows = learned.rows[c.capture]
         vector = score_vectors.interval_vectors(
@@ -140,10 +146,10 @@ def _how_sure(
             emphasis=query.emphasis,
         )[0]
         chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
-        told.append(
+        certainties.append(
             (by_motion.same_motion(float(alike), c.warp), by_motion.same_motion(chance, c.warp))
         )
-    return told
+    return certainties
 
 
 def _find_motion(
@@ -159,7 +165,11 @@ def _find_motion(
         for capture in allowed
         for rows in [learned.rows[capture]]
     }
-    candidates = by_motion.find_candidates(query, takes, learned.distances)
+
+    def frames_of(capture: int, first: int, end: int) -> Float32Array:
+        return learned.feature_space.project(pool.of_capture(capture)[first:end])
+
+    candidates = by_motion.find_candidates(query, takes, learned.distances, frames_of=frames_of)
     features = {
         capture: learned.feature_space.project(pool.of_capture(capture))
         for capture in {c.capture for c in candidates}
@@ -194,8 +204,9 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     words = learned.word_map if meaning else None
     emphasis = emphasis_of(learned.association.words)
     return by_motion.Query(
-        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel, emphasis
-    )
+        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel, emphasis,
+        learned.pooled,
+    )  # fmt: skip
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:

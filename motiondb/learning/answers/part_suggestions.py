@@ -1,10 +1,11 @@
 """Which part of a take to label next, where captions list several actions without their times.
 
-Captions of whole takes leave open which part shows which action. A part that a person labels tells
-it for that take, and for every part of other takes that moves alike. The choice is that of
-:mod:`motiondb.words.suggestion`, with windows of motion in place of captures: known are the windows
-of takes whose captions name one action, and of labelled intervals; uncertain are those of takes
-whose captions list several. A part is the window that is chosen with its neighbours that it serves.
+Captions of whole takes leave open which part shows which action. A label on one part answers this
+for the take, and for all parts of other takes that move alike. The method is that of
+:mod:`motiondb.words.suggestion`, with windows of motion in place of captures. The words are known
+for windows of takes whose captions name one action, and of labelled intervals. They are uncertain
+for windows of takes whose captions list several actions. A suggested part is the chosen window,
+extended by neighbouring windows that the label would also describe.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.words import suggestion
 
 MOST_WINDOWS = 3000
-"""Windows that are compared at most; with more, every second, third ... one (memory is 8 n^2
-bytes)."""
+"""Largest number of windows that are compared; of more, every second, third ... is used (memory
+is 8 n^2 bytes)."""
 MOST_KNOWN = 3000
-"""Windows with known words that are compared at most."""
+"""Largest number of windows with known words that are compared."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class PartSuggestion:
     listed : tuple of str
         Words that the captions of the take list.
     like : tuple of str
-        Names of other captures with parts that the label would also tell of, most seconds first.
+        Names of other captures with parts that the label would also describe, most seconds first.
     """
 
     rank: int
@@ -70,7 +71,7 @@ class _Windows:
 
 
 def suggest_parts(learned: Learned, limit: int = 10) -> list[PartSuggestion]:
-    """Parts of takes to label, the one whose label would say most about other parts first.
+    """Return parts of takes to label, most informative about other parts first.
 
     Empty where no caption lists several actions.
 
@@ -79,7 +80,7 @@ def suggest_parts(learned: Learned, limit: int = 10) -> list[PartSuggestion]:
     learned : Learned
         What was learned.
     limit : int
-        How many parts at most.
+        Largest number of parts.
     """
     known, unsure = _windows(learned)
     if not len(unsure.rows):
@@ -139,7 +140,7 @@ def _thinned(windows: _Windows, most: int) -> _Windows:
 
 
 def _run(windows: _Windows, one: suggestion.Suggestion) -> IntArray:
-    """The window of a choice with its neighbours in the take that it serves."""
+    """The chosen window with the neighbouring windows of its take that its label would describe."""
     served = {one.index, *one.served.tolist()}
     of_capture = windows.captures[one.index]
     first = last = one.index

@@ -7,14 +7,16 @@ belong to a part: that the capture shows it, and that the interval does, which i
 the probability that the place is right where the capture shows it
 (:mod:`motiondb.learning.certainty.place_certainty`).
 
-The place is unknown if the interval is likelier wrong than right, or no other capture's captions
-list the words, and a caption of the whole capture is the only evidence for the part: by the motion
-alone, the part is more likely not shown.
+The place is unknown under two conditions: the interval is more likely wrong than right, or no other
+capture's captions list the words; and a caption of the whole capture is the only evidence for the
+part, which by the motion alone is more likely not shown.
 
 The interval ends where the evidence for each frame falls to half of its peak
 (:mod:`motiondb.words.maps.edge_map`), so that a short action has the boundaries of the movement
-and not of the segments. The probability is that of the interval before its boundaries are refined,
-and so is the comparison of an answer with others.
+and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
+then it shows one long activity, and not a short action with something else around it. The
+probability is that of the interval before its boundaries are refined, and so is the comparison of
+an answer with others.
 
 Databases that learned before there was evidence of places keep the intervals of the word map.
 """
@@ -40,7 +42,12 @@ Features = Callable[[int], Float32Array]
 """Capture number -> recognition features (frames, 130), 15 a second."""
 
 LIKELY = 0.5
-"""Probability from which on a statement is likelier true than not."""
+"""Probability above which a statement is more likely true than not."""
+NARROW = 0.6
+"""Largest share of its interval that a short action fills. An activity that fills more keeps the
+boundaries of segments: people mark its preparation and its end as parts of it. Chosen among .3 to
+.7 with the marked actions and the parts of long takes in view (``docs/quality.md``, "Boundaries of
+short actions" and "By word")."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +61,10 @@ class PartPlace:
     end : int
         Last frame + 1; that of the whole capture if the place is unknown.
     probability : float or None
-        That the capture shows it; None if it is not known.
+        Probability that the capture shows the part; None if it is not known.
     right : float or None
-        That the interval is the right one, if the capture shows it; None if it is not known.
+        Probability that the interval is right, given that the capture shows the part; None if it is
+        not known.
     unknown : bool
         Whether the place is unknown.
     """
@@ -69,7 +77,7 @@ class PartPlace:
 
     @property
     def interval_probability(self) -> float | None:
-        """That the interval shows the part; None if this or the place is not known."""
+        """Probability that the interval shows the part; None if this or the place is not known."""
         if self.unknown or self.probability is None or self.right is None:
             return None
         return self.probability * self.right
@@ -135,8 +143,8 @@ def refine_places(
     """Places with the boundaries that the evidence for each frame gives.
 
     A part keeps its frames where its place is unknown or labelled by a person, and where it asks
-    for nothing, for a least length, or for words whose places were not learned. No part is extended
-    into another one.
+    for nothing, for a least length, or for words whose places were not learned, and where more than
+    ``NARROW`` of it would remain. No part is extended into another one.
 
     Parameters
     ----------
@@ -183,6 +191,8 @@ def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int])
     if low >= high:
         return span
     start, end = refine_interval(evidence, (low, high), limits)
+    if NARROW * (high - low) < end - start <= high - low:
+        return span
     return (
         span[0] if start == low else FEATURE_STEP * start,
         span[1] if end == high else FEATURE_STEP * end,
@@ -197,7 +207,7 @@ def interval_probability(
     Parameters
     ----------
     probability : float or None
-        Probability that the capture shows it.
+        Probability that the capture shows the actions.
     parts : sequence of PartPlace
         Places of the parts of the question.
     reading : Reading
@@ -215,7 +225,7 @@ def _placed(
 ) -> PlacedReading | None:
     """Places by the evidence of places; None without it, or where it has no room for the parts.
 
-    There is none for words that no caption held when the database learned.
+    There is no such evidence for words that no caption held when the database learned.
     """
     take = learned.place_takes.get(capture)
     asked = {learned.word_numbers[w] for part in reading.parts for a in part.actions for w in a}

@@ -1,8 +1,9 @@
-"""Questions in words: looked for in every capture, answers decomposed and weighed."""
+"""Search for a question in words: the best interval of every capture, reasons, certainty."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import heapq
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from motiondb.learning.answers.whole_captions import CaptionShares, caption_shar
 from motiondb.learning.learned import Learned
 from motiondb.search import certainty
 from motiondb.search.questions import by_question, reasons
+from motiondb.search.questions.bounds import SLACK, upper_bounds
 from motiondb.search.questions.by_question import QuestionHit
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.words.question.known import KnownQuestion
@@ -19,7 +21,8 @@ from motiondb.words.question.readings import Reading, readings
 from motiondb.words.question.tree import NotUsed
 
 NOT_A_CAPTION = NotUsed(
-    "quotation marks", "alternatives, exclusions, counts and lengths are not compared as a caption"
+    "quotation marks",
+    "alternatives, exclusions, counts and durations are not compared as a caption",
 )
 """The note for a question in quotation marks that cannot be compared as a caption."""
 
@@ -47,9 +50,9 @@ def find(
     Parameters
     ----------
     allowed : sequence of int
-        Captures to look through.
+        Numbers of the captures to search.
     limit : int
-        How many answers at most.
+        Largest number of answers.
     written : bool
         Whether the captions of the captures count as evidence, in addition to the motion.
     as_caption : bool
@@ -58,15 +61,17 @@ def find(
     read, not_used = readings(question.tree)
     number = learned.word_numbers
     takes = learned.takes if written else learned.seen_takes
-    hits = []
-    for capture in allowed:
-        hit = by_question.search_take(takes[capture], read, number)
-        if hit is not None:
-            hits.append((capture, hit))
     shares = caption_shares(learned, read) if as_caption else CaptionShares((), {})
-    hits.sort(key=lambda pair: (-pair[1].log_odds - shares.total(pair[0]), pair[0]))
+    extremes = learned.take_extremes if written else learned.seen_extremes
+    bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
+    likeliest = likeliest_takes(
+        {capture: bounds[capture] + shares.total(capture) for capture in allowed},
+        lambda capture: by_question.search_take(takes[capture], read, number),
+        shares.total,
+        limit,
+    )
     answers = []
-    for capture, hit in hits[:limit]:
+    for capture, hit in likeliest:
         why = explain_hit(learned, capture, hit, written)
         sure = chances(learned, read, hit, why)
         answers.append(Found(capture, hit, with_shares(why, shares, capture), sure))
@@ -74,6 +79,38 @@ def find(
     if as_caption and not shares.words:
         not_used = (*not_used, NOT_A_CAPTION)
     return answers, read, not_used
+
+
+def likeliest_takes(
+    bounds: Mapping[int, float],
+    search: Callable[[int], QuestionHit | None],
+    added: Callable[[int], float],
+    limit: int,
+) -> list[tuple[int, QuestionHit]]:
+    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
+
+    Parameters
+    ----------
+    bounds : mapping of int to float
+        What the log-odds of each capture are at most, with what is added.
+    search : callable
+        The interval of a capture; None if it is too short.
+    added : callable
+        Nats to add to the log-odds of a capture.
+    limit : int
+        How many captures at most.
+    """
+    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
+    for capture in sorted(bounds, key=lambda capture: -bounds[capture]):
+        if len(best) >= limit and (not best or bounds[capture] + SLACK < best[0][0]):
+            break
+        hit = search(capture)
+        if hit is None:
+            continue
+        heapq.heappush(best, (hit.log_odds + added(capture), -capture, hit))
+        if len(best) > limit:
+            heapq.heappop(best)
+    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
 
 
 def explain_hit(

@@ -8,7 +8,7 @@ does not use order and place, and is not part of the probability of an answer.
 
 Other questions are not compared in this way: "walk" asks for all captures that show walking, not
 for a capture whose whole caption is "walk". Questions with alternatives, exclusions, counts or
-lengths are not captions and are not compared either.
+durations are not captions and are not compared either.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Search by words, and the words of a motion over time."""
+"""Search by words."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.learning.answers import placing, question_search
+from motiondb.learning.answers.answer_chances import words_of_reading
 from motiondb.learning.answers.explained_answer import Explanation, explain
 from motiondb.learning.answers.whole_captions import unquote
-from motiondb.learning.answers.word_sources import WordSource, word_sources
+from motiondb.learning.answers.word_sources import WordSource, why_unchecked, word_sources
 from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import decode, recognise, understand
+from motiondb.learning.recognition import decode, understand
 from motiondb.learning.written_words import WrittenWord
-from motiondb.pose.features import FEATURE_STEP
-from motiondb.records import MOTION_FPS, Match, MatchPart, Motion
+from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search.examples import alignment
 from motiondb.search.questions import by_words, reasons
-from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.known import KnownQuestion, reason_unknown
+from motiondb.words.nearby.taking import Taking, hints_of
+from motiondb.words.question.known import KnownQuestion, hinted, with_hints
 from motiondb.words.question.manner import manner_of
 from motiondb.words.question.plain import plain_actions
 from motiondb.words.question.readings import Reading
@@ -29,7 +29,8 @@ from motiondb.words.question.tree import NotUsed, actions_of
 from motiondb.words.translation import decoding
 
 MOST_DECODED = 50
-"""Words that are decoded to symbols at once: 200 take 2 GB, and sequences are short."""
+"""Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
+sequences are short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ class WordAnswer:
     actions : tuple of tuple of str
         The question as a plain order of actions; () stands for any action.
     not_used : tuple of NotUsed
-        What of the question played no part in the search.
+        Parts of the question that were not used in the search.
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None if no sequence was found.
     reasons : tuple
@@ -65,6 +66,9 @@ class WordAnswer:
         The captions from which the words were learned, if the database learned with a start.
     written : tuple of WrittenWord
         Words that were not learned and were found where they are written.
+    unchecked : str
+        Why the answers carry no probabilities, where the database learned with a start and its own
+        captions have not checked them; "" where they have (``learning.start.checking``).
     vocabulary : tuple of str
         The words by number: those learned, then the written and the taken ones.
     """
@@ -81,6 +85,7 @@ class WordAnswer:
     suggested: Mapping[str, Taking] = field(default_factory=dict)
     sources: tuple[WordSource, ...] = ()
     written: tuple[WrittenWord, ...] = ()
+    unchecked: str = ""
     vocabulary: tuple[str, ...] = ()
 
     @cached_property
@@ -155,14 +160,16 @@ def search_words(  # noqa: PLR0913  four of the seven have defaults
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
-    threshold = None if sure is None or np.isnan(sure.threshold) else sure.threshold
+    unchecked = why_unchecked(learned, sorted(set().union(*map(words_of_reading, read))))
+    known = sure is not None and not np.isnan(sure.threshold) and not unchecked
+    threshold = sure.threshold if sure is not None and known else None
     return WordAnswer(
         matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
         reasons=tuple(each.why for each in ranked),
         strength=max((question_search.strength(learned, each.why, threshold) for each in ranked),
                      default=None),
         threshold=threshold, vocabulary=learned.association.words,
-        sources=word_sources(learned, _asked_words(question)),
+        sources=word_sources(learned, _asked_words(question)), unchecked=unchecked,
     )  # fmt: skip
 
 
@@ -199,7 +206,7 @@ def _match(
         learned.captures[answer.capture].name,
         *to_seconds(learned, answer.capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
-        _matched(takes[answer.capture], question, learned.word_numbers),
+        _matched(learned, answer.capture, takes[answer.capture], question),
         "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
@@ -218,7 +225,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     answer : WordAnswer
         Found with the taken words in the vocabulary (``learning.taken_words``).
     takings : mapping of str to Taking
-        What is made of every word that no caption holds.
+        Replacement of every word that no caption holds.
     """
     taken = {word: taking for word, taking in takings.items() if taking.is_taken}
     share = float(np.prod([taking.probability for taking in taken.values()]))
@@ -238,16 +245,8 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         for match in answer.matches
     )  # fmt: skip
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
-    meant = {
-        word: tuple(near for near, _ in taking.words) or taking.spelling
-        for word, taking in suggested.items()
-    }
-    unknown = {word: meant.get(word, near) for word, near in answer.unknown.items()}
-    not_used = tuple(
-        NotUsed(left.text, reason_unknown(meant[left.text])) if left.text in meant else left
-        for left in answer.not_used
-    )
-    question = replace(answer.question, unknown=unknown)
+    hints = hints_of(suggested)
+    question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
         answer, matches=matches, question=question, not_used=not_used, taken=taken,
         suggested=suggested,
@@ -285,7 +284,6 @@ def _search_decoded(
             start = int(learned.segments.starts[rows][first])
             answers.append((score, capture, start, int(learned.segments.ends[rows][last - 1])))
     answers.sort(key=lambda hit: (-hit[0], hit[1]))
-    number = learned.word_numbers
     occurs = any(np.isclose(hit[0], 1.0) for hit in answers)
     note = "" if occurs else "; this sequence of symbols does not occur; these are the nearest ones"
     matches = tuple(
@@ -294,63 +292,13 @@ def _search_decoded(
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(learned.takes[capture], question, number),
+            _matched(learned, capture, learned.takes[capture], question),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
         for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
     )
     return WordAnswer(matches, question, actions, not_used, decoded)
-
-
-@dataclass(frozen=True)
-class Description:
-    """The words of an interval of a motion.
-
-    Attributes
-    ----------
-    start : float
-        Seconds.
-    end : float
-        Seconds.
-    words : tuple of (str, float)
-        Words with their probabilities, most probable first.
-    symbols : tuple of int
-        Symbols of the interval's segments.
-    """
-
-    start: float
-    end: float
-    words: tuple[tuple[str, float], ...]
-    symbols: tuple[int, ...] = ()
-
-
-def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
-    """The words of a motion over time; neighbours with the same likeliest words become one."""
-    seen = recognise(learned, motion)
-    starts, ends, symbols = seen.starts, seen.ends, seen.symbols
-    probabilities = learned.word_map.probabilities(seen.window_vectors()) * learned.is_known()
-    groups: list[list[int]] = []
-    for n, row in enumerate(probabilities):
-        likeliest = set(np.argsort(-row)[:2])
-        if groups and set(np.argsort(-probabilities[groups[-1]].mean(axis=0))[:2]) == likeliest:
-            groups[-1].append(n)
-        else:
-            groups.append([n])
-    seconds = FEATURE_STEP / MOTION_FPS
-    answers = []
-    for group in groups:
-        mean = np.average(probabilities[group], axis=0, weights=(ends - starts)[group])
-        order = [w for w in np.argsort(-mean, kind="stable")[:n_words] if mean[w] > 0.0]
-        answers.append(
-            Description(
-                round(float(starts[group[0]]) * seconds, 3),
-                round(min(float(ends[group[-1]]) * seconds, motion.n_frames / MOTION_FPS), 3),
-                tuple((learned.association.words[w], float(mean[w])) for w in order),
-                tuple(int(s) for s in symbols[group]),
-            )
-        )
-    return tuple(answers)
 
 
 def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
@@ -361,12 +309,17 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
 
 
 def _matched(
-    take: by_words.TakeScores, question: KnownQuestion, number: Mapping[str, int]
+    learned: Learned, capture: int, take: by_words.TakeScores, question: KnownQuestion
 ) -> tuple[str, ...]:
-    """Asked words that are likelier than not in the capture."""
-    asked = dict.fromkeys(_asked_words(question))
+    """Asked words that are likelier than not in the capture.
+
+    Words whose probability no own caption has checked count only where they are written.
+    """
+    asked, number = dict.fromkeys(_asked_words(question)), learned.word_numbers
     top = np.maximum(take.windows.max(axis=0), take.whole)
-    return tuple(word for word in asked if top[number[word]] > 0.0)
+    said = learned.written.get(capture)
+    here = learned.checked if said is None else learned.checked | (said.max(axis=0) > 0.0)
+    return tuple(word for word in asked if top[number[word]] > 0.0 and here[number[word]])
 
 
 def mark_generated(learned: Learned, capture: int, before: str = "") -> str:

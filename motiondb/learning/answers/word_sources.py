@@ -1,4 +1,4 @@
-"""The captions from which a word was learned: own ones, and those of the start."""
+"""The captions from which a word was learned, and why it has no checked probability."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from motiondb.learning.learned import Learned
+from motiondb.learning.start.checking import say_unchecked
 from motiondb.learning.start.joining import start_weight
 
 
@@ -46,8 +47,10 @@ class WordSource:
         """
         captions = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
         if not self.own_captions:
-            there = "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
-            return f"{self.word}: known from the start {self.start} alone ({there} there)"
+            start_captions = (
+                "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
+            )
+            return f"{self.word}: known from the start {self.start} alone ({start_captions} there)"
         if not self.start_captions:
             return f"{self.word}: known from {captions} alone"
         return (
@@ -69,8 +72,27 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
     weight = start_weight(counts.moments.n)
     sources = []
     for word in dict.fromkeys(words):
-        there, here = started.said.get(word, 0), captions_of.get(word, 0)
-        if there or here:
+        in_start, in_own = started.said.get(word, 0), captions_of.get(word, 0)
+        if in_start or in_own:
             name = started.knowledge.origin.name
-            sources.append(WordSource(word, name, there, here, weight if here else 1.0))
+            sources.append(WordSource(word, name, in_start, in_own, weight if in_own else 1.0))
     return tuple(sources)
+
+
+def why_unchecked(learned: Learned, words: Iterable[str]) -> str:
+    """The reason why answers about some words carry no probabilities; "" where they do.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    words : iterable of str
+        Words of the vocabulary; others are left out.
+    """
+    if learned.started is None or learned.counted is None:
+        return ""
+    number = learned.word_numbers
+    asked = [w for w in dict.fromkeys(words) if w in number and not learned.checked[number[w]]]
+    if not asked and learned.word_certainty is not None:
+        return ""
+    return say_unchecked(learned.counted.counts.moments.n, asked, learned.word_certainty)

@@ -43,12 +43,12 @@ LEAST_SAID = 3
 """Smallest number of intervals of other performers with a word, for the word to be used as a
 question. Chosen by hand."""
 LOOKED_AT, LOOKED_BELOW = 10, 5
-"""Answers of a question that count: the best ones, and some evenly over the rest. The first are
-those that a user sees. Chosen by hand; not tuned."""
+"""Answers of a question that are used: the best ones, which a user sees, and some at even
+distances in the rest. Chosen by hand; not tuned."""
 MOST_EXAMPLES, MOST_CAPTURES = 40, 150
-"""Bounds on the time that learning spends here. Chosen by hand; not tuned."""
+"""Bounds on the duration of this step of learning. Chosen by hand; not tuned."""
 LEAST_ANSWERS = 30
-"""Answers below which no probability is fitted. Chosen by hand; not tuned."""
+"""Smallest number of answers for which a probability is fitted. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +84,8 @@ class Written:
     n_posture_and_travel : int
         Number of the last columns that are posture and travel.
     fit_without : callable or None
-        Fits the word map without some rows (array (rows,), bool) where more than these rows teaches
-        it (``learning.start``).
+        Fits the word map without some rows (array (rows,), bool), if it is learned from more than
+        these rows (``learning.start``).
     """
 
     vectors: FloatArray
@@ -225,7 +225,7 @@ class Gallery:
 def find_windows(
     written: Written, row: int, allowed: NDArray[np.bool_], said: NDArray[np.bool_]
 ) -> Gallery:
-    """Ask an example of the captures that hold the rows allowed, or evenly chosen ones of many.
+    """Compare an example with the captures of the allowed rows; of many, with evenly chosen ones.
 
     Parameters
     ----------
@@ -248,11 +248,11 @@ def find_windows(
             written.vectors[row], written.standardised[rows], written.table.starts[rows],
             written.table.ends[rows], length,
         )  # fmt: skip
-        here = (written.captures == capture) & said
+        showing = (written.captures == capture) & said
         meets = (written.starts < high) & (written.ends > low)
         vectors.append(window)
-        right.append(bool((here & meets).any()))
-        shows.append(bool(here.any()))
+        right.append(bool((showing & meets).any()))
+        shows.append(bool(showing.any()))
     return Gallery(np.array(vectors), np.array(right), np.array(shows))
 
 
@@ -334,7 +334,7 @@ def _shared(written: Written) -> NDArray[np.bool_]:
 
 
 def _counting_answers(values: FloatArray) -> IntArray:
-    """Numbers of the answers that count, best first."""
+    """Numbers of the answers that are used, best first."""
     order = np.argsort(-values, kind="stable")
     best, rest = order[:LOOKED_AT], order[LOOKED_AT:]
     some = np.linspace(0, len(rest) - 1, min(LOOKED_BELOW, len(rest))).astype(int)

@@ -17,13 +17,14 @@ from motiondb.learning.places.place_fitting import Written
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 
 SHORTEST, LONGEST = 2.0, 20.0
-"""Seconds of a capture that can be joined: longer ones of one action often hold others too. Chosen
-by hand; not tuned."""
+"""Largest duration of a capture that is joined, seconds: longer ones often show other actions
+too. Chosen by hand; not tuned."""
 FEWEST_PARTS, MOST_PARTS = 3, 6
-"""Captures in a joined take, about as many as a real long take has exercises. Chosen by hand."""
+"""Number of captures in a joined take, about the number of exercises in a real long take. Chosen
+by hand."""
 MOST_OF_PAIR, MOST_PAIRS = 18, 30
-"""Captures of two performers that are joined in one draw, and pairs of performers in one draw;
-bounds on the time of learning. Chosen by hand."""
+"""Number of captures of two performers that are joined in one draw, and of pairs of performers
+in one draw; bounds on the duration of learning. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +194,7 @@ def join_pairs(captures: Sequence[ShortCapture], rng: np.random.Generator) -> li
 def questions_of(take: JoinedTake) -> list[PlaceQuestion]:
     """Actions of a take with their true intervals, neighbours joined.
 
-    An action that all of a take of several parts shows is left out: it has no place.
+    An action that every part of a take shows is left out, because it has no place in it.
     """
     asked = []
     for words in dict.fromkeys(part.words for part in take.parts):

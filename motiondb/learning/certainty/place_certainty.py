@@ -56,12 +56,13 @@ from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.maps.place_map import PlaceMap, fit_places
 
 RIGHT = 0.5
-"""Intersection over union from which on an interval is right, as in ``docs/quality.md``."""
+"""Smallest intersection over union of a right interval, as in ``docs/quality.md``."""
 DRAWS = 20
-"""How often every capture may be joined with others: more draws give more combinations of actions,
-not more weight. Chosen by hand; not tuned."""
+"""Number of draws in which every capture may be joined with others: more draws give more
+combinations of actions, not more weight. Chosen by hand; not tuned."""
 LEAST_QUESTIONS = 30
-"""Questions below which nothing is fitted, as for answers (``asked_certainty``)."""
+"""Smallest number of questions for which a certainty is fitted, as for answers
+(``asked_certainty``)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +165,7 @@ def learn_certainty(
     performers : dict
         Capture number -> performer.
     rng : numpy.random.Generator
-        Draws which captures are joined.
+        Draws the captures that are joined.
     """
     short = short_captures(table, standardised, written, performers)
     with one_blas_thread():  # many small systems
@@ -215,9 +216,9 @@ def fit_certainty(
     captures : sequence of ShortCapture
         Captures of one action.
     known : Elsewhere
-        What is known without the performers of a question.
+        The evidence of places without the performers of a question.
     rng : numpy.random.Generator
-        Draws which captures are joined.
+        Draws the captures that are joined.
     """
     judged = [one for each in captures for one in judge(join([each]), known)]
     for _ in range(DRAWS):
@@ -235,14 +236,14 @@ def fit_certainty(
 
 
 def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
-    """Ask every action of a take whose words captions of other performers hold."""
+    """Search for every action of a take whose words occur in captions of other performers."""
     judged = []
     kind = min(len(take.parts), 2) + len(take.groups)  # 2 single, 3 joined, 4 of two performers
     for asked in questions_of(take):
         support = known.support(asked.words, take.groups)
         if support:
-            told, cues = tell_place(take, asked.words, known.without(take.groups), support)
-            best = max(union_share(told, part) for part in asked.true)
+            interval, cues = tell_place(take, asked.words, known.without(take.groups), support)
+            best = max(union_share(interval, part) for part in asked.true)
             judged.append(Judged(cues, best >= RIGHT, (asked.group, asked.words, kind)))
     return judged
 

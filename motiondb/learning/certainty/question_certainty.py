@@ -14,9 +14,9 @@ how often they are right. For each kind two probabilities are learned from the s
 of the question holds, and that the action that the answer shows does (a; for "or" the alternative
 that the capture shows best).
 
-Cues: for "a but not b" the log-odds of a and those of b, turned; for "a or b" the log-odds of the
-alternative that is shown best. The usual log-odds of the words as further cues made answers about
-unseen performers less sure.
+Cues: for "a but not b" the log-odds of a and those of b with reversed sign; for "a or b" the
+log-odds of the alternative that is shown best. The usual log-odds of the words as further cues made
+answers about unseen performers less certain.
 """
 
 from __future__ import annotations
@@ -46,21 +46,22 @@ LEAST_EACH = 2
 """Smallest number of captures on each side of the distinction of a question. Chosen by hand; not
 tuned."""
 FIRST = 5
-"""Answers of a question that count: those that a user reads first. Chosen by hand; not tuned."""
+"""Answers of a question that are used: those that a user reads first. Chosen by hand; not tuned."""
 MOST_QUESTIONS = 100
-"""Questions of a kind and a fold, a bound on the time of learning. Chosen by hand."""
+"""Largest number of questions of a kind and a fold, a bound on the duration of learning. Chosen
+by hand."""
 
 
 @dataclass(frozen=True)
 class KindCertainty:
-    """How sure answers to one kind of question are.
+    """Certainty of answers to one kind of question.
 
     Attributes
     ----------
     whole : Certainty or None
-        That all of the question holds.
+        Certainty that all of the question holds.
     part : Certainty or None
-        That the capture shows the action that the answer shows.
+        Certainty that the capture shows the action that the answer shows.
     """
 
     whole: Certainty | None = None
@@ -111,7 +112,7 @@ def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
         words = written.without(inside)
         captures = np.unique(written.captures[inside])
         captures = captures[_evenly(len(captures), MOST_CAPTURES)]
-        takes = [_hear(written, words, int(c)) for c in captures]
+        takes = [_log_odds_in(written, words, int(c)) for c in captures]
         shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
         verbs = np.flatnonzero(known)
         for answers, questions in (
@@ -146,7 +147,7 @@ def without_questions(
     shown : array (captures, words)
         The words of the captions of each capture.
     verbs : array (verbs,)
-        Numbers of the words that questions are made of.
+        Numbers of the words from which questions are made.
     names : sequence of str
         The words.
     """
@@ -175,7 +176,7 @@ def either_questions(
 def _ask(
     answers: _Answers, takes: Sequence[TakeScores], question: MadeQuestion, names: Sequence[str]
 ) -> None:
-    """Ask one question of the captures, and note its first answers."""
+    """Search the captures for one question, and record its first answers."""
     number = {name: n for n, name in enumerate(names)}
     hits = [by_question.search_take(take, question.readings, number) for take in takes]
     ranked = [(n, hit) for n, hit in enumerate(hits) if hit is not None]
@@ -187,7 +188,7 @@ def _ask(
         answers.part.append(bool(question.shown[hit.reading, n]))
 
 
-def _hear(written: Written, words: WordMap, capture: int) -> TakeScores:
+def _log_odds_in(written: Written, words: WordMap, capture: int) -> TakeScores:
     """Log-odds of all words in a capture, from its motion."""
     rows = written.segments[capture]
     starts, ends = written.table.starts[rows], written.table.ends[rows]
@@ -196,12 +197,12 @@ def _hear(written: Written, words: WordMap, capture: int) -> TakeScores:
 
 
 def _evenly(n: int, most: int) -> IntArray:
-    """At most so many of n numbers, evenly over them."""
+    """At most ``most`` of the numbers 0 to n - 1, at even distances."""
     return np.unique(np.linspace(0, max(n - 1, 0), min(n, most)).astype(np.int64))
 
 
 def _fit(cues: FloatArray, right: Sequence[bool]) -> Certainty | None:
-    """None if too few answers are known, or all are right or all wrong."""
+    """Fit a probability; None if too few answers are known, or all are right or all wrong."""
     truth = np.array(right, dtype=bool)
     if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
         return None

@@ -1,13 +1,14 @@
 """Fitting the judge of motion, and the calibration of its two cues.
 
-The calibration uses real captures in pairs: one whose captions say w, and one of the same performer
-whose captions do not say w nor a word related to it, in half of the pairs one of those that
-resemble w most. Both are judged without the two, each by one or two of its windows, because what is
-judged later is as short. The probability is therefore one at even odds.
+The calibration uses real captures in pairs: one whose captions contain the word w, and one of the
+same performer whose captions contain neither w nor a word related to it. In half of the pairs, the
+second is one of the captures most similar to those of w. Both are judged without the two, each by
+one or two of its windows, because generated motion is as short. The probability therefore assumes
+prior odds of one to one.
 
-A part of a capture of several actions may not show w. So the first of a pair is a capture whose
-captions name one action, unless there are too few of these. No word has more than
-``PAIRS_OF_A_WORD`` pairs, so that the probability is not that of walking and running alone.
+A part of a capture of several actions may not show w. The first of a pair is therefore a capture
+whose captions name one action, unless there are too few of these. No word has more than
+``PAIRS_OF_A_WORD`` pairs, so that walking and running alone do not determine the probability.
 
 On 505 pairs of CMU captures, 61 words, with the performers left out of the calibration: area under
 the curve .84, expected calibration error .04; probabilities of .12, .29, .50, .70 and .94 were
@@ -33,17 +34,18 @@ from motiondb.search.certainty import Certainty, fit_probability
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 
 OTHERS = 3
-"""Captures beside which each capture is judged: more make the calibration steadier. By hand."""
+"""Number of captures with which each capture is compared: more make the calibration more stable.
+Chosen by hand."""
 PAIRS_OF_A_WORD = 30
-"""Pairs of captures of a word for the calibration. Chosen by hand: more take longer, and words with
-many captures would outweigh the others."""
+"""Largest number of pairs of a word for the calibration. Chosen by hand: more take longer, and
+words with many captures would outweigh the others."""
 MOST_PAIRS = 3_000
-"""Pairs of captures for the calibration. Chosen by hand: more take longer."""
+"""Largest number of pairs for the calibration. Chosen by hand: more take longer."""
 PARTS = 2
-"""Most windows of a capture that are judged in the calibration: 3 to 4.5 s, about as long as what
-``generate`` makes of an action."""
+"""Largest number of windows of a capture that are judged in the calibration: 3 to 4.5 s, about
+the duration of an action in a generated motion."""
 LEAST_PAIRS = 15
-"""Pairs below which nothing is calibrated, as for answers (``asked_certainty``)."""
+"""Smallest number of pairs for a calibration, as for answers (``asked_certainty``)."""
 
 
 def fit_judge(
@@ -91,7 +93,7 @@ def _draw_pairs(
 ) -> list[tuple[int, int, int]]:
     """Pairs of captures for the calibration: (word, capture with the word, capture without it).
 
-    Of captures of one action where there are enough, otherwise of all.
+    The first capture shows one action if there are enough of these; otherwise it may be any.
     """
     single = frozenset(c for c in table.said if table.said[c][1] <= 1)
     pairs = _pairs_of(table, performers, rng, single)
@@ -144,7 +146,7 @@ def _compare(
     pairs: Sequence[tuple[int, int, int]],
     rng: np.random.Generator,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Cues of a part of both captures of every pair, and whether each has the word."""
+    """Cues of a part of each capture of every pair, and whether the capture has the word."""
     sums = table.sums()
     cues, right = [], []
     for word, says, says_not in pairs:

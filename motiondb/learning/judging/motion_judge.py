@@ -12,7 +12,7 @@ from. Notation:
             the ridge regression of g_w on x. Each window weighs 1/sqrt(windows of its capture).
 
 Two cues give a calibrated probability that a motion shows w: z_w, and z_w less the largest z of
-other words. Words that mostly stand in the same captions as w do not count among the others.
+other words. Words that mostly occur in the same captions as w do not count among the others.
 :mod:`motiondb.learning.judging.judge_fitting` describes their calibration.
 
 Source: ridge regression on pooled features is the strongest ordinary method of ``docs/quality.md``.
@@ -52,7 +52,7 @@ Said = Mapping[int, tuple[frozenset[int], int]]
 
 @dataclass(frozen=True, eq=False)
 class MotionJudge:
-    """The fitted data of the judge; the words of the captures are the present ones.
+    """The fitted data of the judge; the words of the captures are those of the current captions.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class MotionJudge:
     captures : array (windows,)
         Capture of every window.
     calibration : array (4,)
-        Certainty of the two cues, packed; empty if too few captures could be compared.
+        Certainty from the two cues, as an array; empty if too few captures could be compared.
     """
 
     mean: FloatArray
@@ -75,7 +75,7 @@ class MotionJudge:
     calibration: FloatArray
 
     def only(self, captures: Collection[int]) -> MotionJudge:
-        """The judge with the windows of some captures."""
+        """Return the judge with the windows of some captures only."""
         kept = np.isin(self.captures, list(captures))
         rows, owners = self.rows[kept], self.captures[kept]
         return MotionJudge(self.mean, self.spread, rows, owners, self.calibration)
@@ -135,7 +135,7 @@ class Sums:
     weight: float
 
     def less(self, other: Sums) -> Sums:
-        """These sums without those of some captures."""
+        """Return these sums less those of some captures."""
         return Sums(
             self.gram - other.gram, self.cross - other.cross, self.words - other.words,
             self.weight - other.weight,
@@ -144,7 +144,7 @@ class Sums:
 
 @dataclass(frozen=True, eq=False)
 class JudgingTable:
-    """The judge with the words of the present captions.
+    """The judge with the words of the current captions.
 
     Attributes
     ----------
@@ -226,9 +226,9 @@ class WithoutSources:
     mean : array (words,)
         m.
     n_captures : array (words,)
-        Number of captures left whose captions say each word.
+        Number of remaining captures whose captions have each word.
     captures : frozenset of int
-        Captures left.
+        The remaining captures.
     """
 
     table: JudgingTable
@@ -280,19 +280,19 @@ def judge_without(
     out : collection of int
         Captures to leave out.
     sums : Sums, optional
-        Those of all windows, where they are known.
+        Sums over all windows, if they are already computed.
     """
     gone = np.flatnonzero(np.isin(table.owners, list(out)))
     left = (sums or table.sums()).less(table.sums(gone))
     if len(gone) == len(table.owners):
         return None
     ridge = np.full(len(left.gram), RIDGE)
-    ridge[-1] = 1e-9  # the constant is free
+    ridge[-1] = 1e-9  # the constant is not penalised
     slopes = np.linalg.solve(left.gram + np.diag(ridge), left.cross)
     n_captures = np.diag(table.together).copy()
     inside = set(table.owners[gone].tolist())
     for capture in inside:
         n_captures[sorted(table.said[capture][0])] -= 1.0
-    there = frozenset(table.owners.tolist()) - inside
+    remaining = frozenset(table.owners.tolist()) - inside
     mean = left.words / left.weight
-    return WithoutSources(table, np.asarray(slopes), mean, n_captures, there)
+    return WithoutSources(table, np.asarray(slopes), mean, n_captures, remaining)

@@ -11,7 +11,7 @@ for segment i of such a capture:
     r_i   how much more evidence a map of whole captions has for the words than for others, nats a
           second (both: :mod:`motiondb.learning.making.competing_words`),
     x_i   the largest evidence for an excluded action,
-    u     number of words that the captions say beside those of the action,
+    u     number of words of the captions besides those of the action,
     d     distance of posture and travel from those of the other sources, in standard deviations,
     a     largest unlikelihood of a segment of the capture among all motion, nats a frame.
 
@@ -22,7 +22,7 @@ The value of a segment is
 and the cost of a capture U u + D d^2 + A max(a - a0, 0), where a0 is the least median of a over the
 captures of a performer, or RARE where that is more. So a bar, a motorcycle, a dance or a
 somersault is used for a plain word only where no plain capture shows it, and the standing before a
-jump is not taken for the jump.
+jump is not used as the jump.
 
 Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
 as directions, which are measured in the motion (:mod:`motiondb.generate.direction`). A direction
@@ -49,7 +49,8 @@ from motiondb.learning.making.source_costs import (
 )
 from motiondb.learning.places.place_fitting import Written
 from motiondb.records import FloatArray
-from motiondb.words.question.tree import SIDES, NotUsed
+from motiondb.words.lexicon.lemmas import VERBS
+from motiondb.words.question.tree import LIMBS, SIDES, NotUsed
 
 LEAST_SHOWN = 0.1
 """Y: a place that the caption's order rules out can still be overruled by the motion. With .02 it
@@ -60,15 +61,17 @@ its neighbours. Chosen by hand; not tuned."""
 EXCLUDED_WEIGHT = 0.5
 """X: twice E, because an exclusion is meant strictly. Chosen by hand; not tuned."""
 LEAST_EVIDENCE = 1.0
-"""Evidence in nats a second below which the motion says nothing of the place. Chosen by hand."""
+"""Evidence in nats a second below which the motion does not determine the place. Chosen by hand."""
 MOST_EVIDENCE = 16.0
-"""Evidence beyond which a segment is not better, nats a second. Chosen by hand; not tuned."""
+"""Evidence above which a segment is not valued higher, nats a second. Chosen by hand; not tuned."""
 UNASKED_WEIGHT = 0.7
 """U. Chosen by hand; .35 and .7 make no difference to how many excerpts the judge finds right."""
 MOST_UNASKED = 6
-"""Words beyond which a caption is no less plain. Chosen by hand; not tuned."""
+"""Number of further words above which the cost of a caption no longer rises. Chosen by hand; not
+tuned."""
 APART = 1.0
-"""Cost of a caption that says the words in different actions ("walk, veer left"). By hand."""
+"""Cost of a caption that says the words in different actions ("walk, veer left"). Chosen by
+hand."""
 SPEED_SAID = 1.0
 """Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
 USUAL = 0.7
@@ -80,7 +83,7 @@ DIRECTIONS = SIDES | {
     "up", "down", "forward", "backward", "back", "around", "over", "under", "sideways", "away",
     "off", "out", "in", "on", "straight",
 }  # fmt: skip
-"""Words that say where to: without a caption that has them they are left out before others are."""
+"""Words of direction: if no caption has them, they are left out before other words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +137,7 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
         ]  # fmt: skip
         groups.append(kept)
     action = replace(action, groups=tuple(dict.fromkeys(groups)))
-    sides = _numbers(learned, sorted(SIDES))
+    sides = _free_sides(learned, [word for group in action.groups for word in group])
     sources_found = []
     for capture, actions in listed.items():
         numbers = [_numbers(learned, group) for group in action.groups]
@@ -184,13 +187,17 @@ def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
 def _said_together(
     listed: dict[int, list[frozenset[int]]], group: tuple[str, ...], learned: Learned
 ) -> tuple[str, ...]:
-    """The largest part of a group of words that some caption says together.
+    """The largest part of a group of words, with its first verb, that some caption says together.
 
-    Of parts of equal size the one without words of direction wins, then the one whose words come
-    first. A side may stand in another action of the caption ("walk, veer left").
+    Of parts of equal size, the one without words of direction is preferred, then the one whose
+    words come first. A side may occur in another action of the caption ("walk, veer left"), but the
+    side of a limb is not kept without the limb: "kick with the left foot" does not ask for a turn
+    left.
     """
-    sides = _numbers(learned, sorted(SIDES))
     group = group[:MOST_WORDS]
+    has_limb = bool(LIMBS.intersection(group))
+    verb = next((word for word in group if word in VERBS), None)
+    sides = _free_sides(learned, group)
     for size in range(len(group), 0, -1):
         parts = sorted(
             combinations(range(len(group)), size),
@@ -198,18 +205,27 @@ def _said_together(
         )
         for part in parts:
             words = tuple(group[k] for k in part)
+            if verb is not None and verb not in words:
+                continue
+            if has_limb and SIDES.intersection(words) and not LIMBS & {*words}:
+                continue
             numbers = [_numbers(learned, words)]
             if any(_cost_of_saying(said, numbers, sides) is not None for said in listed.values()):
                 return words
     return group[:1]
 
 
+def _free_sides(learned: Learned, words: Sequence[str]) -> frozenset[int]:
+    """Sides that may occur in another action of a caption; none where words name a limb."""
+    return frozenset() if LIMBS.intersection(words) else _numbers(learned, sorted(SIDES))
+
+
 def _cost_of_saying(
     actions: Sequence[frozenset[int]], groups: Sequence[frozenset[int]], sides: frozenset[int]
 ) -> float | None:
-    """Cost of captions that say every group in one action; None where a group is not said.
+    """Cost of captions that name every group in one action; None if a group is not named.
 
-    Sides may stand in another action than the rest of their group.
+    Sides may occur in another action than the rest of their group.
     """
     cost = 0.0
     everything = frozenset().union(*actions)

@@ -1,9 +1,9 @@
-"""The symbols of a sentence to be generated: every action decoded in turn, as long as it lasts.
+"""The symbols of a sentence to be generated: every action is decoded in turn, for its duration.
 
 Captions speak of whole captures, so t(word | symbol) alone cannot tell the jump from the standing
-before it. In its place stands how clearly a symbol's own segments show the action and nothing else
-(``generate.clarity``), with a share of t. How many symbols an action takes follows from how long it
-lasts in captures, and from how long the symbols that show it last.
+before it. It is therefore replaced by a measure of how clearly a symbol's own segments show the
+action and nothing else (``generate.clarity``), combined with t. The number of symbols of an action
+follows from its duration in captures and the durations of the symbols that show it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from motiondb.records import MOTION_FPS, Association, FloatArray, IntArray
 from motiondb.words.translation import decoding
 
 SHORTEST, LONGEST = 2.0, 5.0
-"""Seconds that an action lasts at least and at most, whatever the captures last."""
+"""Bounds on the duration of an action, seconds."""
 MOST_SYMBOLS = 4
-"""Symbols of one action at most. Chosen by hand; not tuned."""
+"""Largest number of symbols of one action. Chosen by hand; not tuned."""
 CLEAR_WEIGHT = 3.0
-"""w: how much more than t counts what the symbol's own segments show."""
+"""w: weight of the symbol's own segments relative to t."""
 UNSAID = 1e-4
-"""Most that NULL may say of a word: what is asked for is to be seen."""
+"""Bound on t(word | NULL), because the symbols must explain requested actions. Chosen by hand."""
 
 
 def decode_actions(
@@ -41,13 +41,14 @@ def decode_actions(
 
     Parameters
     ----------
-    avoided : per action, symbols that are not to show it; an action that avoids some may follow
-        any symbol.
+    avoided : sequence
+        Per action, the symbols that must not show it. An action that avoids some may follow any
+        symbol.
 
     Raises
     ------
     QueryError
-        for words that no symbols can show.
+        No symbols can show the words.
     """
     symbols: list[int] = []
     positions: list[int] = []
@@ -73,8 +74,8 @@ def decode_actions(
                 break
         if decoded is None:
             raise QueryError(
-                f"generate: expected symbols for {' '.join(action)!r}, found none that the words "
-                "ever stood beside. Add captures with these words and learn again."
+                f"generate: expected symbols for {' '.join(action)!r}, found none that "
+                "occur together with these words. Add captures with these words and learn again."
             )
         symbols += decoded.symbols
         positions += [number] * len(decoded.symbols)
@@ -83,15 +84,15 @@ def decode_actions(
 
 
 def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[float]:
-    """How long an action lasts: the median over captures described with its words, within bounds.
+    """Return durations of actions: medians over captures described with their words, within bounds.
 
-    A capture of several actions gives each an equal share. Where no own caption holds a word of the
-    action, what the database started from says how long it lasts.
+    A capture of several actions gives each an equal share. If no own caption holds a word of the
+    action, the duration is that of the start.
 
     Raises
     ------
     QueryError
-        when no capture has words.
+        No capture has words.
     """
     described = learned.described
     start = {} if learned.started is None else learned.started.seconds
@@ -132,7 +133,7 @@ def _clarity(learned: Learned, action: Sequence[str]) -> FloatArray:
 
 
 def _count_symbols(learned: Learned, clear: FloatArray, seconds: float) -> int:
-    """Symbols that fill the time, from how long the segments of those that show it last."""
+    """Number of symbols that fill a duration, by the durations of those that show the action."""
     table = learned.segments
     count = np.maximum(np.bincount(table.symbols, minlength=len(clear)), 1)
     frames = np.bincount(table.symbols, table.ends - table.starts, minlength=len(clear)) / count
@@ -144,7 +145,7 @@ def _count_symbols(learned: Learned, clear: FloatArray, seconds: float) -> int:
 
 
 def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
-    """The words of an action as often as it has symbols: it is to be seen all the while, not once.
+    """Repeat the words of an action once per symbol, because every symbol is to show it.
 
     >>> _said_throughout(["turn", "left"], 3)
     ['turn', 'left', 'turn', 'left']
@@ -155,7 +156,7 @@ def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
 def _shown_association(learned: Learned, action: Sequence[str], clear: FloatArray) -> Association:
     """How well a symbol shows a word of an action, in place of t(word | symbol): (t + w c) c.
 
-    Rows need not sum to 1: a symbol that shows nothing clearly says nothing.
+    Rows need not sum to 1: a symbol that shows nothing clearly has a small sum.
     """
     asked = word_numbers(learned, action)
     t = learned.smoothed_association.translation.copy()

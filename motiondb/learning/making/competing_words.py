@@ -1,4 +1,4 @@
-"""How clearly a segment shows the asked words and no others: two opinions beside its place.
+"""How clearly a segment shows the requested words and no others: two measures besides its place.
 
 By neighbours. Each segment is compared with the segments of all other described captures:
 
@@ -8,8 +8,9 @@ By neighbours. Each segment is compared with the segments of all other described
     q       1/|W| sum_{w in W} log (p(w) + SMALL) - log (max_v p(v) + SMALL),
 
 with W the asked words, and v over the words that are neither in W nor related to it: words that
-stand in half of the captures of a word of W, or of whose captures half say it. So the steps towards
-the stool, which look like the beginning of many captures, lose against the sitting.
+stand in half of the captures of a word of W, or of whose captures half say it. The steps towards a
+stool, which resemble the beginning of many captures, therefore get a lower value than the sitting
+down.
 
 By a map of whole captions. b(w) is the evidence, in nats a second, of a ridge regression on all
 other takes that takes every word of a take to be shown in all of it
@@ -37,9 +38,9 @@ from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray, IntArray
 
 NEIGHBOURS = 10
-"""Captures that are asked. The first measurements compared ten; not tuned."""
+"""Number of neighbouring captures. The first measurements compared ten; not tuned."""
 SMALL = 0.03
-"""Share of one in about thirty neighbours, below which a word counts as not said. Chosen by hand;
+"""The share of one in about thirty neighbours; below it a word counts as absent. Chosen by hand;
 not tuned."""
 MOST_RIVALRY = 16.0
 """Nats a second beyond which r is no larger, so that it weighs no more than the evidence of the
@@ -133,7 +134,7 @@ def neighbour_gain(
 
 
 def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
-    """Words that mostly stand in the same captures as one of some words, these among them.
+    """Return words that mostly occur in the same captures as one of some words, and these words.
 
     Parameters
     ----------
@@ -145,11 +146,11 @@ def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
     >>> sorted(related_words(np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]), [1]))
     [0, 1]
     """
-    there = (says > 0.0).astype(float)
-    counts = np.maximum(there.sum(axis=0), 1.0)
+    present = (says > 0.0).astype(float)
+    counts = np.maximum(present.sum(axis=0), 1.0)
     related = set(words)
     for word in words:
-        both = there[:, word] @ there
+        both = present[:, word] @ present
         near = (both > 0.0) & ((both >= RELATED * counts[word]) | (both >= RELATED * counts))
         related |= set(np.flatnonzero(near).tolist())
     return related

@@ -30,7 +30,7 @@ MARGIN = 12
 FURTHER = 36
 """Frames (1.2 s) by which an excerpt may be extended to a usual pose. Chosen by hand."""
 UNUSUAL = 2.0
-"""Mean squared distance from the mean pose, in variances, from which on a pose is unusual. Chosen
+"""Mean squared distance from the mean pose, in variances, above which a pose is unusual. Chosen
 by hand; not tuned."""
 
 

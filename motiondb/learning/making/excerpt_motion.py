@@ -37,32 +37,33 @@ from motiondb.pose import pose_vectors
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 JOIN_WEIGHT = 0.5
-"""Weight of join costs beside target costs. Chosen by hand; not tuned."""
+"""Weight of join costs relative to target costs. Chosen by hand; not tuned."""
 TEMPERATURE = 0.3
-"""Nats by which chance moves the score of an excerpt. Chosen by hand; not tuned."""
+"""Scale of the random change of the score of an excerpt, nats. Chosen by hand; not tuned."""
 MOST_EXCERPTS = 24
-"""Excerpts of an action among which the sequence is chosen. Chosen by hand."""
+"""Number of excerpts of an action among which the sequence is chosen. Chosen by hand."""
 WORST = 6.0
-"""Nats by which a candidate may be worse than the best. Chosen by hand; not tuned."""
+"""Nats by which a candidate may score below the best. Chosen by hand; not tuned."""
 CUTS = (0, 5, 10, 15)
-"""Frames by which a cut is moved inwards, to where a seam fits. Chosen by hand."""
+"""Frames by which a cut may be moved inwards to a better seam. Chosen by hand."""
 SPEED_WEIGHT = 6.0
 """Cost of a factor e between the speed of an excerpt and the one asked for. Chosen by hand; not
 tuned."""
 USED_COST = 4.0
-"""Cost of a capture for every earlier variant that used it for the same action. By hand."""
+"""Cost of a capture for every earlier variant that used it for the same action. Chosen by hand."""
 SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
 repeated. Chosen by hand; not tuned."""
 LEAST_FRAMES = 15
-"""Frames (0.5 s) of an excerpt of which less is asked for. Chosen by hand."""
+"""Smallest bound on the length of an excerpt, frames (0.5 s), however short the requested
+duration. Chosen by hand."""
 LEAST_CHANGE = 0.02
-"""Changes of the tempo below this share are not made. Chosen by hand."""
+"""Smallest relative change of the tempo that is made. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShownExcerpt:
-    """What was done for one action.
+    """The excerpt of one action, and how it is played.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What was done for an action: counts, durations and speeds, honoured or not."""
+"""Report on an action: which counts, durations and speeds the motion has, and which it does not."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from motiondb.words.question.say import say_count, say_duration
 from motiondb.words.question.tree import NotUsed
 
 NEAR_ENOUGH = 0.1
-"""Share by which a duration may miss what was asked for. Chosen by hand."""
+"""Largest relative difference from a requested duration that still counts as met. Chosen by
+hand."""
 
 
 def say_amounts(action: PlannedAction) -> list[str]:
@@ -38,7 +39,7 @@ def say_amounts(action: PlannedAction) -> list[str]:
 def report_excerpt(
     learned: Learned, shown: ShownExcerpt
 ) -> tuple[tuple[str, ...], tuple[NotUsed, ...]]:
-    """What was done for an action, and what was not honoured.
+    """Return the counts, durations and speeds that an action has, and those that were not met.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def place_probability(learned: Learned, shown: ShownExcerpt) -> float | None:
 
 
 def segments_of(learned: Learned, shown: ShownExcerpt) -> list[int]:
-    """Symbols of the segments that the parts of an excerpt play, by half of each at least."""
+    """Symbols of the segments of which the parts of an excerpt play at least half."""
     rows = learned.rows[shown.excerpt.capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     symbols = learned.segments.symbols[rows]

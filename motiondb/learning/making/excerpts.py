@@ -30,25 +30,25 @@ SHORTEST, LONGEST = 75, 150
 capture is shorter. Chosen by hand: two to three seconds were the best context for recognition in
 first measurements."""
 UNPLACED = 105
-"""Frames (3.5 s) of an excerpt at least where the motion does not say where the action is. Chosen
+"""Shortest excerpt, frames (3.5 s), if the motion does not determine where the action is. Chosen
 by hand; not tuned."""
 MOVED = 8
-"""Frames by which chance moves a cut. Chosen by hand."""
+"""Largest random shift of a cut, frames. Chosen by hand."""
 MOST_OF_A_CAPTURE = 3
 """Excerpts of one capture. Chosen by hand; not tuned."""
 FAR_BELOW = 2.0
 """Nats by which a further excerpt of a capture may be worse than its best: worse ones are approach
 and waiting. Chosen by hand; not tuned."""
 LEAST_CYCLIC = 90
-"""Frames (3 s) that a periodic movement lasts at least. Chosen by hand."""
+"""Shortest periodic movement, frames (3 s). Chosen by hand."""
 SLACK = 20
-"""Frames by which a cut may move to where the end and the beginning are alike. By hand."""
+"""Frames by which a cut may move to where the end and the beginning are alike. Chosen by hand."""
 SHORTEST_LOOP = 45
 """Fewest frames (1.5 s) of a loop of a movement without a period. Chosen by hand."""
 TOLERANCE = 0.05
 """Share by which a duration may be missed so that a loop fits. Chosen by hand."""
 LEAST_LOOP = 0.6
-"""Share of an excerpt without a period that a loop repeats at least. Chosen by hand; not tuned."""
+"""Smallest share of an excerpt without a period that a loop repeats. Chosen by hand; not tuned."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ class Layout:
     said : str
         How the excerpt is repeated; "" where it is played once.
     times : int or None
-        How often the action is done; None where it was not asked.
+        Number of performances of the action; None if no number was requested.
     """
 
     parts: tuple[tuple[int, int], ...]
@@ -260,10 +260,10 @@ def _times(
         said = f"the whole excerpt of {length:.1f} s, {times} times" if times > 1 else ""
         return Layout((unit,) * times, said, times)
     first = start + calmest_phase(poses[start:end], period)
-    there = max((end - first) // period, 1)
-    parts = [(first, first + there * period)] * (times // there)
-    if times % there:
-        parts.append((first, first + times % there * period))
+    n_cycles = max((end - first) // period, 1)
+    parts = [(first, first + n_cycles * period)] * (times // n_cycles)
+    if times % n_cycles:
+        parts.append((first, first + times % n_cycles * period))
     said = f"{times} cycles of {period / MOTION_FPS:.1f} s"
     return Layout(tuple(parts), said, times)
 

@@ -1,9 +1,9 @@
-"""Motion from a sentence: what it asks for, what shows it, the motion, and what the motion shows.
+"""Motion from a sentence: its actions, captures that show them, the motion, and its evaluation.
 
 Methods: ``stitched`` (excerpts of captures that show the actions, seams blended, feet held),
 ``trajectory`` (the most probable smooth trajectory of the symbols' HMMs) and ``montecarlo`` (every
-frame drawn by itself, as paper A prints it). What is said of the result comes from a judge that had
-no part in making it (:mod:`motiondb.learning.making.shown_actions`).
+frame drawn by itself, as paper A prints it). The result is evaluated by a judge that is not used in
+making it (:mod:`motiondb.learning.making.shown_actions`).
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ class MadeMotion:
     shown : tuple of JudgedAction
         Per action that was asked for, whether the motion shows it.
     decided : tuple of str
-        What the sentence leaves open, and how it was decided.
+        Decisions on what the sentence leaves open.
     not_used : tuple of NotUsed
-        What of the sentence the motion takes no account of.
+        Parts of the sentence that the motion does not show.
     captures : tuple of int
         Capture of every action's excerpt; none for other methods.
     """
@@ -89,7 +89,7 @@ class MadeMotion:
 
 @dataclass(frozen=True, eq=False)
 class _Wanted:
-    """A sentence as it is to be made."""
+    """The planned actions of a sentence, with notes."""
 
     question: KnownQuestion
     actions: tuple[PlannedAction, ...]
@@ -100,7 +100,7 @@ class _Wanted:
 
 @dataclass(frozen=True)
 class MotionRequest:
-    """What is to be made.
+    """A request for a motion.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class MotionRequest:
     method : str
         One of ``METHODS``.
     anyway : bool
-        Make what can be made where nothing in the database shows an action.
+        Whether to make the rest of the motion if nothing in the database shows an action.
     instead : dict
         Word that no caption says -> the nearest known word, which is made in its place and does not
         count as showing it.
@@ -194,7 +194,7 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
 
 
 def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
-    """Words of the actions of which no caption holds a word; one known alternative suffices."""
+    """Words of the actions without any word of a caption; one known alternative suffices."""
     return _missing_below(read.tree, counts)
 
 
@@ -230,7 +230,7 @@ def _sources(
     Raises
     ------
     QueryError
-        Where nothing shows an action, unless it is made all the same.
+        Nothing shows an action, and ``anyway`` is False.
     """
     if not learned.has_words:
         raise QueryError(
@@ -302,7 +302,7 @@ def _from_excerpts(
 def _from_symbols(
     learned: Learned, takes: Takes, wanted: _Wanted, rng: np.random.Generator, method: str
 ) -> MadeMotion:
-    """A motion of the HMMs with what it shows; amounts, speeds and exclusions are named."""
+    """A motion of the HMMs with what it shows; reports unsupported amounts and exclusions."""
     known = [
         tuple(word for word in action.words if word in learned.word_numbers)
         for action in wanted.actions
@@ -333,7 +333,7 @@ def _not_by_symbols(action: PlannedAction, method: str) -> list[NotUsed]:
     """What the HMMs cannot do."""
     from motiondb.learning.making.excerpt_report import say_amounts
 
-    left = [NotUsed(text, f"{method} has no place for it") for text in say_amounts(action)]
+    left = [NotUsed(text, f"{method} does not support it") for text in say_amounts(action)]
     left += [
         NotUsed(f"not {' '.join(words)}", f"{method} excludes nothing; the result is judged for it")
         for words in action.excluded

@@ -23,7 +23,8 @@ from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
 from motiondb.symbols.models import hmm
 
 MEMBERS = 60
-"""Segments per symbol that take part, the most probable ones. Chosen by hand; not tuned."""
+"""Largest number of segments per symbol; the most probable ones are used. Chosen by hand; not
+tuned."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""What a motion is to show: a question's tree as a list of planned actions.
+"""The plan of a motion: a question's tree as a list of planned actions.
 
 A planned action has one excerpt of motion, or several that are repetitions. The nodes of the tree
 are honoured as follows:
@@ -11,7 +11,7 @@ are honoured as follows:
     Repeated, Lasting   of one action: how often, how long; of several: the whole list again, or
                         equal shares of the time
 
-What is decided or cannot be honoured is told in notes.
+Notes report what was decided and what cannot be shown.
 """
 
 from __future__ import annotations
@@ -40,11 +40,13 @@ from motiondb.words.question.tree import (
 )
 
 MOST_ACTIONS = 128
-"""Actions of a sentence, repetitions counted, as in ``readings.MOST_PARTS``. Chosen by hand."""
+"""Largest number of actions of a sentence, counting repetitions, as in ``readings.MOST_PARTS``.
+Chosen by hand."""
 MOST_TIMES = 50
-"""Repetitions of one action. Chosen by hand."""
+"""Largest number of repetitions of one action. Chosen by hand."""
 MOST_SECONDS = 600.0
-"""Duration of one action: longer motions are better joined elsewhere. Chosen by hand."""
+"""Largest duration of one action, seconds: longer motions are better joined elsewhere. Chosen by
+hand."""
 
 
 @dataclass(frozen=True)
@@ -81,9 +83,9 @@ class PlannedAction:
     Attributes
     ----------
     groups : tuple of tuple of str
-        Words of the actions that are shown at once; mostly one group.
+        Words of the actions that are shown at the same time; usually one group.
     speed : str
-        "slow", "fast", or "" where the sentence says nothing of speed.
+        "slow", "fast", or "" if the sentence does not mention speed.
     excluded : tuple of tuple of str
         Words of every action that must not be shown.
     times : Amount or None
@@ -121,9 +123,9 @@ def plan_sentence(
     actions : tuple of PlannedAction
         In order; at least one.
     notes : tuple of str
-        What was decided.
+        The decisions.
     not_used : tuple of NotUsed
-        What the plan leaves out.
+        Parts of the sentence that the plan leaves out.
 
     Raises
     ------
@@ -172,7 +174,7 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
         case Action():
             return _plan_action(node, notes)
         case Anything():
-            notes.left.append(NotUsed("?", "nothing is made for any action"))
+            notes.left.append(NotUsed("?", "no motion is made for an open action"))
             return []
         case AnyOf():
             chosen = int(rng.integers(len(node.parts)))
@@ -199,7 +201,7 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
 
 
 def _plan_action(node: Action, notes: _Notes) -> list[PlannedAction]:
-    """One action; manners of speed are no words to show."""
+    """One action; words of speed are not among the words to show."""
     speeds = [speed for word in node.all_words if (speed := speed_of(word))]
     words = tuple(dict.fromkeys(word for word in node.all_words if not speed_of(word)))
     if not words:
@@ -278,7 +280,7 @@ def _excluded(nodes: Sequence[Node], notes: _Notes) -> list[tuple[str, ...]]:
     for node in nodes:
         if not isinstance(node, (Action, Anything)):
             notes.decided.append(
-                f"not {say(node)}: each of its actions is excluded in any order, number and length"
+                f"not {say(node)}: its actions are excluded in any order, number and duration"
             )
         excluded += [action.all_words for action in actions_of(node) if action.all_words]
     return excluded

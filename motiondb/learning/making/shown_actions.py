@@ -1,9 +1,9 @@
 """Whether a motion shows what was asked: the judge's answer for every action.
 
-The judge (:mod:`motiondb.learning.judging.motion_judge`) has no part in making the motion, and
-never sees the captures that it was made from. An action of several words is judged as one word that
-all captures have whose captions say these words; where no other capture says all of them, by its
-least probable word.
+The judge (:mod:`motiondb.learning.judging.motion_judge`) is not used in making the motion, and
+never uses the captures from which it was made. An action of several words is judged as one word
+that all captures have whose captions say these words; where no other capture says all of them, by
+its least probable word.
 
 Captions describe whole captures. Where no other capture (of the same performer, if there are any)
 is described with the action alone, the judge cannot tell it from the actions that are always listed
@@ -34,11 +34,11 @@ from motiondb.pose.pose_vectors import to_path
 from motiondb.records import Float32Array, FloatArray, Motion
 
 SHOWN_FROM = 0.6
-"""Probability from which on an action counts as shown. More than one half, because it is worse to
-claim too much than too little. Chosen by hand; not tuned."""
+"""Smallest probability of an action that counts as shown. More than one half, because a false
+claim is worse than a missing one. Chosen by hand; not tuned."""
 ENTANGLED = 0.4
-"""Share of the captures of a word that list another one from which on they cannot be told apart,
-where the reverse holds for all. Chosen by hand; not tuned."""
+"""If all captures of one action list another word, smallest share of that word's captures
+listing the action for which the two cannot be told apart. Chosen by hand; not tuned."""
 FEWEST_OWN = 3
 """Captures of a performer that suffice to find what is always listed together; with fewer, those of
 all performers count. Chosen by hand; not tuned."""
@@ -59,16 +59,16 @@ class JudgedAction:
     end : int
         Last frame + 1.
     shown : bool or None
-        Whether the judge finds it probable enough, and nothing that was excluded; None where it
-        cannot tell.
+        Whether the judge finds the action probable enough and no excluded action; None if it cannot
+        decide.
     probability : float or None
-        That the part shows the action; None where the judge cannot tell.
+        Probability that the part shows the action; None if the judge cannot decide.
     described : tuple of (str, float)
         The words that the part shows most clearly, with their probabilities.
     reason : str
-        Why it is not shown, or why the judge cannot tell; "" where it is shown.
+        Why it is not shown, or why the judge cannot decide; "" if it is shown.
     done : tuple of str
-        How counts, durations and speeds were honoured.
+        The counts, durations and speeds of the motion.
     """
 
     words: tuple[str, ...]
@@ -83,7 +83,7 @@ class JudgedAction:
 
 @dataclass(frozen=True)
 class Asked:
-    """What a part of a motion is judged for.
+    """A part of a motion, and the actions for which it is judged.
 
     Attributes
     ----------
@@ -96,14 +96,14 @@ class Asked:
     end : int
         Last frame + 1.
     done : tuple of str
-        How counts, durations and speeds were honoured.
+        The counts, durations and speeds of the motion.
     directions : tuple of str
         Words of direction that are measured in the motion.
     placed : float or None
         Probability that the part comes from the right place of its capture; None where it is not
         known, and where the capture shows nothing else.
     performer : str
-        Who performs in that capture.
+        Performer of that capture.
     capture : str
         Name of that capture.
     """
@@ -136,7 +136,7 @@ def judge_motion(
     motion : Motion
         The motion.
     asked : sequence of Asked
-        What its parts are to show.
+        Its parts, with the actions they are to show.
     sources : sequence of int
         Captures that the motion was made from; the judge leaves them out.
     """
@@ -157,7 +157,7 @@ def judge_motion(
 
 
 def _against_direction(shown: JudgedAction, asked: Asked, path: FloatArray) -> JudgedAction:
-    """What the judge says, unless the motion does not do what a measured word says."""
+    """The judge's answer, or "not shown" if the motion does not do what a measured word says."""
     for direction in asked.directions:
         if gone(path[asked.start : asked.end], direction) < REACHED:
             return replace(shown, shown=False, reason=say_not_gone(direction))
@@ -167,7 +167,7 @@ def _against_direction(shown: JudgedAction, asked: Asked, path: FloatArray) -> J
 def _judge(
     learned: Learned, groups: dict[tuple[int, ...], int], sources: Sequence[int]
 ) -> WithoutSources | None:
-    """The judge without the sources, with a word more for every group of words."""
+    """The judge without the sources, with an additional word for every group of words."""
     if learned.judge is None or not learned.described:
         return None
     inside = set(learned.judge.captures.tolist())
@@ -190,10 +190,10 @@ def _judge_part(
     asked: Asked,
 ) -> JudgedAction:
     if judge is None or not len(judge.table.judge.calibration):
-        return JudgedAction(
-            asked.words, asked.start, asked.end, None, done=asked.done,
-            reason="the database has no judge of motion: learn again, with more captions",
-        )  # fmt: skip
+        why = "the database has no judge of motion: learn again, with more captions"
+        if not learned.described:
+            why = "no caption of this database can confirm it"
+        return JudgedAction(asked.words, asked.start, asked.end, None, done=asked.done, reason=why)
     last = max(asked.end // FEATURE_STEP, asked.start // FEATURE_STEP + 1)
     part = features[min(asked.start // FEATURE_STEP, len(features) - 1) : last]
     scores = judge.scores(pool_windows(part))
@@ -204,10 +204,10 @@ def _judge_part(
         if word < len(named)
     )[:N_DESCRIBED]
     each = [_probability(learned, judge, groups, scores, group) for group in asked.groups]
-    told = [p for p in each if p is not None]
+    known = [p for p in each if p is not None]
     unsure = ""
     shown: bool | None = None
-    probability = min(told) if len(told) == len(each) else None
+    probability = min(known) if len(known) == len(each) else None
     if probability is not None and asked.placed is not None and _is_mixed(learned, judge, asked):
         if probability >= SHOWN_FROM:
             unsure = (
@@ -249,8 +249,8 @@ def _probability(
     if whole is not None:
         return whole
     each = [judge.probability(scores, number) for number in numbers]
-    told = [p for p in each if p is not None]
-    return min(told) if len(told) == len(each) else None
+    known = [p for p in each if p is not None]
+    return min(known) if len(known) == len(each) else None
 
 
 def _saying(
@@ -258,7 +258,7 @@ def _saying(
 ) -> list[int]:
     """Captures that say an action; those of the performer alone, where there are enough of them.
 
-    The performer's captures are the most alike, so that the judge follows them.
+    The performer's captures are the most similar ones, so they determine the judge's answer.
     """
     numbers = {learned.word_numbers[w] for w in words if w in learned.word_numbers}
     saying = [c for c in sorted(judge.captures) if numbers <= judge.table.said[c][0]]
@@ -276,7 +276,7 @@ def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
 
 
 def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str | None:
-    """A word that the captions which could confirm an action list too; None where there is none.
+    """A word that all captions which could confirm an action also list; None if there is none.
 
     It counts if all of these captions list several actions, and if at least ``ENTANGLED`` of its
     own captures list the action.

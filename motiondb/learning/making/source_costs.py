@@ -1,4 +1,4 @@
-"""A source of an action, and what its motion costs and gains beside the other sources.
+"""A source of an action, and the costs and gains of its motion relative to the other sources.
 
 The notation is that of :mod:`motiondb.learning.making.action_sources`.
 """
@@ -25,8 +25,8 @@ RIVAL_WEIGHT = 0.5
 """R. Of 0, .25, .5 and 1, on the best excerpts of 36 actions of CMU: the judge finds the asked
 action before all others in .35, .37, .42, .42 (at N = 1; with R = .5 and N = 0 in .37)."""
 MOST_COMPARED = 100
-"""Sources, the best without q and r, for which these are computed. Chosen by hand: more take
-longer."""
+"""Number of sources, the best without q and r, for which q and r are computed. Chosen by hand:
+more take longer."""
 UNLIKE_WEIGHT = 0.4
 """D. Chosen by hand; not tuned."""
 RARE_WEIGHT = 0.12

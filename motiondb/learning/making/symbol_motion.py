@@ -1,9 +1,10 @@
 """Motion from the symbols of a sentence: trajectories of the HMMs, and frames drawn from them.
 
 Methods: ``trajectory`` (the most probable smooth trajectory) and ``montecarlo`` (every frame drawn
-by itself, as paper A prints it). Both know no durations, counts and speeds; these are named.
+by itself, as paper A prints it). Neither supports durations, counts or speeds; these are reported
+as not used.
 
-A motion that was made is recognised as a new capture would be, from its movement alone. Where the
+A generated motion is recognised like a new capture, from its movement alone. Where the
 words of an action are not recognised in its part, the motion is made again without the symbol that
 shows the action least (``generate.clarity``).
 """
@@ -29,7 +30,7 @@ from motiondb.words.translation import decoding
 ATTEMPTS = 4
 """Largest number of attempts until every action is recognised. Chosen by hand; not tuned."""
 RECOGNISED_FROM = 0.5
-"""Mean probability from which on a word counts as recognised: more probable than not."""
+"""Smallest mean probability of a recognised word: more probable than not."""
 LEAST_PROBABILITY = 1e-6
 """Probabilities are kept away from 0 and 1 by this much, so that logarithms stay finite."""
 
@@ -90,7 +91,7 @@ def symbol_motion(
     Raises
     ------
     QueryError
-        For words that no symbols can show.
+        No symbols can show the words.
     """
     avoided: list[set[int]] = [set() for _ in actions]
     best: SymbolMotion | None = None

@@ -1,1 +1,1 @@
-"""Where in their takes captions' actions happen, by segments and by frames."""
+"""The places of the captions' actions in their takes, by segments and by frames."""

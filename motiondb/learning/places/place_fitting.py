@@ -1,4 +1,4 @@
-"""The times of the actions of captions in their takes: found by ``learn``, stored for questions.
+"""The places of the captions' actions in their takes, which ``learn`` estimates and stores.
 
 Captions of whole takes are aligned with the segments (:mod:`motiondb.words.maps.place_map`).
 Captions of intervals give the place: their words are shown at the segments of which at least half
@@ -6,8 +6,8 @@ is in the interval, and nowhere else in a take without a caption for the whole. 
 captions of the take list are not shown there, and their words are not shown by the segments beside
 the interval.
 
-The result is y, the probability that each listed word is shown at each segment of a take. The map
-follows from it by one ridge regression, and so does the evidence for every take without itself.
+The result is y, the probability that each listed word is shown at each segment of a take. One ridge
+regression on y gives the map, and also the evidence for every take from the map without that take.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Actions = list[list[int]]
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Places of the listed words of every take that took part.
+    """Places of the listed words of every take that was used in learning.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
 def listed_takes(
     table: SegmentTable, standardised: FloatArray, written: Written
 ) -> tuple[list[int], ListedTakes] | None:
-    """Capture numbers and takes that captions with known words describe; None without any."""
+    """Capture numbers and takes whose captions have known words; None if there are none."""
     rows = capture_rows(table)
     takes: dict[int, _Take] = {}
     for capture, inside in rows.items():
@@ -178,7 +178,8 @@ def place_evidence(
 ) -> dict[int, FloatArray]:
     """Evidence that each word is shown at each segment, per capture: arrays (segments, words).
 
-    That of a take that took part is of the map without it; all others have the map of all.
+    For a take that was used in learning, the map is fitted without it; other takes use the map of
+    all.
 
     Parameters
     ----------
@@ -214,7 +215,8 @@ def unplaced_evidence(
     """Evidence for every word without its places, per capture: arrays (segments, words).
 
     As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
-    each by 1 / sqrt(actions of the take). Only for takes that took part; each by all others.
+    each by 1 / sqrt(actions of the take). Only takes that were used in learning get evidence, each
+    by the map of all others.
 
     Parameters
     ----------

@@ -1,15 +1,16 @@
-"""How sure answers are that stand on the captions of a start.
+"""Certainty of answers that depend on the captions of a start.
 
-The calibration of a start holds for the captures that taught it. On others, words are more or less
-usual and the evidence of motion is shifted, so that its log-odds x are off by an amount that
-nothing tells before there are own captions. Taken as normal with mean 0 and standard deviation
-SPREAD, the probability of a right answer is
+The calibration of a start holds for the captures from which it was learned. In other captures,
+words have other frequencies and the evidence of motion is shifted, so its log-odds x have an error
+that is unknown before there are own captions. If this error e is normal with mean 0 and standard
+deviation SPREAD, the probability of a right answer is
 
     P(right) = E sigmoid(x + e) ~ sigmoid(x / sqrt(1 + pi SPREAD^2 / 8)),
 
-so that probabilities come nearer to 0.5 and the order of answers stays. The threshold of "nothing
-matches" stays too. As own captions come, the certainty learned from them takes over
-(:func:`motiondb.learning.start.joining.join_certainty`).
+so probabilities move towards 0.5 and the order of answers does not change. The threshold of
+"nothing matches" does not change either. No such probability is given before own captions have
+checked it (:mod:`motiondb.learning.start.checking`); then it is the prior of the certainty that is
+learned from them (:func:`motiondb.learning.start.joining.join_certainty`).
 
 Source: MacKay, The evidence framework applied to classification networks (1992), for the integral.
 """
@@ -22,20 +23,20 @@ import numpy as np
 
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.question_certainty import KindCertainty
-from motiondb.learning.start.joining import join_certainty
+from motiondb.learning.start.checking import checked_certainty
 from motiondb.search.certainty import Certainty
 
 SPREAD = 2.5
 """In nats. Chosen among 0, 0.5, 1, 1.5, 2, 2.5, 3, 4 and 6 on CMU performers never seen: there the
 calibration error of the first five answers is smallest at 2.5, and the log-likelihood largest at 2
-and nearly as large at 2.5. The errors on captures of another studio stood in the same table; they
+and nearly as large at 2.5. The errors on captures of another studio were in the same table; they
 would have favoured a larger value."""
 
 
 def carry(first: Certainties) -> Certainties:
-    """The certainty of a start, as it holds for other captures than its own.
+    """The certainty of a start for captures other than its own.
 
-    Only answers to words are widened; those to examples, and intervals, are as they were learned.
+    Only the certainty of answers to words is widened; the others are unchanged.
 
     Parameters
     ----------
@@ -53,10 +54,13 @@ def carry(first: Certainties) -> Certainties:
 def join_certainties(own_certainties: Certainties, first: Certainties, n_own: float) -> Certainties:
     """The certainty learned from own captions and that of a start, by the weight of the start.
 
+    What own captions have not checked is None. So is the certainty of places, which is learned
+    later, from own captions alone.
+
     Parameters
     ----------
     own_certainties : Certainties
-        Learned from own captions; what is None was not.
+        Learned from own captions; a certainty that could not be learned is None.
     first : Certainties
         Of the start, as :func:`carry` made it.
     n_own : float
@@ -65,14 +69,14 @@ def join_certainties(own_certainties: Certainties, first: Certainties, n_own: fl
 
     def kinds(one: KindCertainty, other: KindCertainty) -> KindCertainty:
         return KindCertainty(
-            join_certainty(one.whole, other.whole, n_own),
-            join_certainty(one.part, other.part, n_own),
+            checked_certainty(one.whole, other.whole, n_own),
+            checked_certainty(one.part, other.part, n_own),
         )
 
     return Certainties(
-        join_certainty(own_certainties.words, first.words, n_own),
-        join_certainty(own_certainties.example, first.example, n_own),
-        first.place,
+        checked_certainty(own_certainties.words, first.words, n_own),
+        checked_certainty(own_certainties.example, first.example, n_own),
+        None,
         kinds(own_certainties.without, first.without),
         kinds(own_certainties.either, first.either),
     )

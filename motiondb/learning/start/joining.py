@@ -46,8 +46,8 @@ STRANGE = 0.2
 """Share of the own motion that the symbols of the start may explain worse than the background.
 Chosen by hand between 0.00 (CMU symbols, Bandai-Namco motion) and 0.62 (the other way)."""
 ENOUGH = 100
-"""Own described intervals from which a start whose symbols are strange is set aside: from there on
-it lowered the rank of true words on CMU captures (docs/start.md)."""
+"""Number of own described intervals at which a start whose symbols do not fit is set aside: with
+more, it lowered the rank of true words on CMU captures (docs/start.md)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,15 +263,15 @@ def join_said(
     own_said: NDArray[np.int64], words: tuple[str, ...], started: Started, weight: float
 ) -> NDArray[np.int64]:
     """Numbers of captions of every word: own ones plus w times the start's, at least 1 of these."""
-    there = started.taught.said @ started.columns(words)
-    joint = own_said + np.where(there > 0, np.maximum(np.rint(weight * there), 1.0), 0.0)
+    start_said = started.taught.said @ started.columns(words)
+    joint = own_said + np.where(start_said > 0, np.maximum(np.rint(weight * start_said), 1.0), 0.0)
     return np.asarray(joint, dtype=np.int64)
 
 
 def join_certainty(
     own_certainty: Certainty | None, first: Certainty | None, n_own: float
 ) -> Certainty | None:
-    """Weights, constant and threshold of both, the start's with the share w; one where it is alone.
+    """Return the mean of both certainties, the start's with weight w; if one is None, the other.
 
     Parameters
     ----------
@@ -298,7 +298,7 @@ def join_certainty(
 
 
 def join_reference(fitted: Association, counted: ExpectedCounts, started: Started) -> Association:
-    """The association that shares words out among symbols while they are counted.
+    """The association that distributes words among symbols in counting.
 
     Parameters
     ----------

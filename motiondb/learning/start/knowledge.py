@@ -34,7 +34,7 @@ class Origin:
     Attributes
     ----------
     name : str
-        What users call it, such as "cmu".
+        Name, such as "cmu".
     version : str
         Version of motiondb that learned it.
     captures : int
@@ -155,7 +155,7 @@ class Knowledge:
         return self.taught.words
 
     def facts(self) -> dict[str, Any]:
-        """Its content and origin, for print or JSON."""
+        """Its content and origin, for printing or JSON."""
         return {
             **self.origin.facts(),
             "sha256": self.origin.digest,
@@ -171,9 +171,9 @@ class Started:
     Attributes
     ----------
     knowledge : Knowledge
-        As it was read.
+        The knowledge as it was read.
     names : tuple of str
-        What each of its words is called here: the user's synonyms are applied.
+        The name of each of its words after the user's synonyms are applied.
     """
 
     knowledge: Knowledge
@@ -203,7 +203,7 @@ class Started:
         return totals
 
     def columns(self, words: tuple[str, ...]) -> NDArray[np.float64]:
-        """Which of its words is which of others: array (its words, words), 0 or 1."""
+        """Which of its words equals which of other words: array (its words, words), 0 or 1."""
         number = {word: n for n, word in enumerate(words)}
         chosen = np.zeros((len(self.names), len(words)))
         for row, name in enumerate(self.names):
@@ -213,7 +213,7 @@ class Started:
 
 
 def begin(knowledge: Knowledge, synonyms: Mapping[str, str]) -> Started:
-    """Knowledge as a database uses it whose users wrote down synonyms (lemma -> lemma).
+    """Return knowledge with the synonyms of a database (lemma -> lemma) applied to its words.
 
     Two words of the knowledge that are synonyms here become one; an interval whose caption holds
     both counts twice for it.

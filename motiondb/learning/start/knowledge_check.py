@@ -166,9 +166,9 @@ def _expected(
 
 def _ranges(arrays: Arrays) -> Iterator[str]:
     states = arrays["symbol_means"].shape[1]
-    there = np.arange(states) < arrays["symbol_n_states"][:, None]
+    is_used = np.arange(states) < arrays["symbol_n_states"][:, None]
     n_clusters = len(arrays["space_weights"])
-    covars, loops = arrays["symbol_covars"][there], arrays["symbol_self_loops"][there]
+    covars, loops = arrays["symbol_covars"][is_used], arrays["symbol_self_loops"][is_used]
     whole: Callable[[FloatArray], bool] = lambda v: bool((v == np.rint(v)).all())  # noqa: E731
     said, intervals = arrays["said"], float(arrays["counted"][1])
     rules = [

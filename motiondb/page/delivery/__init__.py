@@ -1,1 +1,1 @@
-"""What is sent for a ref: its motion, its files."""
+"""The motion and the files that are sent for a ref."""

@@ -79,7 +79,7 @@ def download(page: Page, parts: Sequence[Part], ending: str, canonical: bool) ->
 
 
 def _zip(files: Sequence[Path]) -> bytes:
-    """Return a zip of files, those of the same name numbered."""
+    """Return a zip archive of files; files of the same name are numbered."""
     stream, used = io.BytesIO(), dict[str, int]()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in files:
@@ -90,7 +90,7 @@ def _zip(files: Sequence[Path]) -> bytes:
 
 
 def _write(page: Page, db: MotionDB, wanted: tuple[Part, str, bool], folder: Path) -> None:
-    """Write a part (with the ending, and whether on the canonical body) into a folder."""
+    """Write one part into a folder; ``wanted`` is the part, the file ending, and ``canonical``."""
     part, ending, canonical = wanted
     ref = read_ref(part.ref)
     stem = _stem(ref, part)
@@ -109,7 +109,7 @@ def _write(page: Page, db: MotionDB, wanted: tuple[Part, str, bool], folder: Pat
         _write_scene(page, ref, folder)
     elif ref.kind == "kept":
         record = find_kept(db, ref.name)
-        load_scene(page, db, ref, None, None, 30.0)  # refuses what is gone
+        load_scene(page, db, ref, None, None, 30.0)  # raises if a capture of the scene was removed
         for player in record.players:
             name = f"{ref.name}/{player.name}"
             db.export(name, folder / f"{_plain(player.name)}.{ending}", canonical=True)
@@ -147,7 +147,7 @@ def _stem(ref: Ref, part: Part) -> str:
 
 
 def _plain(name: str) -> str:
-    """Return a name with only letters that every file system and header takes.
+    """Return a name with only characters that every file system and HTTP header allows.
 
     >>> _plain('ana/läuft "schnell"')
     'ana_l_uft_schnell_'

@@ -1,4 +1,4 @@
-"""Refs: the names by which a browser asks for anything that moves.
+"""Refs: names by which the browser requests anything that can be played.
 
 ``capture:NAME`` is a stored capture, ``upload:ID/FILE`` an uploaded file, ``made:ID`` a motion
 generated from a sentence, ``sequence:ID`` one from a grammar, ``scene:ID`` a scene that was made,
@@ -46,7 +46,7 @@ def read_ref(text: str) -> Ref:
     Raises
     ------
     PageError
-        It has no such form.
+        The text does not have the form of a ref.
     """
     kind, colon, name = text.partition(":")
     if not colon or kind not in KINDS or not name:
@@ -62,7 +62,7 @@ def find_capture(db: MotionDB, name: str) -> str:
     Raises
     ------
     PageError
-        There is none of exactly this name.
+        No capture has exactly this name.
     """
     if db.browsed(name) is None:
         raise unknown("capture", name, "It may have been removed or renamed.")
@@ -77,7 +77,7 @@ def load_motion(
     Raises
     ------
     MotionDBError
-        There is none, or the part lies outside it.
+        The ref has no motion, it has several, or the part lies outside its motion.
     """
     if ref.kind == "capture":
         return db.motion(find_capture(db, ref.name), start, end)

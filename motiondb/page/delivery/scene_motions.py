@@ -22,14 +22,11 @@ def load_scene(
     Raises
     ------
     MotionDBError
-        There is no such scene, or captures of a kept one were removed.
+        There is no such scene, or captures of a stored scene were removed.
     """
-    if ref.kind == "scene":
-        data = (page.scene_folder(ref.name) / MOTION_FILE).read_bytes()
-        tracks = container.read_tracks(data)
-    elif ref.kind == "first":
-        data = (page.scene_folder(ref.name, FIRST_FILE) / FIRST_FILE).read_bytes()
-        tracks = container.read_tracks(data)
+    made = made_scene(page, ref)
+    if made is not None:
+        tracks = container.read_tracks(made)
     else:
         record = find_kept(db, ref.name)
         gone = [player.name for player in record.players if player.capture_id == -1]
@@ -43,8 +40,25 @@ def load_scene(
     return [_part(track, start, end, fps) for track in tracks]
 
 
+def made_scene(page: Page, ref: Ref) -> bytes | None:
+    """Return the whole motion of a scene that a job of this server made, as binary.
+
+    None for a scene that is kept in the database.
+
+    Raises
+    ------
+    PageError
+        There is no such scene.
+    """
+    if ref.kind == "scene":
+        return (page.scene_folder(ref.name) / MOTION_FILE).read_bytes()
+    if ref.kind == "first":
+        return (page.scene_folder(ref.name, FIRST_FILE) / FIRST_FILE).read_bytes()
+    return None
+
+
 def _part(track: Track, start: float | None, end: float | None, fps: float) -> Track:
-    """Return a part of a track (seconds) at a lower or the same rate."""
+    """Return the part of a track from start to end (seconds), at the same or a lower frame rate."""
     n_frames = len(track.points)
     low = min(round((start or 0.0) * MOTION_FPS), n_frames)
     high = n_frames if end is None else min(round(end * MOTION_FPS), n_frames)

@@ -1,1 +1,1 @@
-"""Answers of the class as JSON."""
+"""Answers of :class:`motiondb.MotionDB` as dictionaries, ready for JSON."""

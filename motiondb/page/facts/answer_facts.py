@@ -1,4 +1,4 @@
-"""Facts of answers, for JSON: matches, and what words were taken as.
+"""Facts of answers, for JSON: matches, and the known words that stand for unknown ones.
 
 Times are in seconds.
 """
@@ -28,7 +28,7 @@ def match_facts(match: Match) -> dict[str, Any]:
 
 
 def place_facts(match: Match) -> dict[str, Any]:
-    """Return where an answer to words is, and how sure; nothing for other answers."""
+    """Return the interval of an answer to words and its probability; {} for other answers."""
     if not match.parts:
         return {}
     return {
@@ -39,11 +39,11 @@ def place_facts(match: Match) -> dict[str, Any]:
 
 
 def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
-    """Return what words were taken as.
+    """Return the known words that stand for unknown words, with their probabilities.
 
     Parameters
     ----------
     taken : mapping of str to Taking
-        Words that are taken as known ones.
+        For each unknown word, the known words that stand for it.
     """
     return {word: taking.facts() for word, taking in taken.items()}

@@ -26,6 +26,7 @@ def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
         "unknown": {word: list(near) for word, near in answer.unknown.items()},
         "sentences": [taking.sentence() for taking in takings],
         "sources": [source.sentence() for source in answer.sources],
+        "unchecked": answer.unchecked,
         "decoding": answer.decoding,
         **_verdict(db, answer),
         "matches": matches,
@@ -33,7 +34,7 @@ def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:
 
 
 def _explained(why: Explanation) -> dict[str, Any]:
-    """Return the facts of an explanation, each word with what ``--explain`` names of it."""
+    """Return the facts of an explanation; for each word, the shares that ``--explain`` prints."""
     facts = why.facts()
     groups = [(facts["words"], why.words)]
     groups += [(row["words"], out.words) for row, out in zip(facts["excluded"], why.excluded)]
@@ -49,7 +50,8 @@ def _explained(why: Explanation) -> dict[str, Any]:
 
 def like_facts(db: MotionDB, answer: ExampleAnswer) -> dict[str, Any]:
     """Return the answer to an example."""
-    return _verdict(db, answer) | {"matches": [_with_take(db, match) for match in answer.matches]}
+    matches = [_with_take(db, match) for match in answer.matches]
+    return _verdict(db, answer) | {"unchecked": answer.unchecked, "matches": matches}
 
 
 def _verdict(db: MotionDB, answer: WordAnswer | ExampleAnswer) -> dict[str, Any]:
@@ -62,7 +64,7 @@ def _verdict(db: MotionDB, answer: WordAnswer | ExampleAnswer) -> dict[str, Any]
 
 
 def _with_take(db: MotionDB, match: Match) -> dict[str, Any]:
-    """Return a match with what is shown of its capture: who, licence, symbols and words."""
+    """Return a match with performer, licence, symbols and captions of its capture."""
     row = db.browsed(match.capture)
     assert row is not None  # both come from one revision
     return match_facts(match) | {

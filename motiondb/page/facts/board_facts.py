@@ -1,4 +1,4 @@
-"""Tactics diagrams as JSON, and what is known of them before a scene is made."""
+"""Tactics diagrams as JSON, and what can be checked before a scene is made."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _at(spot: Spot) -> list[float]:
 
 
 def board_facts(db: MotionDB, board: Board, name: str, shipped: bool) -> dict[str, Any]:
-    """Return a diagram with what is known of it: faults, strings, clips.
+    """Return a diagram with its faults, shortest strings of actions, and number of clips.
 
     Parameters
     ----------

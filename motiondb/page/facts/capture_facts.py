@@ -14,7 +14,8 @@ from motiondb.records import MOTION_FPS, Caption, Relation
 
 _LABELS = {"kind": "kind", "format": "format"}
 MOST_SHOWN = 50
-"""Values of a facet that are sent. Chosen by hand: longer lists are searched, not read."""
+"""Largest number of values of a facet that are sent. Chosen by hand: users search longer lists
+instead of reading them."""
 
 
 def caption_facts(captions: Iterable[Caption]) -> list[dict[str, Any]]:
@@ -44,7 +45,7 @@ def row_facts(row: BrowsedCapture) -> dict[str, Any]:
 
 
 def facet_facts(facet: Facet) -> dict[str, Any]:
-    """Return the numbers of captures by value, each with the filter that lets these through."""
+    """Return the number of captures for each value, and the filter that selects them."""
     return {
         "column": facet.column,
         "label": _LABELS.get(facet.column, facet.column),
@@ -58,7 +59,7 @@ def facet_facts(facet: Facet) -> dict[str, Any]:
 
 
 def _condition(column: str, value: str) -> str | None:
-    """Return a filter for a value; None where the language of filters cannot quote it.
+    """Return the filter for a value; None if the filter language cannot quote it.
 
     >>> _condition("performer", "ana")
     'performer="ana"'

@@ -1,4 +1,4 @@
-"""Facts of what was generated: motions from sentences, sequences of grammars."""
+"""Facts of generated motion: motions from sentences, sequences of grammars."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def made_scene_facts(scene: Scene, curve: Sequence[tuple[float, float]]) -> dict
     scene : Scene
         The scene.
     curve : sequence of (float, float)
-        The share of the sampling that was done, and the error.
+        Share of the sampling that was done (0 to 1), and the error of the scene, -log P.
     """
     actions = {
         who.name: action_captions(placed, tuple(clip.terminal for clip in who.clips))
@@ -79,7 +79,7 @@ def made_scene_motion(scene: Scene, ref: str) -> bytes:
 
 
 def first_motion(polished: PolishedScene, diagram: Diagram, ref: str) -> bytes:
-    """Return the motions of a polished scene as a container; a report is not needed.
+    """Return the motions of a polished scene as a container; no report is needed.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def find_kept(db: MotionDB, name: str) -> StoredScene:
     Raises
     ------
     PageError
-        There is none of this name.
+        No kept scene has this name.
     """
     if name not in db.scenes.names():
         raise unknown("scene", name, "It may have been removed.")

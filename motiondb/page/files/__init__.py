@@ -1,1 +1,1 @@
-"""What lies on the disk: uploads, folders to add from, boards, the files of the page."""
+"""Files on the disk: uploads, folders to add captures from, boards, the built page."""

@@ -11,7 +11,7 @@ from motiondb.database.scenes.scene_files import TACTICS, shipped, shipped_text
 from motiondb.page.answers import PageError, unknown
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
-"""Names of diagrams: what is a plain file name everywhere."""
+"""Names of diagrams: file names that are valid on every system."""
 _TITLE = re.compile(r'^\s*diagram\s+"([^"]*)"', re.MULTILINE)
 _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9]|lpt[0-9])")
 
@@ -54,7 +54,7 @@ def read_board_text(folder: Path, name: str) -> tuple[str, bool]:
     Raises
     ------
     PageError
-        There is none of this name.
+        No diagram has this name.
     """
     if name in shipped(TACTICS):
         return shipped_text(name, TACTICS), True
@@ -65,12 +65,12 @@ def read_board_text(folder: Path, name: str) -> tuple[str, bool]:
 
 
 def save_board(folder: Path, name: str, text: str) -> None:
-    """Write a diagram into the folder, which is made at the first.
+    """Write a diagram into the folder, which is created if it is missing.
 
     Raises
     ------
     PageError
-        The name is that of a shipped diagram, or no plain name.
+        The name is that of a shipped diagram, or is not valid.
     MotionDBError
         The file cannot be written.
     """
@@ -97,7 +97,7 @@ def remove_board(folder: Path, name: str) -> None:
     Raises
     ------
     PageError
-        There is none of this name.
+        No diagram has this name.
     """
     path = board_path(folder, name)
     if not _is_own(path):
@@ -106,12 +106,12 @@ def remove_board(folder: Path, name: str) -> None:
 
 
 def board_path(folder: Path, name: str) -> Path:
-    """Return the path of a diagram; a name is never taken as a path.
+    """Return the path of a diagram; a name that contains a path is refused.
 
     Raises
     ------
     PageError
-        It is no plain name.
+        The name is not valid.
     """
     if not re.fullmatch(NAME, name) or _RESERVED.fullmatch(name):
         raise PageError(

@@ -1,4 +1,4 @@
-"""The files of the page in the browser, which are built when the package is (``page/web``)."""
+"""The files of the page for the browser, built from ``page/web`` together with the package."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 BUNDLE = Path(__file__).parents[1] / "bundle"
-"""Where the build writes them."""
+"""The folder into which the build writes them."""
 ENDINGS = (
     ".html", ".js", ".css", ".svg", ".png", ".ico", ".woff2", ".map", ".webmanifest", ".txt",
 )  # fmt: skip
@@ -20,7 +20,7 @@ NO_BUNDLE = (
 
 
 def bundle_file(bundle: Path, name: str) -> Path | None:
-    """Return a file of the page; None where there is none of this name.
+    """Return the path of a file of the page; None if no file has this name.
 
     Parameters
     ----------
@@ -36,5 +36,5 @@ def bundle_file(bundle: Path, name: str) -> Path | None:
 
 
 def is_built(bundle: Path = BUNDLE) -> bool:
-    """Whether the page was built."""
+    """Return whether the page was built."""
     return all((bundle / name).is_file() for name in ("index.html", "app.js", "app.css"))

@@ -1,6 +1,6 @@
 """Folders on the server's computer from which captures may be added.
 
-The user names them when the page is started. A path in a request is taken below one of them; links
+The user names them when the page is started. A path in a request is relative to one of them; links
 that lead out of it are refused.
 """
 
@@ -14,7 +14,7 @@ from motiondb.page.answers import PageError, unknown
 from motiondb.page.settings import upload_kind
 
 MOST_ENTRIES = 2000
-"""Entries of a folder that are listed. Chosen by hand."""
+"""Largest number of entries of a folder that are listed. Chosen by hand."""
 
 
 def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
@@ -25,7 +25,7 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
     roots : sequence of Path
         The allowed folders.
     root : int
-        Number of one of them.
+        Index of one of them.
     path : str
         Path below it, with ``/`` between its parts; "" for the folder itself.
 
@@ -45,7 +45,7 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
     try:
         allowed = base.joinpath(*parts).resolve()
         inside = allowed.is_relative_to(base) and ".." not in parts and allowed.exists()
-    except (OSError, ValueError):  # a loop of links, or letters that no path has
+    except (OSError, ValueError):  # a loop of links, or characters that no path may have
         inside = False
     if not inside:
         raise unknown("folder", path, "Choose one that is listed.")
@@ -53,12 +53,12 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
 
 
 def list_folder(roots: Sequence[Path], root: int, path: str) -> dict[str, Any]:
-    """Return what is in an allowed folder: folders, the number of captures, sheets.
+    """Return the folders, the number of captures and the sheets in an allowed folder.
 
     Raises
     ------
     PageError
-        There is no such folder.
+        There is no such folder, or it cannot be read.
     """
     folder = allowed_path(roots, root, path)
     if not folder.is_dir():

@@ -1,7 +1,7 @@
-"""Files that a browser sends: kept in a private folder, under names that the server has cleaned.
+"""Files that a browser sends. They are kept in a private folder, under cleaned names.
 
 A name that a browser sends is never used as a path. Its parts are reduced to letters, digits and a
-few signs, so that a file stays below the folder of its upload whatever the name says.
+few signs, so that every file stays below the folder of its upload.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from motiondb.page.settings import UploadLimits, upload_kind
 
 _FORBIDDEN = re.compile(r"[^\w .()+=@-]")
 _DEEPEST = 8
-"""Folders in a name that are kept. Chosen by hand: data sets have two or three."""
+"""Largest number of folders in a name that are kept. Chosen by hand: data sets have two or
+three."""
 _LONGEST_PART = 100
-"""Characters of one part of a path at most; file systems allow 255 bytes."""
+"""Largest number of characters in one part of a path; file systems allow 255 bytes."""
 _CHUNK = 2**20
 """Bytes read at once."""
 
@@ -84,7 +85,7 @@ class Upload:
 
 
 def clean_name(name: str) -> str:
-    r"""Return a file name that stays below the folder it is put in; "" where nothing is left.
+    r"""Return a relative path that stays below its folder; "" if no valid part is left.
 
     >>> clean_name("../../etc/passwd.bvh"), clean_name("C:\\takes\\walk 1.bvh")
     ('etc/passwd.bvh', 'C_/takes/walk 1.bvh')
@@ -100,7 +101,7 @@ def clean_name(name: str) -> str:
 
 
 class Uploads:
-    """The uploads of a server; the oldest are dropped when there is too much.
+    """The uploads of a server; the oldest are dropped when they exceed the size limit.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ class Uploads:
         Raises
         ------
         PageError
-            There is none of this id.
+            No upload has this id.
         """
         with self._lock:
             if upload_id not in self._uploads:
@@ -129,14 +130,14 @@ class Uploads:
             return self._uploads[upload_id]
 
     def begin(self) -> Receiving:
-        """Return an upload that takes files."""
+        """Begin an upload, and return the object that receives its files."""
         upload_id = f"u{secrets.token_hex(8)}"
         folder = self._folder / upload_id
         folder.mkdir(mode=0o700)
         return Receiving(upload_id, folder, self.limits)
 
     def keep(self, received: Receiving) -> Upload:
-        """Keep what was received; drop the oldest uploads if there is too much.
+        """Keep the received files; drop the oldest uploads if they exceed the size limit.
 
         Raises
         ------
@@ -162,14 +163,14 @@ class Uploads:
 
 
 class Receiving:
-    """An upload that takes files one after the other.
+    """An upload that receives files one after the other.
 
     Parameters
     ----------
     upload_id : str
         Its id.
     folder : Path
-        Where the files go.
+        Folder for the files.
     limits : UploadLimits
         Limits of size.
     """
@@ -180,7 +181,7 @@ class Receiving:
         self.refused: list[tuple[str, str]] = []
 
     def take(self, name: str, stream: BinaryIO) -> None:
-        """Take a file, or note why it is refused."""
+        """Receive a file, or note why it is refused."""
         shown = clean_name(name) or "a file without a name"
         kind = upload_kind(shown)
         if not kind:

@@ -1,1 +1,1 @@
-"""Long work in processes of its own: the jobs, the process, what it does."""
+"""Long work in separate processes: the jobs, the worker process, and its commands."""

@@ -1,9 +1,9 @@
-"""Long work: each piece in a process of its own, which can be cancelled.
+"""Long work: each job runs in a separate process, which can be cancelled.
 
 A worker (:mod:`motiondb.page.long_work.worker`) reads commands, one JSON object a line, and writes
-events in the same form. Adding, learning and grammars get a new worker each. Scenes share one that
-stays, so that clips and compiled code are there when a player is dragged. Ending a worker is always
-safe: the database saves all of a change or nothing.
+events in the same form. Adding, learning and grammars get a new worker each. Scenes share one
+worker that stays alive, so that its clips and compiled code are already loaded when the user drags
+a player. Ending a worker is always safe: the database saves a change completely or not at all.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from typing import IO, Any
 from motiondb.page.answers import Json, PageError, unknown
 
 MOST_JOBS = 100
-"""Jobs that are remembered. Chosen by hand."""
+"""Largest number of jobs that are remembered. Chosen by hand."""
 MOST_POINTS = 2000
-"""Points of an error curve that are remembered. Chosen by hand."""
+"""Largest number of points of an error curve that are remembered. Chosen by hand."""
 SCENE_KINDS = ("scene", "scene-update")
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 _ENDED = (DONE, FAILED, CANCELLED)
 _PATIENCE = 5.0
-"""Seconds that a worker gets to end when it is asked to; then it is killed."""
+"""Seconds after which a worker that was asked to end is killed."""
 
 
 class Job:
@@ -42,7 +42,7 @@ class Job:
     kind : str
         "add", "learn", "grammar", "scene" or "scene-update".
     title : str
-        What it does, for people.
+        Description of the job, shown to the user.
     """
 
     def __init__(self, kind: str, title: str) -> None:
@@ -60,11 +60,11 @@ class Job:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has ended, in any way."""
+        """Whether the job is done, failed or cancelled."""
         return self.state in _ENDED
 
     def facts(self, curve: bool = True) -> dict[str, Any]:
-        """Return what is known of it, for JSON."""
+        """Return the facts of the job, for JSON."""
         known: dict[str, Any] = {
             "id": self.job_id,
             "kind": self.kind,
@@ -83,12 +83,12 @@ class Job:
         return known | {"curve": list(self.curve)} if curve else known
 
     def step(self) -> dict[str, Any]:
-        """Return the present step, for JSON."""
+        """Return the current step, for JSON."""
         step = {"what": self.what, "share": round(self.share, 4), "error": self.error}
         return step | {"preview": self.preview}
 
     def tell(self, what: str, share: float, error: float | None) -> None:
-        """Note progress."""
+        """Record the current step, the share of it that is done, and the error of a scene."""
         self.what, self.share, self.error = what, min(max(share, 0.0), 1.0), error
         if error is not None and what.startswith("sampling"):
             self.curve.append((round(self.share, 4), error))
@@ -96,12 +96,12 @@ class Job:
         self.version += 1
 
     def show(self, ref: str) -> None:
-        """Note the ref of a first motion."""
+        """Record the ref of a first motion."""
         self.preview = ref
         self.version += 1
 
     def end(self, state: str, message: str | None = None, kind: str | None = None) -> None:
-        """Note that it has ended; what ended first counts."""
+        """Record the final state; a later call changes nothing."""
         if not self.is_over:
             self.state, self.message, self.error_kind = state, message, kind
             self.ended = time.time()
@@ -116,9 +116,9 @@ class Worker:
     database : Path
         The database file.
     read_only : bool
-        Whether it may only ask.
+        Whether the process may only read the database.
     folder : Path
-        An empty folder to work in, so that no name is taken for a file of the user's.
+        An empty working directory, so that no name in a command can refer to a file of the user.
     """
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
@@ -138,7 +138,7 @@ class Worker:
     def run(
         self, job: Job, parameters: Mapping[str, Any], shown: Callable[[str], str] = str
     ) -> None:
-        """Do a job: send the command, and note the events until it has ended.
+        """Run a job: send the command, and record its events until it has ended.
 
         Parameters
         ----------
@@ -147,7 +147,7 @@ class Worker:
         parameters : dict of str to object
             Parameters of the command.
         shown : callable
-            Makes of a message what may be told.
+            Returns a message without what users must not see, such as private paths.
         """
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None
@@ -182,7 +182,7 @@ class Worker:
 
 
 def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
-    """Note the events of a worker until the job has ended."""
+    """Record the events of a worker until the job has ended."""
     for line in events:
         event = json.loads(line)
         if "failed" in event:
@@ -206,9 +206,9 @@ class Jobs:
     database : Path
         The database file.
     read_only : bool
-        Whether workers may only ask.
+        Whether workers may only read the database.
     folder : Path
-        An empty folder for workers to work in.
+        An empty folder, the working directory of the workers.
     """
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
@@ -230,12 +230,12 @@ class Jobs:
         return job
 
     def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Json:
-        """Do a short piece of work in the process of scenes, and return its result.
+        """Run a short job in the worker of scenes, and return its result.
 
         Raises
         ------
         PageError
-            It failed.
+            The job failed.
         """
         job = Job(kind, title)
         self._run_scene(job, parameters)
@@ -250,7 +250,7 @@ class Jobs:
         Raises
         ------
         PageError
-            There is none of this id.
+            No job has this id.
         """
         with self._lock:
             if job_id not in self._jobs:
@@ -263,9 +263,9 @@ class Jobs:
             return list(reversed(self._jobs.values()))
 
     def cancel(self, job_id: str) -> Job:
-        """End a job; a job that is over stays as it is."""
+        """Cancel a job; a job that has ended does not change."""
         job = self.get(job_id)
-        job.end(CANCELLED, "cancelled: what was saved by then stays, nothing is half saved")
+        job.end(CANCELLED, "cancelled: what was saved before stays, nothing is half saved")
         with self._lock:
             worker = self._workers.pop(job_id, None)
             if worker is not None and worker is self._scene_worker:
@@ -275,9 +275,9 @@ class Jobs:
         return job
 
     def drop_waiting(self, kind: str) -> None:
-        """Cancel the jobs of a kind that wait for their turn; the running one goes on.
+        """Cancel the waiting jobs of a kind; the running one continues.
 
-        Ending the process would lose the clips and the compiled code that make the next fast.
+        Ending the process would lose the clips and the compiled code that make the next job fast.
         """
         for job in self.all():
             if job.kind == kind and job.state == WAITING:

@@ -1,4 +1,4 @@
-"""What a worker does: add, learn, learn a grammar, make and keep scenes, by the public class."""
+"""The commands of a worker: add, learn, learn a grammar, make and keep scenes."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 Parameters = Mapping[str, Any]
 SCENE_FILE = "scene.pickle"
 MOST_SCENES = 8
-"""Scenes that stay in memory; others are read from their folders. Chosen by hand."""
+"""Largest number of scenes in memory; others are read from their folders. Chosen by hand."""
 
 
 class Progress(Protocol):
-    """Takes how far a step is."""
+    """Receives the progress of a command."""
 
     def progress(self, what: str, share: float, error: float | None = None) -> None:
-        """Tell the step, the share of it that is done, and the error of a scene."""
+        """Report the current step, the share of it that is done, and the error of a scene."""
 
     def preview(self, ref: str) -> None:
-        """Tell the ref of a first motion, which can be seen before the work ends."""
+        """Report the ref of a first motion, which can be played before the work ends."""
 
 
 class Workshop:
-    """Does commands on one database.
+    """Runs commands on one database.
 
     Parameters
     ----------
@@ -62,12 +62,12 @@ class Workshop:
         }
 
     def do(self, kind: str, parameters: Parameters, progress: Progress) -> Json:
-        """Do a command, and let go of the database at its end; return the result for JSON.
+        """Run a command, release the database at its end, and return the result for JSON.
 
         Raises
         ------
         MotionDBError
-            The class refuses.
+            The command fails.
         """
         try:
             return self._does[kind](parameters, progress)
@@ -77,7 +77,7 @@ class Workshop:
 
     @property
     def reading(self) -> MotionDB:
-        """The database, opened for questions: others may read at the same time."""
+        """The database, opened for reading; other processes may read at the same time."""
         return self._open(True)
 
     @property
@@ -86,7 +86,7 @@ class Workshop:
         return self._open(self._read_only)
 
     def _open(self, read_only: bool) -> MotionDB:
-        """Return the database in a mode; what it loaded stays for later commands."""
+        """Return the database, opened in a mode; its cache is kept for later commands."""
         if read_only not in self._opened:
             for other in self._opened.values():  # DuckDB allows one mode at a time
                 other.release()
@@ -179,7 +179,7 @@ class Workshop:
         return self._scene(earlier["name"], Path(earlier["folder"])).record
 
     def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> dict[str, Any]:
-        """Write what the server needs of a scene: motions first, so that they can be seen."""
+        """Write the files of a scene for the server; the motions first, to be played early."""
         from motiondb.page.facts import scene_facts
 
         folder, name = Path(parameters["folder"]), parameters["scene"]
@@ -194,7 +194,7 @@ class Workshop:
         return {"scene": name, "ref": f"scene:{name}"}
 
     def _scene(self, name: str, folder: Path) -> Scene:
-        """Return a scene that was made here, or by an earlier process of this server."""
+        """Return a scene that this process or an earlier process of this server made."""
         if name not in self._scenes:
             # written above, into a folder that only this user can write
             self._remember(name, pickle.loads((folder / SCENE_FILE).read_bytes()))
@@ -219,12 +219,12 @@ class Workshop:
 
 
 class _Course:
-    """The course of the error of a scene while it is sampled.
+    """Records the error of a scene while it is sampled, and passes it on.
 
     Parameters
     ----------
     progress : Progress
-        Told every step.
+        Receives every step.
     """
 
     def __init__(self, progress: Progress) -> None:
@@ -232,7 +232,7 @@ class _Course:
         self.points: list[tuple[float, float]] = []
 
     def tell(self, what: str, share: float, error: float) -> None:
-        """Note a step of the sampling."""
+        """Record a step of the sampling."""
         known = error if error == error else None  # NaN where it is unknown
         if known is not None and what.startswith("sampling"):
             self.points.append((share, known))

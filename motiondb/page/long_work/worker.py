@@ -1,11 +1,11 @@
-"""The process that does long work for the page.
+"""The process that runs long jobs for the page.
 
 It is started as ``python -m motiondb.page.long_work.worker DATABASE MODE``.
 
 It reads commands from standard input, one JSON object a line: ``{"kind", "parameters"}``. It writes
 events to standard output: ``{"what", "share", "error"}`` while it works, then ``{"done": result}``
-or ``{"failed": message, "kind": name of the error}``. It ends when standard input does, so that it
-does not outlive the server.
+or ``{"failed": message, "kind": name of the error}``. It ends when standard input is closed, so
+that it does not outlive the server.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ from motiondb.errors import MotionDBError
 from motiondb.page.answers import to_json
 
 WAIT = 60.0
-"""Seconds to wait for a process that holds the database. Chosen by hand: nobody looks on."""
+"""Seconds to wait for a process that holds the database. Chosen by hand: a job may wait, because
+no user watches it."""
 EVERY = 0.05
-"""Seconds between two events of one step. Chosen by hand: more often nobody can see it."""
+"""Seconds between two events of one step. Chosen by hand: faster changes cannot be seen."""
 
 
 class Events:
-    """Writes events, not more often than they can be seen.
+    """Writes events, at most one every ``EVERY`` seconds for the same step.
 
     Parameters
     ----------
     out : TextIO
-        Where to write.
+        Stream to which events are written.
     """
 
     def __init__(self, out: TextIO) -> None:
@@ -42,7 +43,7 @@ class Events:
         self._what, self._told = "", 0.0
 
     def progress(self, what: str, share: float, error: float | None = None) -> None:
-        """Tell how far a step is."""
+        """Report the progress of a step."""
         now = time.monotonic()
         if what == self._what and now - self._told < EVERY and share < 1.0:
             return
@@ -50,7 +51,7 @@ class Events:
         self.write({"what": what, "share": share, "error": error})
 
     def preview(self, ref: str) -> None:
-        """Tell the ref of a first motion."""
+        """Report the ref of a first motion."""
         self.write({"preview": ref})
 
     def write(self, event: dict[str, Any]) -> None:
@@ -60,17 +61,17 @@ class Events:
 
 
 def _read(commands: Queue[dict[str, Any]]) -> None:
-    """Queue the commands of standard input; end the process with it."""
+    """Queue the commands of standard input; end the process when the input ends."""
     for line in sys.stdin:
         commands.put(json.loads(line))
     os._exit(0)
 
 
 def main() -> None:
-    """Do commands until standard input ends."""
+    """Run commands until standard input ends."""
     database, mode = Path(sys.argv[1]), sys.argv[2]
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)  # what libraries print is no event
+    os.dup2(2, 1)  # output of libraries must not mix with the events
     commands: Queue[dict[str, Any]] = Queue()
     threading.Thread(target=_read, args=(commands,), daemon=True).start()
     from motiondb.page.long_work.work import Workshop
@@ -85,7 +86,7 @@ def main() -> None:
             events.write({"failed": str(error), "kind": type(error).__name__})
         except MemoryError:
             events.write({"failed": "expected enough memory, found too little.", "kind": "Memory"})
-        except Exception as error:  # a fault of the program; the server must hear of it
+        except Exception as error:  # a bug; the server must be informed
             events.write({"failed": f"{type(error).__name__}: {error}", "kind": "ProgramError"})
 
 

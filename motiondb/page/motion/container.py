@@ -40,13 +40,13 @@ class Track:
     Attributes
     ----------
     name : str
-        Shown name.
+        Name that is shown.
     ref : str
-        What it is part of, as the page's refs say it.
+        Ref of the motion or scene that the track belongs to.
     points : array (frames, points, 3) or (frames, 3)
-        Metres; the second form is a ball.
+        Positions in metres; the second shape is that of a ball.
     contacts : array (frames, 2) or None
-        Feet on the ground.
+        Whether the left and the right foot are on the ground.
     start : float
         Time of the first frame in the take, seconds.
     fps : float
@@ -70,12 +70,12 @@ class Track:
 def body_track(
     name: str, ref: str, shown: figure.Figure, start: float = 0.0, fps: float = MOTION_FPS
 ) -> Track:
-    """Return the track of a figure at a lower or the same rate.
+    """Return the track of a figure, at the same or a lower frame rate.
 
     Parameters
     ----------
     name : str
-        Shown name.
+        Name that is shown.
     ref : str
         Ref.
     shown : Figure
@@ -83,7 +83,7 @@ def body_track(
     start : float
         Time of the first frame in the take, seconds.
     fps : float
-        Wanted frames per second, at most 30.
+        Frames per second of the track, at most 30.
     """
     kept = figure.thinned(len(shown.points), MOTION_FPS, fps)
     rate = min(fps, MOTION_FPS)
@@ -94,7 +94,7 @@ def body_track(
 
 
 def pack(tracks: Sequence[Track]) -> bytes:
-    """Return the container of some tracks."""
+    """Return the container of some tracks as bytes."""
     payload: list[bytes] = []
     length = 0
 
@@ -155,9 +155,9 @@ def quantise(points: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int
     Returns
     -------
     origin : array (3,)
-        Middle of the points, metres.
+        Centre of the points, metres.
     scale : array (3,)
-        Metres for a step.
+        Metres per unit of the values.
     values : array (..., 3), int16
         Little-endian.
     """

@@ -1,7 +1,7 @@
 """The figure that the browser draws: 26 points, and a capsule from each to its parent.
 
 The points are the 21 joints of the canonical body and the ends of head, hands and feet. Positions
-say everything that capsules need, so the browser computes no rotations.
+determine the capsules completely, so the browser computes no rotations.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ POINTS: tuple[str, ...] = (
     *body.JOINTS,
     *(f"{body.JOINTS[joint].replace('wrist', 'hand')}_end" for joint, _ in body.END_SITES),
 )
-"""Names of the points, in order."""
+"""Names of the points, in their order in arrays."""
 PARENTS: tuple[int, ...] = (*body.PARENTS.tolist(), *(joint for joint, _ in body.END_SITES))
-"""Number of each point's parent, -1 for the pelvis."""
+"""Index of each point's parent, -1 for the pelvis."""
 _RADII = {
     "pelvis": 0.0, "hip": 0.10, "knee": 0.075, "ankle": 0.052, "toe": 0.042, "toe_end": 0.032,
     "spine": 0.115, "chest": 0.125, "neck": 0.06, "head": 0.055, "head_end": 0.095,
@@ -71,7 +71,7 @@ def figure_of(motion: Motion) -> Figure:
 
 
 def facing_forward(points: FloatArray) -> FloatArray:
-    """Return points moved and turned so that the figure begins at the origin and faces +z.
+    """Return points moved and turned so that the first frame is at the origin and faces +z.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def facing_forward(points: FloatArray) -> FloatArray:
     across = points[0, left] - points[0, right]
     heading = np.arctan2(
         -across[2], across[0]
-    )  # of the axis to the left, which is +x when facing +z
+    )  # angle of the axis to the left, which is +x when facing +z
     c, s = np.cos(-heading), np.sin(-heading)
     moved = points - points[0, 0] * np.array([1.0, 0.0, 1.0])
     x, z = moved[..., 0], moved[..., 2]
@@ -90,7 +90,7 @@ def facing_forward(points: FloatArray) -> FloatArray:
 
 
 def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:
-    """Return the frames that are left at a lower rate: array (frames,).
+    """Return the indices of the frames to keep at a lower rate: array (frames,).
 
     >>> thinned(5, 30.0, 15.0).tolist()
     [0, 2, 4]

@@ -1,1 +1,1 @@
-"""The routes: each calls the public class."""
+"""The routes; each calls :class:`motiondb.MotionDB`."""

@@ -1,4 +1,4 @@
-"""Routes that ask: search by words, like an example, describe; the symbol space."""
+"""Routes of questions: search by words, search by example, describe; the symbol space."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from motiondb.page.session.state import Page
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes that ask.
+    """Return the routes of questions.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def router(page: Page) -> APIRouter:
         exact: bool = False,
         by_symbols: bool = False,
     ) -> Answer:
-        """Intervals that show what words ask for, best first, each with its reasons."""
+        """Intervals that match a question in words, best first, each with its reasons."""
         began = time.perf_counter()
         with page.held.use() as db, db.session.reading():
             answer = db.search(q, where, limit, by_symbols, exact=exact)
@@ -50,7 +50,7 @@ def router(page: Page) -> APIRouter:
         limit: Limit = 10,
         meaning: bool | None = None,
     ) -> Answer:
-        """Intervals that move like an example: a capture, an uploaded file, or what was made."""
+        """Intervals that move like a capture, an uploaded file, or a generated motion."""
         began = time.perf_counter()
         with page.held.use() as db, db.session.reading():
             example = load_motion(page, db, read_ref(ref), start, end)

@@ -25,7 +25,7 @@ Point = tuple[Metres, Metres]
 PlayerName = Annotated[str, Field(pattern=r"^[^\W\d]\w*$", max_length=60)]
 OtherName = Annotated[str, Field(pattern=r"^([^\W\d]\w*)?$", max_length=60)]
 MOST = 200
-"""Players or elements of a diagram. Chosen by hand: a team has five."""
+"""Largest number of players, elements or places. Chosen by hand: a team has five players."""
 
 
 class PlayerBody(Body):
@@ -51,7 +51,7 @@ class ElementBody(Body):
 
 
 class CourtBody(Body):
-    """The ground; ``behind_rim`` follows from the rest and is ignored."""
+    """The court; ``behind_rim`` is derived from the other values and is ignored."""
 
     width: Annotated[float, Field(ge=0.0, le=1000.0, allow_inf_nan=False)] = 15.0
     length: Annotated[float, Field(ge=0.0, le=1000.0, allow_inf_nan=False)] = 14.0
@@ -99,7 +99,7 @@ class DiagramBody(Body):
 
 
 class BoardBody(Body):
-    """A diagram as text or as JSON; exactly one of them."""
+    """A diagram as text or as JSON; exactly one of them is given."""
 
     text: Annotated[str, Field(max_length=LONGEST_TEXT)] | None = None
     diagram: DiagramBody | None = None
@@ -110,7 +110,7 @@ class BoardBody(Body):
         Raises
         ------
         PageError
-            Neither or both are given.
+            Neither or both of text and diagram are given.
         """
         if (self.text is None) == (self.diagram is None):
             raise PageError("board: expected either text or diagram, found neither or both.")
@@ -120,7 +120,7 @@ class BoardBody(Body):
 
 
 class NamedBoardBody(BoardBody):
-    """A diagram with the name that it is saved by."""
+    """A diagram, and the name under which it is saved."""
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
 
@@ -148,14 +148,14 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/board", response_model=scene_schemas.BoardFacts)
     def board(name: Name) -> Answer:
-        """A diagram, with what is known of it."""
+        """A diagram, with its faults and clips."""
         text, is_shipped = read_board_text(folder, name)
         with page.held.use() as db:
             return Answer(_facts(db, text, name, is_shipped))
 
     @routes.post("/api/board/check", response_model=scene_schemas.BoardFacts)
     def check(body: BoardBody) -> Answer:
-        """What is known of a diagram: each element that cannot be played, with the reason."""
+        """The faults of a diagram, with each element that cannot be played, and its clips."""
         text = body.to_text()
         with page.held.use() as db:
             return Answer(_facts(db, text))

@@ -59,7 +59,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/status", response_model=catalogue_schemas.StatusFacts)
     def status() -> Answer:
-        """What is in the database, and what this page may do."""
+        """The contents of the database, and what this page may do."""
         with page.held.use() as db:
             return Answer(_status(page, db))
 
@@ -70,7 +70,7 @@ def router(page: Page) -> APIRouter:
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         limit: Annotated[int, Query(ge=1, le=1000)] = 100,
     ) -> Answer:
-        """Rows of the catalogue: filtered, sorted, some at a time."""
+        """Rows of the catalogue: filtered, sorted, and one page at a time."""
         with page.held.use() as db, db.session.reading():
             browsed = db.browse(where, sort, offset, limit)
             rows = [row_facts(row) for row in browsed.rows]
@@ -79,7 +79,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/facets", response_model=catalogue_schemas.FacetList)
     def facets(where: Where = "") -> Answer:
-        """How many captures have each value of columns and tags."""
+        """The number of captures for each value of columns and tags."""
         with page.held.use() as db:
             total = db.browse(where, limit=1).total
             facts = [facet_facts(facet) for facet in db.facets(where)]
@@ -119,7 +119,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.get("/api/suggestions", response_model=catalogue_schemas.SuggestionList)
     def suggestions(limit: Limit = 10) -> Answer:
-        """What is worth captioning next."""
+        """The captures that should be captioned next."""
         with page.held.use() as db:
             suggested = db.suggest_captions(limit)
         rows = [vars(one) | {"ref": f"capture:{one.capture}"} for one in suggested]
@@ -140,7 +140,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
 
     @routes.post("/api/words", response_model=catalogue_schemas.WordsChanged)
     def set_words(body: WordsBody) -> Answer:
-        """Write what a capture, or a part of it, shows."""
+        """Write the caption of a capture, or of a part of it."""
         page.check_writable()
         timed = body.start is not None or body.end is not None
         keep = timed if body.keep is None else body.keep
@@ -160,13 +160,13 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
 
     @routes.get("/api/undo", response_model=catalogue_schemas.Undoable)
     def undoable() -> Answer:
-        """How many edits of words can be undone, and whose words the next would change."""
+        """The number of edits that can be undone, and the capture of the next one."""
         last = page.edits[-1].capture if page.edits else None
         return Answer({"left": len(page.edits), "capture": last})
 
     @routes.post("/api/undo", response_model=catalogue_schemas.Undone)
     def undo() -> Answer:
-        """Undo the newest edit of words that this page made."""
+        """Undo the latest edit of words that this page made."""
         page.check_writable()
         with page.held.use() as db, page.editing:
             if not page.edits:
@@ -175,8 +175,8 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
             row = db.browsed(last.capture)
             if row is None or row.captions != last.after:
                 raise PageError(
-                    f"{last.capture}: expected the words as they were left, found others."
-                    " Somebody changed them since; they stay as they are.",
+                    f"{last.capture}: expected the words of this edit, found others."
+                    " They were changed since, and stay as they are.",
                     409, "ConflictError",
                 )  # fmt: skip
             db.set_captions(last.capture, last.before)
@@ -190,7 +190,7 @@ def find_row(db: MotionDB, name: str) -> BrowsedCapture:
     Raises
     ------
     PageError
-        There is none of exactly this name.
+        No capture has exactly this name.
     """
     row = db.browsed(name)
     if row is None:

@@ -15,11 +15,12 @@ from motiondb.page.schemas import generating_schemas, shared_schemas
 from motiondb.page.session.state import MadeMotion, Page
 
 MOST_VARIANTS = 8
-"""Variants of one request. Chosen by hand: as many as can be watched side by side."""
+"""Largest number of variants of one request. Chosen by hand: as many as can be watched side by
+side."""
 
 
 class GenerateBody(Body):
-    """A sentence, and how to make its motion."""
+    """A sentence, and the settings for its motion."""
 
     words: Text
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED - MOST_VARIANTS)] = 0
@@ -29,7 +30,7 @@ class GenerateBody(Body):
 
 
 class SaveBody(Body):
-    """What to save, and the name of the new capture."""
+    """The motion to save, and the name of the new capture."""
 
     id: Text
     name: Annotated[str, Field(min_length=1, max_length=200)]
@@ -47,11 +48,11 @@ def router(page: Page) -> APIRouter:
 
     @routes.post("/api/generate", response_model=generating_schemas.GenerateAnswer)
     def generate(body: GenerateBody) -> Answer:
-        """Motions that show what a sentence says; variant k has the seed + k."""
+        """Motions that show the actions of a sentence; variant k has the seed ``seed + k``."""
         facts: dict[str, Any] = {}
         variants = []
         for seed in range(body.seed, body.seed + body.variants):
-            with page.held.use() as db:  # each by itself, so that others get a turn
+            with page.held.use() as db:  # opened for each variant in turn
                 made = db.generate(body.words, seed, body.method, body.exact)
                 made_id = page.made.put(MadeMotion(made))
                 facts = facts or sentence_facts(made)

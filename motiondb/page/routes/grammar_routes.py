@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from motiondb.store import GrammarSize
 
 LONGEST_SEQUENCE = 200
-"""Terminals of a sequence that is asked for. Chosen by hand: some minutes of motion."""
+"""Largest number of terminals of a sequence. Chosen by hand: some minutes of motion."""
 
 
 class LearnBody(Body):
-    """The captures of a grammar, and how to learn it."""
+    """The captures of a grammar, and the settings of learning."""
 
     captures: Annotated[list[Text], Field(min_length=1, max_length=1000)]
     name: Annotated[str, Field(min_length=1, max_length=200)] | None = None
@@ -41,7 +41,7 @@ class LearnBody(Body):
 
 
 class SequenceBody(Body):
-    """A grammar, and what to derive: any sentence, one of a length, or one like a pattern."""
+    """A grammar, and what to derive: any sentence, one of a length, or one that fits a pattern."""
 
     grammar: Text
     seed: Seed = 0
@@ -56,7 +56,7 @@ class OpenBody(Body):
 
 
 class AlternativesBody(Body):
-    """A region of a sequence: around a position, by levels wider and narrower."""
+    """A region of a sequence: a position, and by how many levels it is widened and narrowed."""
 
     id: Text
     at: Annotated[int, Field(ge=0, le=100_000)]
@@ -79,13 +79,15 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/grammars", response_model=grammar_schemas.GrammarRows)
     def grammars() -> Answer:
         """The grammars of the database."""
-        with page.held.use() as db, db.session.reading():
-            rows = [_row(db, size) for size in db.grammars.sizes()]
+        with page.held.use() as db:
+            rows = db.session.kept(
+                "grammars of the page", lambda: [_row(db, size) for size in db.grammars.sizes()]
+            )
         return Answer({"grammars": rows})
 
     @routes.get("/api/grammar", response_model=grammar_schemas.GrammarFacts)
     def grammar(name: Name) -> Answer:
-        """Everything about a grammar, with the sequences of it that are saved."""
+        """Everything about a grammar, with its saved sequences."""
         with page.held.use() as db, db.session.reading():
             check_grammar(db, name)
             facts = db.grammars.show(name)
@@ -140,7 +142,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
 
     @routes.get("/api/sequence", response_model=grammar_schemas.SequenceFacts)
     def sequence(id: Name) -> Answer:
-        """A sequence that was made before."""
+        """A sequence that was made earlier."""
         kept = page.sequences.get(id)
         with page.held.use() as db:
             return Answer(_facts(db, id, kept))
@@ -189,7 +191,7 @@ def _row(db: MotionDB, size: GrammarSize) -> dict[str, Any]:
 
 
 def db_levels(edited: Edit) -> tuple[int, int]:
-    """Return how many levels the region of an edit can be widened, and narrowed."""
+    """Return by how many levels the region of an edit can be widened, and narrowed."""
     from motiondb.grammar.derivation.edit import region_at
 
     deepest = region_at(edited.before, edited.region.position)
@@ -197,18 +199,18 @@ def db_levels(edited: Edit) -> tuple[int, int]:
 
 
 def _keep_line(page: Page, made: MadeSequence | None) -> None:
-    """Keep the sequences that undo goes back to, however many alternatives are looked at."""
+    """Mark the ancestors of a sequence as used, so that they stay available for undo."""
     while made is not None and made.parent:
         made = page.sequences.find(made.parent)
 
 
 def check_grammar(db: MotionDB, name: str) -> None:
-    """Refuse a name that no grammar has.
+    """Check that a grammar has this name.
 
     Raises
     ------
     PageError
-        There is none of exactly this name.
+        No grammar has exactly this name.
     """
     if name not in db.grammars.names():
         raise unknown("grammar", name, "It may have been removed.")
@@ -234,7 +236,7 @@ def _facts(db: MotionDB, sequence_id: str, made: MadeSequence) -> dict[str, Any]
 def _alternative(
     page: Page, db: MotionDB, body: AlternativesBody, edited: Edit, number: int
 ) -> dict[str, Any]:
-    """Return an alternative as a sequence; with the reason where it cannot be played."""
+    """Return an alternative as a sequence, or the reason why it cannot be played."""
     alternative = edited.alternatives[number]
     facts = {
         "region": list(alternative.string),

@@ -22,10 +22,10 @@ from motiondb.page.schemas import shared_schemas
 from motiondb.page.session.state import Page
 
 EVERY, EVERY_OF_JOB = 0.1, 0.03
-"""Seconds between two looks at everything, and at the one job that somebody watches. Chosen by
-hand: below what is noticed."""
+"""Seconds between two checks of all jobs, and of the one job that a client follows. Chosen by
+hand: shorter than a user notices."""
 KEEP_ALIVE = 15.0
-"""Seconds after which a silent stream says something, so that it is not taken for dead."""
+"""Seconds after which a comment is sent on an idle stream, so that the connection is kept."""
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "Server-sent events: job with the facts of a job, progress with its step,"
@@ -38,14 +38,14 @@ JobId = Annotated[str, PathParameter(max_length=40, description="Id of a job.")]
 
 
 class FolderBody(Body):
-    """A folder below one of those that the user allowed."""
+    """A folder below one of the allowed folders."""
 
     root: Annotated[int, Field(ge=0, le=1000)]
     path: Text = ""
 
 
 class AddBody(Body):
-    """What to add: an upload, or a folder on the server's computer."""
+    """The source of captures: an upload, or a folder on the server's computer."""
 
     upload: Text | None = None
     folder: FolderBody | None = None
@@ -57,7 +57,7 @@ class AddBody(Body):
 
 
 class LearnBody(Body):
-    """How to learn."""
+    """The settings of learning."""
 
     symbols: Annotated[int, Field(ge=1, le=10_000)] | None = None
     seed: Seed = 0

@@ -1,4 +1,4 @@
-"""Routes of motion: binary for the player, small ones for tables, files for download."""
+"""Routes of motion: binary for the player, and thumbnails for tables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from starlette.responses import Response
 
 from motiondb.database import MotionDB
 from motiondb.page.delivery.refs import Ref, load_motion, read_ref
-from motiondb.page.delivery.scene_motions import load_scene
+from motiondb.page.delivery.scene_motions import load_scene, made_scene
 from motiondb.page.motion import container, figure
 from motiondb.page.motion.container import Track, body_track
 from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
@@ -19,14 +19,14 @@ from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
 MOST_THUMBS = 200
-"""Thumbnails of one request at most. Chosen by hand; not tuned."""
+"""Largest number of thumbnails of one request. Chosen by hand; not tuned."""
 THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
-"""Frames of a small motion, and the seconds that they span. Chosen by hand."""
+"""Frames of a thumbnail, and the seconds that they span. Chosen by hand."""
 MOST_MOTIONS = 64
-"""Motions of one request at most. Chosen by hand; not tuned."""
+"""Largest number of motions of one request. Chosen by hand; not tuned."""
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "Motion as binary; docs/page.md tells the form.",
+        "description": "Motion as binary; docs/page.md describes the format.",
         "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
 }
@@ -56,6 +56,10 @@ def router(page: Page) -> APIRouter:
         ref: RefText, start: Start = None, end: End = None, fps: Rate = MOTION_FPS
     ) -> Response:
         """A motion, or a scene with several tracks, as compact binary."""
+        if start is None and end is None and fps == MOTION_FPS:
+            made = made_scene(page, read_ref(ref))
+            if made is not None:  # as the job wrote it, without opening the database
+                return Response(made, media_type=container.MEDIA_TYPE)
         with page.held.use() as db, db.session.reading():
             data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
         return _binary(data)
@@ -76,7 +80,7 @@ def router(page: Page) -> APIRouter:
             Query(min_length=1, max_length=MOST_THUMBS),
         ],
     ) -> Response:
-        """Small motions of stored captures, facing forward; unknown ones have no frames."""
+        """Thumbnails of stored captures, facing forward; unknown captures have no frames."""
         with page.held.use() as db, db.session.reading():
             return _binary([_thumb(db, each) for each in name])
 

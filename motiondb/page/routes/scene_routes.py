@@ -26,7 +26,7 @@ _LISTED = ("characters", "clips", "frames", "seconds", "error", "rules", "broken
 
 
 class SceneBody(BoardBody):
-    """A diagram as text, as JSON or by name, and how to make its scene."""
+    """A diagram as text, as JSON or by name, and the settings for its scene."""
 
     board: Annotated[str, Field(min_length=1, max_length=60)] | None = None
     seed: Seed = 0
@@ -37,7 +37,7 @@ class SceneBody(BoardBody):
 
 
 class UpdateBody(BoardBody):
-    """A changed diagram, and the scene to go on from."""
+    """A changed diagram, and the scene to start from."""
 
     scene: Text
     seed: Seed | None = None
@@ -45,7 +45,7 @@ class UpdateBody(BoardBody):
 
 
 class KeepBody(Body):
-    """A scene, and the name to keep it by."""
+    """A scene, and the name under which it is kept."""
 
     ref: Text
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -102,11 +102,11 @@ def router(page: Page) -> APIRouter:
 
 
 def _scene_routes(routes: APIRouter, page: Page) -> None:
-    """Add the routes of scenes that are there."""
+    """Add the routes of existing scenes."""
 
     @routes.get("/api/scenes", response_model=scene_schemas.SceneRows)
     def scenes() -> Answer:
-        """The scenes that this server made, and those kept in the database."""
+        """The scenes that this server made, and the scenes kept in the database."""
         rows = [
             {"ref": f"scene:{name}", "name": (facts := _read(page, name))["name"]}
             | {key: facts["report"][key] for key in _LISTED}
@@ -122,7 +122,7 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
 
     @routes.get("/api/scene", response_model=scene_schemas.SceneFacts)
     def scene(ref: RefText) -> Answer:
-        """A scene: its diagram, its report with every rule, and who does what when."""
+        """A scene: its diagram, its report with every rule, and the times of its actions."""
         kept_ref = read_ref(ref)
         if kept_ref.kind == "scene":
             return Answer({"ref": ref} | _read(page, kept_ref.name))
@@ -172,7 +172,7 @@ def _title(text: str) -> str:
 
 
 def _new_scene(page: Page, text: str) -> dict[str, Any]:
-    """Return the id and the folder of a new scene; the diagram lies in a folder of its own."""
+    """Return the id and the folder of a new scene; the diagram gets a separate folder."""
     name = f"s{secrets.token_hex(5)}"
     folder: Path = page.folder / "scenes" / name
     folder.mkdir(mode=0o700)

@@ -19,7 +19,7 @@ from motiondb.page.schemas import shared_schemas
 from motiondb.page.session.state import Page
 
 MOST_ITEMS = 500
-"""Captures of one download at most. Chosen by hand; not tuned."""
+"""Largest number of captures of one download. Chosen by hand; not tuned."""
 Format = Literal["bvh", "glb", "source"]
 _UPLOAD = {
     "requestBody": {
@@ -76,7 +76,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.post("/api/uploads", response_model=shared_schemas.UploadFacts, openapi_extra=_UPLOAD)
     async def upload(request: Request) -> Answer:
-        """Take captures and sheets of words; they are not yet added."""
+        """Receive captures and sheets of words, without adding them to the database."""
         limits = page.settings.limits
         try:
             form = await request.form(max_files=limits.files, max_fields=10)
@@ -104,7 +104,7 @@ def router(page: Page) -> APIRouter:
 
     @routes.post("/api/download", response_class=Response, responses=_FILE)
     def download_many(body: DownloadBody) -> Response:
-        """Motions as files; several as a zip, with the sources of generated ones."""
+        """Motions as files; several as a zip archive, with the provenance of generated motions."""
         return _answer(download(page, body.items, body.format, body.canonical))
 
     return routes

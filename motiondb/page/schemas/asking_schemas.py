@@ -42,7 +42,7 @@ class QuestionTree(Facts):
 
 
 class NotUsed(Facts):
-    """What a question says that was not used."""
+    """A part of a question that was not used, with the reason."""
 
     text: str
     reason: str
@@ -61,14 +61,16 @@ class Understood(Facts):
     """How a question was understood, word by word."""
 
     question: QuestionFacts
-    taken: dict[str, list[WordProbability]] = Field(description="Words taken as known ones.")
+    taken: dict[str, list[WordProbability]] = Field(
+        description="Known words that stand for unknown ones."
+    )
     suggested: dict[str, list[WordProbability]]
     unknown: dict[str, list[str]] = Field(description="Unknown words, with similar known ones.")
     sentences: list[str]
 
 
 class SymbolShareFacts(Facts):
-    """What one symbol in one interval adds to an answer."""
+    """What one symbol in one interval adds to the log-odds of an answer."""
 
     symbol: int
     start: float = Field(alias="from", description="Seconds.")
@@ -150,11 +152,12 @@ class MatchFacts(Facts):
 
 
 class AnswerFacts(Facts):
-    """Answers, and whether they match at all."""
+    """Answers, and whether any of them matches."""
 
     matches_anything: bool | None
     strength: float | None
     threshold: float | None
+    unchecked: str = Field(description="Why there are no probabilities; empty where there are.")
     not_yet_learned: int
     matches: list[MatchFacts]
     took: float = Field(description="Seconds.")

@@ -17,7 +17,7 @@ from motiondb.page.schemas.shared_schemas import (
 
 
 class DriftFacts(Facts):
-    """How far the database has changed since it learned."""
+    """How far the database has changed since the last learning."""
 
     relearn: bool
     reasons: list[str]
@@ -43,14 +43,14 @@ class RootFacts(Facts):
 
 
 class StatusFacts(Facts):
-    """What is in the database, and what the page may do."""
+    """The contents of the database, and what the page may do."""
 
     version: str
     database: str
     bytes: int
     read_only: bool
     learned: bool
-    current: bool | None = Field(description="null where the database has not learned.")
+    current: bool | None = Field(description="null if the database has not learned.")
     captures: int
     generated: int
     seconds: float
@@ -63,7 +63,7 @@ class StatusFacts(Facts):
     words: int | None
     not_yet_learned: int | None
     start: dict[str, Any] | None = Field(
-        default=None, description="Where it started from; absent where it did not."
+        default=None, description="The start that was used for learning; absent if there was none."
     )
     revision: int
     drift: DriftFacts | None
@@ -101,7 +101,7 @@ class CaptureRows(Facts):
 
 
 class FacetValue(Facts):
-    """A value of a column, with the filter that lets its captures through."""
+    """A value of a column, with the filter that selects its captures."""
 
     value: str
     count: int
@@ -119,7 +119,7 @@ class FacetFacts(Facts):
 
 
 class FacetList(Facts):
-    """The facets of the captures that a filter lets through."""
+    """The facets of the captures that a filter selects."""
 
     total: int
     facets: list[FacetFacts]
@@ -146,7 +146,7 @@ class EventFacts(Facts):
 
 
 class ActivityFacts(Facts):
-    """Something that a capture does for a while; equal numbers are the same activity."""
+    """An interval of one activity; equal numbers are the same activity."""
 
     activity: int
     start: float
@@ -195,7 +195,7 @@ class WordsChanged(Facts):
 
 
 class Undoable(Facts):
-    """How many edits can be undone, and whose words the next would change."""
+    """The number of edits that can be undone, and the capture of the next one."""
 
     left: int
     capture: str | None
@@ -242,13 +242,13 @@ class SuggestionFacts(Facts):
 
 
 class SuggestionList(Facts):
-    """What to caption next, best first."""
+    """Captures to caption next, best first."""
 
     suggestions: list[SuggestionFacts]
 
 
 class WordSymbol(Facts):
-    """A symbol that a word means."""
+    """A symbol that is associated with a word."""
 
     symbol: int
     probability: float
@@ -263,6 +263,6 @@ class WordFacts(Facts):
 
 
 class Vocabulary(Facts):
-    """The learned words, commonest first."""
+    """The learned words, most frequent first."""
 
     words: list[WordFacts]

@@ -23,7 +23,7 @@ class ShownFacts(Facts):
     start: float
     end: float
     probability: float | None
-    shown: bool | None = Field(description="null: this cannot be told.")
+    shown: bool | None = Field(description="null: this cannot be decided.")
     reason: str | None
 
 

@@ -6,11 +6,11 @@ from typing import Any
 
 from pydantic import Field
 
-from motiondb.page.schemas.shared_schemas import Facts, StretchFacts, WordProbability
+from motiondb.page.schemas.shared_schemas import DescribedWord, Facts, StretchFacts
 
 
 class GrammarRow(Facts):
-    """Sizes of a grammar."""
+    """The size of a grammar."""
 
     name: str
     run_id: int
@@ -23,7 +23,7 @@ class GrammarRow(Facts):
     rules: int
     bits: float
     seconds: float = Field(description="Duration of the captures.")
-    derives_new: bool = Field(description="Whether it derives strings that are no sentence.")
+    derives_new: bool = Field(description="Whether it derives new sentences.")
 
 
 class GrammarRows(Facts):
@@ -38,7 +38,7 @@ class GrammarCapture(Facts):
     capture: str
     sha256: str
     seconds: float
-    there: bool = Field(description="Whether it still is in the database.")
+    there: bool = Field(description="Whether it is still in the database.")
 
 
 class SymbolShareOfTerminal(Facts):
@@ -62,7 +62,7 @@ class TerminalFacts(Facts):
     terminal: str
     count: int
     seconds: float
-    words: list[WordProbability]
+    words: list[DescribedWord]
     symbols: list[SymbolShareOfTerminal]
     medoid: Medoid
 
@@ -112,7 +112,7 @@ class StripPart(Facts):
 
 
 class PathFacts(Facts):
-    """The path of the root on the ground: [x, z] in metres."""
+    """The path of the root joint on the ground: [x, z] in metres."""
 
     fps: float
     points: list[tuple[float, float]]

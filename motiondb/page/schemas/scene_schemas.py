@@ -12,7 +12,7 @@ Spot = tuple[float, float]
 
 
 class CourtFacts(Facts):
-    """The ground."""
+    """The court."""
 
     width: float
     length: float
@@ -78,7 +78,7 @@ class ElementVerdict(Facts):
 
 
 class PlayerVerdict(Facts):
-    """What the diagram asks of a player."""
+    """What the diagram requires of a player."""
 
     name: str
     shortest: list[str]
@@ -87,12 +87,12 @@ class PlayerVerdict(Facts):
 
 
 class BoardFacts(Facts):
-    """A diagram, with what is known of it."""
+    """A diagram, with its faults and clips."""
 
     name: str
     shipped: bool
     text: str
-    diagram: DiagramFacts | None = Field(description="null: the text is no diagram.")
+    diagram: DiagramFacts | None = Field(description="null: the text is not a diagram.")
     feasible: bool
     fault: str | None
     line: int | None
@@ -119,7 +119,7 @@ class BoardRows(Facts):
 
 
 class BoardKinds(Facts):
-    """What diagrams are made of."""
+    """The kinds of elements, the teams, and the grammars of diagrams."""
 
     kinds: list[str]
     teams: list[str]
@@ -133,7 +133,7 @@ class BoardRemoved(Facts):
 
 
 class SceneRow(Facts):
-    """A scene in short."""
+    """A scene in a list."""
 
     ref: str
     name: str
@@ -172,7 +172,7 @@ class RuleFacts(Facts):
 
 
 class CollisionFacts(Facts):
-    """Players who touch."""
+    """Players who collide."""
 
     players: list[str]
     start: int
@@ -214,7 +214,7 @@ class JumpFacts(Facts):
 
 
 class LimbFacts(Facts):
-    """How near the limbs of two players come, in metres."""
+    """The smallest distance between the limbs of two players, in metres."""
 
     players: list[str]
     metres: float
@@ -261,7 +261,7 @@ class ReportFacts(Facts):
     collisions: list[CollisionFacts] | None = None
     collisions_before: int | None = None
     feet: dict[str, tuple[float, float]] | None = Field(
-        default=None, description="Slip of the feet of each player and of the sources, m/s."
+        default=None, description="Slip of planted feet, of each player and of the sources, m/s."
     )
     paces: list[PaceFacts] | None = None
     impossible: list[ImpossibleFacts] | None = None
@@ -288,7 +288,7 @@ class SceneFacts(Facts):
     report: ReportFacts
     actions: dict[str, list[TimedAction]]
     curve: list[tuple[float, float]]
-    took: dict[str, float] = Field(description="Seconds of each part of the work.")
+    took: dict[str, float] = Field(description="Duration of each part of the work, seconds.")
 
 
 class SceneKept(Facts):

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Facts(BaseModel):
-    """An object with exactly the fields that are named; those with a default may be absent."""
+    """A JSON object with exactly the listed fields; fields with a default may be absent."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -28,7 +28,7 @@ class SegmentFacts(Facts):
     start: float = Field(description="Seconds.")
     end: float
     log_likelihood: float | None = Field(description="Nats per frame.")
-    known: bool = Field(description="False: unlike everything that was learned.")
+    known: bool = Field(description="False: unlike all learned motion.")
 
 
 class SourceFacts(Facts):
@@ -58,37 +58,44 @@ class WordProbability(Facts):
     probability: float
 
 
+class DescribedWord(Facts):
+    """A word of a motion with its probability; null where no own caption has checked it."""
+
+    word: str
+    probability: float | None
+
+
 class WordsOverTime(Facts):
     """The words of an interval."""
 
     start: float = Field(description="Seconds.")
     end: float
-    words: list[WordProbability]
+    words: list[DescribedWord]
     symbols: list[int]
 
 
 class Saved(Facts):
-    """The capture that holds a motion now."""
+    """The capture under which a motion was saved."""
 
     capture: str
     ref: str
 
 
 class JobFacts(Facts):
-    """A piece of long work."""
+    """A job: long work in a separate process."""
 
     id: str
     kind: str = Field(description="add, learn, grammar, scene or scene-update.")
     title: str
     state: str = Field(description="waiting, running, done, failed or cancelled.")
-    what: str = Field(description="The present step.")
+    what: str = Field(description="The current step.")
     share: float = Field(ge=0.0, le=1.0, description="Share of the step that is done.")
-    error: float | None = Field(description="-log P of a scene that is sampled.")
+    error: float | None = Field(description="-log P of the scene that is being sampled.")
     started: float = Field(description="Seconds since 1970.")
-    seconds: float = Field(description="How long it has run.")
+    seconds: float = Field(description="Duration so far, seconds.")
     message: str | None = Field(description="Why it failed.")
     error_kind: str | None
-    result: dict[str, Any] | None = Field(description="What it made; its keys depend on the kind.")
+    result: dict[str, Any] | None = Field(description="The result; its keys depend on the kind.")
     preview: str | None = Field(description="Ref of a first motion of a scene, before its report.")
     curve: list[tuple[float, float]] = Field(description="Share and error of a scene so far.")
 
@@ -110,7 +117,7 @@ class FolderFacts(Facts):
 
 
 class UploadedFile(Facts):
-    """A file that was taken."""
+    """A file that was accepted."""
 
     name: str
     ref: str
@@ -119,7 +126,7 @@ class UploadedFile(Facts):
 
 
 class RefusedFile(Facts):
-    """A file that was not taken."""
+    """A file that was refused."""
 
     name: str
     message: str

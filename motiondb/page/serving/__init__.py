@@ -1,1 +1,1 @@
-"""The server: start and address, who may ask, the application with all routes."""
+"""The server: start and address, access control, the application with all routes."""

@@ -76,7 +76,7 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
 
     application = FastAPI(
         title="motiondb", version=VERSION, lifespan=lifespan,
-        description="The interface of the page. docs/page.md tells the answers.",
+        description="The interface of the page. docs/page.md describes the answers.",
         openapi_url="/api/openapi.json", docs_url=None, redoc_url=None,
         separate_input_output_schemas=False,  # fields with a default may be absent in answers too
         responses={
@@ -95,11 +95,11 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
 
 _STATUSES = {
     400: "The database refuses the request; the message says why.",
-    403: "Not from this page, or the page is read-only.",
+    403: "The request does not come from this page, or the page is read-only.",
     404: "There is no such thing.",
     409: "The database has not learned, or something changed meanwhile.",
     413: "Too large.",
-    415: "Another kind of content than expected.",
+    415: "The content has another type than expected.",
     422: "A parameter is missing or of another type.",
     503: "Another process holds the database.",
 }
@@ -115,11 +115,11 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
         return answer_of(error, lambda message: private.sub("", message))
 
     async def malformed(_request: Request, error: RequestValidationError) -> Answer:
-        told = "; ".join(
+        faults = "; ".join(
             f"{'.'.join(str(part) for part in each['loc'])}: {each['msg']}"
             for each in error.errors()[:5]
         )
-        return error_answer("RequestError", told, 422)
+        return error_answer("RequestError", faults, 422)
 
     async def failed(_request: Request, error: HTTPException) -> Answer:
         kind = _KINDS.get(error.status_code, "RequestError")

@@ -1,9 +1,9 @@
-"""Who may ask, and how much: host, origin, token and size are checked before any route.
+"""Access control: host, origin, token and size are checked before any route is called.
 
 A page of another site that is open in the same browser can send requests to this computer. It
-cannot hide its own name: the browser puts the name by which it reached the server into ``Host``,
-and the address of the page that asks into ``Origin``. Both are compared with those of this server.
-Every answer says that only this page may use it.
+cannot hide its own name: the browser puts the name of the requested server into ``Host``, and the
+address of the requesting page into ``Origin``. Both are compared with those of this server. The
+headers of every answer allow only this page to use it.
 """
 
 from __future__ import annotations
@@ -96,14 +96,14 @@ class Guard:
         return limits.request_bytes if scope["path"] == UPLOADS else limits.body_bytes
 
     async def _measured(self, scope: Scope, receive: Receive, send: Send, most: int) -> None:
-        """Pass the request on; refuse it where its body is larger than it said."""
-        taken, is_too_large = 0, False
+        """Pass the request on; refuse it if its body turns out to be larger than the limit."""
+        received, is_too_large = 0, False
 
         async def counted() -> Message:
-            nonlocal taken, is_too_large
+            nonlocal received, is_too_large
             message = await receive()
-            taken += len(message.get("body", b""))
-            if taken > most:
+            received += len(message.get("body", b""))
+            if received > most:
                 is_too_large = True
                 raise _too_large(most)
             return message
@@ -125,7 +125,7 @@ def _too_large(most: int) -> PageError:
 
 
 def check_host(host: str, settings: PageSettings) -> None:
-    """Refuse a request that reached the server by a name that it does not go by.
+    """Refuse a request whose ``Host`` is not a name of this server.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def check_host(host: str, settings: PageSettings) -> None:
     Raises
     ------
     PageError
-        The name is another one.
+        The name is not one of this server.
     """
     name = _host_name(host)
     if settings.is_local:
@@ -166,7 +166,7 @@ def _host_name(host: str) -> str:
 
 
 def _is_address(name: str) -> bool:
-    """Whether a name is an IP address, which no other site can be bound to."""
+    """Return whether a name is an IP address, which no other site can use as its name."""
     try:
         ipaddress.ip_address(name)
     except ValueError:
@@ -175,12 +175,12 @@ def _is_address(name: str) -> bool:
 
 
 def check_origin(scope: Scope, headers: Headers) -> None:
-    """Refuse a request that a page of another site makes.
+    """Refuse a request from a page of another site.
 
     Raises
     ------
     PageError
-        It comes from another site.
+        The request comes from another site.
     """
     origin, host = headers.get("origin"), headers.get("host", "")
     site = headers.get("sec-fetch-site", "none")
@@ -195,7 +195,7 @@ def check_origin(scope: Scope, headers: Headers) -> None:
 
 
 def urlsplit_or_none(origin: str) -> str | None:
-    """Return host and port of an origin of the web; None for any other."""
+    """Return host and port of an ``http`` or ``https`` origin; None for any other."""
     try:
         parts = urlsplit(origin)
     except ValueError:
@@ -204,12 +204,12 @@ def urlsplit_or_none(origin: str) -> str | None:
 
 
 def check_token(headers: Headers, settings: PageSettings) -> None:
-    """Refuse a request without the token, where there is one.
+    """Refuse a request without the token, if the page requires one.
 
     Raises
     ------
     PageError
-        It has none, or another one.
+        The request has no token, or a wrong one.
     """
     if not settings.token:
         return
@@ -237,19 +237,19 @@ def _token_in_address(scope: Scope, settings: PageSettings) -> str:
 
 
 def _keep_token(token: str) -> Answer:
-    """Return the answer that keeps the token in a cookie and opens the page without it."""
+    """Return the answer that stores the token in a cookie and redirects to the page without it."""
     answer = Answer({}, 303, {"Location": "/"})
     answer.set_cookie(COOKIE, token, httponly=True, samesite="strict", path="/")
     return answer
 
 
 def check_content(scope: Scope, headers: Headers) -> None:
-    """Refuse a change whose body is not JSON; other sites can send forms without asking.
+    """Refuse a change whose body is not JSON; other sites can send forms without permission.
 
     Raises
     ------
     PageError
-        It is something else.
+        The body has another type.
     """
     if scope["method"] in _SAFE or scope["path"] == UPLOADS:
         return

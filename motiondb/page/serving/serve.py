@@ -19,12 +19,12 @@ from motiondb.page.files.bundle_files import NO_BUNDLE, is_built
 from motiondb.page.settings import PageSettings
 
 END = 2
-"""Seconds that open streams get when the server ends. Chosen by hand."""
+"""Seconds that the server waits for open streams when it ends. Chosen by hand."""
 
 
 @contextmanager
 def private_folder() -> Iterator[Path]:
-    """Give a folder that only this user can read, and remove it at the end."""
+    """Yield a folder that only this user can read, and remove it at the end."""
     folder = Path(tempfile.mkdtemp(prefix="motiondb-page-"))
     try:
         yield folder
@@ -33,7 +33,7 @@ def private_folder() -> Iterator[Path]:
 
 
 def check_settings(settings: PageSettings) -> None:
-    """Refuse settings that cannot be served, before anything is opened.
+    """Check the settings before anything is opened.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def check_settings(settings: PageSettings) -> None:
 
 
 def with_token(settings: PageSettings) -> PageSettings:
-    """Return settings in which other computers need a token; a new one if there is none."""
+    """Return settings that have a token if other computers can reach the server."""
     if settings.is_local or settings.token:
         return settings
     return replace(settings, token=secrets.token_urlsafe(24))
@@ -60,7 +60,7 @@ def listen(settings: PageSettings) -> socket.socket:
     Raises
     ------
     MotionDBError
-        The address is taken, or is none of this computer's.
+        The address is already in use, or does not belong to this computer.
     """
     try:
         family, kind, _, _, address = socket.getaddrinfo(
@@ -82,7 +82,7 @@ def listen(settings: PageSettings) -> socket.socket:
 
 
 def address_of(settings: PageSettings, port: int) -> str:
-    """Return the address to open in a browser, with the token where there is one."""
+    """Return the address to open in a browser, with the token if there is one."""
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = {"0.0.0.0": socket.gethostname(), "[::]": socket.gethostname()}.get(host, host)
     return f"http://{host}:{port}/" + (f"?token={settings.token}" if settings.token else "")
@@ -90,8 +90,8 @@ def address_of(settings: PageSettings, port: int) -> str:
 
 def serve(
     settings: PageSettings,
-    told: Callable[[str], None],
-    warned: Callable[[str], None],
+    announce: Callable[[str], None],
+    warn: Callable[[str], None],
     open_browser: bool = True,
 ) -> None:
     """Serve the page until the process is interrupted.
@@ -100,17 +100,17 @@ def serve(
     ----------
     settings : PageSettings
         What the user decided.
-    told : callable
+    announce : callable
         Called with the address once it can be opened.
-    warned : callable
-        Called with what to do if the page was not built.
+    warn : callable
+        Called with instructions if the page was not built.
     open_browser : bool
         Whether to open it in the user's browser, if the page was built.
 
     Raises
     ------
     MotionDBError
-        The database cannot be opened, or the address is taken.
+        The database cannot be opened, or the address is already in use.
     """
     import uvicorn
 
@@ -119,7 +119,7 @@ def serve(
     check_settings(settings)
     settings = with_token(settings)
     if not is_built():
-        warned(NO_BUNDLE)
+        warn(NO_BUNDLE)
     with private_folder() as folder, listen(settings) as listening:
         application = make_application(settings, folder)
         address = address_of(settings, listening.getsockname()[1])
@@ -128,7 +128,7 @@ def serve(
             date_header=False, timeout_graceful_shutdown=END, lifespan="on",
         )  # fmt: skip
         listening.listen(128)
-        told(address)
+        announce(address)
         if open_browser and is_built():
             threading.Timer(0.5, webbrowser.open, [address]).start()
         uvicorn.Server(config).run(sockets=[listening])

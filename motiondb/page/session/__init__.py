@@ -1,1 +1,1 @@
-"""What the server keeps while it runs: the open database, and what was made."""
+"""The state of the server: the open database, and motions made while it runs."""

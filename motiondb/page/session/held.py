@@ -1,23 +1,24 @@
-"""The database for the length of a request.
+"""The database, held only while requests are answered.
 
 DuckDB lets one process write or several read. The page holds the file only while it answers, so
-that commands work beside it. What was loaded stays in memory until the database changes.
+that commands can use the database as well. Loaded values stay in memory until the database changes.
 """
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from motiondb.database import MotionDB
+from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift
 
 
 def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
-    """Return what ``info`` and ``drift`` say of a database, computed once for every revision."""
+    """Return what ``info`` and ``drift`` give, computed once a revision; drift may be None."""
 
     def load() -> tuple[dict[str, Any], Drift | None]:
         facts = db.info()
@@ -27,7 +28,7 @@ def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
 
 
 class HeldDatabase:
-    """A database that is opened for every request, and let go of when the last one has ended.
+    """A database that is opened for requests, and released when the last running one has ended.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ class HeldDatabase:
 
     @contextmanager
     def use(self) -> Iterator[MotionDB]:
-        """Give the database for the block."""
+        """Yield the database; it stays open for the length of the ``with`` block."""
         with self._lock:
             self._users += 1
         try:
@@ -59,18 +60,18 @@ class HeldDatabase:
                 if not self._users:
                     self._database.release()
 
-    def warm(self) -> None:
-        """Load what the first question needs, so that the first user does not wait for it."""
-        from motiondb.errors import MotionDBError
+    def warm_view(self) -> None:
+        """Load what the first view of the page needs."""
+        with suppress(MotionDBError), self.use() as db:  # the first request will tell
+            db.browse()
+            database_facts(db)
 
-        try:
-            with self.use() as db:
-                db.browse()
-                database_facts(db)
-                if db.is_learned() and db.learned.has_words:
-                    db.search(db.vocabulary()[0], limit=1)
-        except MotionDBError:  # the first request will tell
-            return
+    def warm(self) -> None:
+        """Load the data that questions need, so that the first user does not wait for it."""
+        self.warm_view()
+        with suppress(MotionDBError), self.use() as db:
+            if db.is_learned() and db.learned.has_words:
+                db.search(db.vocabulary()[0], limit=1)
 
     def close(self) -> None:
         """Close the file."""

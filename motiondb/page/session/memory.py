@@ -1,9 +1,9 @@
-"""What the server keeps for a while: generated motions, sequences, each by an id.
+"""Generated motions and sequences that the server keeps for a while, each under an id.
 
-A value that is asked for counts as new again, so that what somebody is working on stays.
+A value that is requested counts as new again, so that values in use are not dropped.
 
-Ids are random, so that a page that was loaded before the server was started again does not take one
-value for another.
+Ids are random, so that a page that was loaded before a restart of the server does not get a wrong
+value.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ T = TypeVar("T")
 
 
 class Shelf(Generic[T]):
-    """The values of a kind that were put or asked for last, by id.
+    """The most recently used values of one kind, by id.
 
     Parameters
     ----------
     prefix : str
         First letter of the ids.
     what : str
-        What it keeps, for messages.
+        Name of the kind of values, for messages.
     most : int
-        Number of values that are kept.
+        Largest number of values that are kept.
     """
 
     def __init__(self, prefix: str, what: str, most: int = 200) -> None:
@@ -58,7 +58,7 @@ class Shelf(Generic[T]):
         Raises
         ------
         PageError
-            There is none.
+            No value has this id.
         """
         value = self.find(name)
         if value is None:
@@ -68,12 +68,12 @@ class Shelf(Generic[T]):
         return value
 
     def replace(self, name: str, value: T) -> None:
-        """Exchange the value of an id, if it is still there."""
+        """Replace the value of an id, if it is still there."""
         with self._lock:
             if name in self._values:
                 self._values[name] = value
 
     def names(self) -> list[str]:
-        """Return the ids, the last used first."""
+        """Return the ids, most recently used first."""
         with self._lock:
             return list(reversed(self._values))

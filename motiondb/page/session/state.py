@@ -1,4 +1,4 @@
-"""What the server knows while it runs: the database, uploads, jobs, and what was made."""
+"""The state of a running server: the database, uploads, jobs, and motions that were made."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from motiondb.page.settings import PageSettings
 from motiondb.records import Caption
 
 MOST_UNDONE = 100
-"""Edits of words that can be undone. Chosen by hand."""
+"""Largest number of edits of words that can be undone. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class MadeSequence:
     edited : tuple of (int, int) or None
         Positions that differ from the parent.
     how : dict of str to object
-        How it was edited, for its run when it is saved.
+        Parameters of the edit, which are stored with the sequence when it is saved.
     saved : str
         Name of the capture that holds it, or "".
     """
@@ -68,13 +68,13 @@ class MadeSequence:
     saved: str = ""
 
     def saved_as(self, name: str) -> MadeSequence:
-        """Return the same with the name of the capture that holds it."""
+        """Return a copy with the name of the capture that holds it."""
         return replace(self, saved=name)
 
 
 @dataclass(frozen=True)
 class WordEdit:
-    """An edit of the words of a capture that can be undone.
+    """An edit of the captions of one capture, which can be undone.
 
     Attributes
     ----------
@@ -118,12 +118,12 @@ class Page:
         self.watch = Watch(self.held, settings.warm)
 
     def check_writable(self) -> None:
-        """Refuse a change where the page was started read-only.
+        """Refuse a change if the page was started read-only.
 
         Raises
         ------
         PageError
-            It was.
+            The page is read-only.
         """
         if self.settings.read_only:
             raise PageError(
@@ -145,7 +145,7 @@ class Page:
         Raises
         ------
         PageError
-            There is none.
+            The scene does not exist.
         """
         folder = self.folder / "scenes" / scene_id
         if not re.fullmatch(r"s[0-9a-f]{10}", scene_id) or not (folder / file).is_file():

@@ -1,4 +1,4 @@
-"""Noticing changes of the database, whoever makes them."""
+"""Detection of changes of the database, by this or any other process."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from motiondb.errors import MotionDBError
 from motiondb.page.session.held import HeldDatabase
 
 EVERY = 0.5
-"""Seconds between two looks at the file. Chosen by hand: below what a user waits for."""
+"""Seconds between two checks of the file. Chosen by hand: shorter than a user minds waiting."""
 QUIET = 3
-"""Looks without a change after which what questions need is loaded. Chosen by hand: a command that
-follows another at once gets its turn."""
+"""Number of checks without a change after which the data for questions are loaded. Chosen by
+hand: a command that follows another immediately can open the file first."""
 
 
 class Watch:
-    """The revision of a database, looked at in a thread.
+    """The revision of a database, watched by a thread.
 
-    Only the size and the time of the file are looked at, so that the file is not held.
+    Only the size and the modification time of the file are checked, so that the file is not held.
 
     Parameters
     ----------
     held : HeldDatabase
         The database.
     warm : bool
-        Whether to load what questions need after a change.
+        Whether to load the data that questions need after a change.
     """
 
     def __init__(self, held: HeldDatabase, warm: bool) -> None:
@@ -35,20 +35,22 @@ class Watch:
         self.revision = self._read()
 
     def start(self) -> None:
-        """Begin to look."""
+        """Start the thread."""
         threading.Thread(target=self._look, daemon=True).start()
 
     def stop(self) -> None:
-        """Look no more."""
+        """Stop the thread."""
         self._ended.set()
 
     def _look(self) -> None:
+        if self._warms:  # whoever starts the server opens the page next
+            self._held.warm_view()
         quiet, is_warm = 0, not self._warms
         while not self._ended.wait(EVERY):
             mark = self._stamp()
             if mark != self._mark:
                 quiet, is_warm = 0, not self._warms
-                with suppress(MotionDBError):  # held by another process: look again
+                with suppress(MotionDBError):  # held by another process: try again later
                     revision = self._read()
                     self._mark, self.revision = mark, revision
             elif not is_warm:
@@ -62,7 +64,7 @@ class Watch:
             return db.revision()
 
     def _stamp(self) -> tuple[int, ...]:
-        """Return size and time of the file and of what DuckDB writes beside it."""
+        """Return size, time and inode of the file and of DuckDB's write-ahead log."""
         stamp: list[int] = []
         for path in (self._held.path, self._held.path.with_name(f"{self._held.path.name}.wal")):
             with suppress(OSError):

@@ -19,7 +19,7 @@ GAP = 0.5
 
 
 def distance_scale(distances: FloatArray) -> float:
-    """Distance from which on two symbols count as unrelated: the median over pairs.
+    """Distance above which two symbols count as unrelated: the median over pairs.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def align(
     distances : array (symbols, symbols)
         Distances of the symbols, nats per frame.
     scale : float
-        Distance from which on two symbols count as unrelated.
+        Distance above which two symbols count as unrelated.
 
     Returns
     -------

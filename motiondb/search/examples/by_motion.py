@@ -12,9 +12,9 @@ The first two select candidates by ``rough`` = (cosine + alignment) / 2, where t
 multiplied by the share of the aligned segments that the window covers. Where words were learned,
 these recognise the same action in another style: in the best window of a capture the cosine is
 replaced by the resemblance with feedback (:mod:`motiondb.search.examples.resemblance`), and the
-difference is added to all windows of the capture. So words choose between captures, and motion
-alone within one.
-The final score is
+difference is added to all windows of the capture. The pooled statistics of the window are a second
+opinion on its words, if they were learned. Words therefore choose between captures, and motion
+alone within a capture. The final score is
 
     score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third comparison.
 
@@ -25,7 +25,7 @@ largest, although a new segmentation of it differs from the stored one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,14 +34,18 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.examples import alignment, extents, warping
 from motiondb.search.examples.resemblance import meaning_rows, resemblance, with_feedback
 from motiondb.search.vectors.score_vectors import interval_vectors
+from motiondb.words.maps.pooled_map import PooledMap, pooled_statistics
 from motiondb.words.maps.word_map import WordMap
 
 WARP_WEIGHT = 0.5
 """Weight of the warping distance. Chosen by hand; not tuned."""
 MOST_CELLS = 50_000_000
-"""Pairs of frames compared by the third comparison at most, over all candidates: bounds time."""
+"""Largest number of pairs of frames in the third comparison, over all candidates: bounds time."""
+FramesOf = Callable[[int, int, int], Float32Array]
+"""Whitened features (frames, D) of a capture from one frame to another: capture, first, end."""
 NEAR = 0.2
-"""Whitened feature distance below which two intervals count as equal up to noise. By hand."""
+"""Whitened feature distance below which two intervals count as equal up to noise. Chosen by
+hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +63,13 @@ class Query:
     vector : array (columns,)
         Its vector, of length 1.
     words : WordMap, optional
-        The word map. None: words take no part in the comparison.
+        The word map. None: words are not used in the comparison.
     n_posture_and_travel : int
         Number of the vector's last columns that are posture and travel.
     emphasis : array (words,), optional
         Weights of the words in the comparison; 1 where they are not given.
+    pooled : PooledMap, optional
+        Second opinion on the words, from pooled statistics; takes part with ``words`` only.
     """
 
     features: Float32Array
@@ -73,6 +79,7 @@ class Query:
     words: WordMap | None = None
     n_posture_and_travel: int = 0
     emphasis: FloatArray | None = None
+    pooled: PooledMap | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +138,7 @@ def find_candidates(
     distances: FloatArray,
     n_candidates: int = 120,
     per_capture: int = 6,
+    frames_of: FramesOf | None = None,
 ) -> list[Candidate]:
     """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
 
@@ -143,13 +151,16 @@ def find_candidates(
     distances : array (symbols, symbols)
         Distances of the symbols, nats per frame.
     n_candidates : int, optional
-        Number of intervals at most. Chosen by hand: it bounds the time of warping.
+        Largest number of intervals. Chosen by hand: it bounds the time of warping.
     per_capture : int, optional
-        Number of intervals of one capture at most. Chosen by hand.
+        Largest number of intervals of one capture. Chosen by hand.
+    frames_of : callable, optional
+        Whitened features of the captures. Without them, the second opinion on the words of the
+        query is not used.
     """
     scale = alignment.distance_scale(distances)
     scored = {c: _score_windows(query, take, distances, scale) for c, take in takes.items()}
-    gains = _meaning_gains(query, list(scored.values()))
+    gains = _meaning_gains(query, scored, frames_of)
     candidates: list[Candidate] = []
     for (capture, windows), gain in zip(scored.items(), gains):
         for w in _separate_peaks(windows.rough, windows.low, windows.high, per_capture):
@@ -161,7 +172,7 @@ def find_candidates(
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """Windows [low, high) of a capture with their scores; vector and cosine of the best one.
+    """Windows [low, high) of a capture with their scores; number, vector, cosine of the best one.
 
     ``low``, ``high`` and ``rough`` are arrays (windows,), ``vector`` is an array (columns,).
     """
@@ -169,6 +180,7 @@ class _Windows:
     low: IntArray
     high: IntArray
     rough: FloatArray
+    best: int
     vector: FloatArray
     cosine: float
 
@@ -187,17 +199,32 @@ def _score_windows(query: Query, take: Take, distances: FloatArray, scale: float
         overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
     rough = 0.5 * cosine + 0.5 * aligned * overlap
     best = int(np.argmax(rough))
-    return _Windows(low, high, rough, vectors[best], float(cosine[best]))
+    return _Windows(low, high, rough, best, vectors[best], float(cosine[best]))
 
 
-def _meaning_gains(query: Query, scored: Sequence[_Windows]) -> FloatArray:
+def _meaning_gains(
+    query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
+) -> FloatArray:
     """Resemblance, with feedback, less cosine of the best window of every capture: (captures,)."""
     if query.words is None or not scored:
         return np.zeros(len(scored))
-    vectors = np.stack([query.vector, *(windows.vector for windows in scored)])
-    rows = meaning_rows(query.words, vectors, query.n_posture_and_travel, query.emphasis)
+    vectors = np.stack([query.vector, *(windows.vector for windows in scored.values())])
+    second = _pooled_evidence(query, scored, frames_of)
+    rows = meaning_rows(query.words, vectors, query.n_posture_and_travel, query.emphasis, second)
     alike = with_feedback(rows[1:] @ rows[0], rows[1:])
-    return alike - np.array([windows.cosine for windows in scored])
+    return alike - np.array([windows.cosine for windows in scored.values()])
+
+
+def _pooled_evidence(
+    query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
+) -> FloatArray | None:
+    """Second opinion on the words of the query and of the best windows: (1 + captures, words)."""
+    if query.pooled is None or frames_of is None:
+        return None
+    best = (frames_of(c, int(w.low[w.best]), int(w.high[w.best])) for c, w in scored.items())
+    return query.pooled.evidence(
+        np.stack([pooled_statistics(frames) for frames in (query.features, *best)])
+    )
 
 
 def refine(

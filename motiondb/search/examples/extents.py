@@ -30,23 +30,24 @@ from motiondb.symbols.segments.segmentation import context
 WINDOW = 39
 """Feature frames (2.6 s) of a context."""
 SPREAD_WEIGHT = 1.5
-"""Weight of the standard deviations beside the means. By hand."""
+"""Weight of the standard deviations relative to the means. Chosen by hand."""
 N_AXES = 24
-"""Principal axes that are kept. By hand."""
+"""Principal axes that are kept. Chosen by hand."""
 THINNED = 5
 """Every fifth frame is used to compute the axes, since neighbours hardly differ."""
 SHARE = 0.35
 """Place of the threshold between ``near`` and the median of d."""
 NEAREST = 5
-"""Number of nearest contexts of the example. By hand."""
+"""Number of nearest contexts of the example. Chosen by hand."""
 SHORTEST = 22
-"""Least length of an activity, feature frames (1.5 s). By hand."""
+"""Least length of an activity, feature frames (1.5 s). Chosen by hand."""
 NEAR_FRAMES = 30
-"""Feature frames (2 s) over which ``near`` is averaged. By hand."""
+"""Feature frames (2 s) over which ``near`` is averaged. Chosen by hand."""
 LEAST_EXAMPLE = 30
-"""Least length of an example with contexts of its own, feature frames (2 s). By hand."""
+"""Least length of an example with contexts of its own, feature frames (2 s). Chosen by hand."""
 LONG = 1.5
-"""Least length of a take that is searched for whole activities, in that of the example. By hand."""
+"""Least length of a take that is searched for whole activities, relative to that of the example.
+Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,7 +54,7 @@ class Statement:
     exclusion : int
         Number of the exclusion that it belongs to, -1 if it is requested.
     places : tuple of (int, float)
-        First frames of the segments looked at, and their weights, which sum to 1.
+        First frames of the segments at which it is evaluated, and their weights, which sum to 1.
     near : float
         Share of these segments in its log-odds; the rest is of the whole capture.
     log_odds : float
@@ -80,7 +80,7 @@ class QuestionHit:
     end : int
         Last frame + 1.
     log_odds : float
-        Of all requested and excluded actions; answers are ranked by it.
+        Log-odds of the answer, by which answers are ranked.
     parts : tuple of (int, int)
         Frames of every part, in order; they do not overlap.
     statements : tuple of Statement
@@ -107,7 +107,7 @@ def search_take(
     take : TakeScores
         Log-odds of the words in the capture.
     readings : sequence of Reading
-        Of alternatives the likeliest counts; of those that are as likely, the first.
+        The reading with the largest log-odds is used; of equal ones, the first.
     number : mapping of str to int
         Column of every word.
 
@@ -308,7 +308,7 @@ class _Seen:
             first: FloatArray = each[0]
             return first
         log_p = -np.logaddexp(0.0, -each).sum(axis=0)
-        log_p = np.minimum(log_p, -1e-300)  # certain, as far as numbers go
+        log_p = np.minimum(log_p, -1e-300)  # certain, up to floating point
         together: FloatArray = log_p - np.log(-np.expm1(log_p))
         return together
 
@@ -319,7 +319,7 @@ class _Seen:
         runs: Sequence[tuple[int, int]],
         spans: Sequence[tuple[int, int]],
     ) -> list[Statement]:
-        """Requested actions, repeats at the weakest of them."""
+        """Requested actions; repeats are evaluated at the weakest repeat."""
         looks = [self._look(values[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
         strength = [sum(weight * values[k][i] for i, weight in look)
                     for k, look in enumerate(looks)]  # fmt: skip
@@ -348,7 +348,7 @@ class _Seen:
     def _look(
         self, values: FloatArray, part: Part, run: tuple[int, int], span: tuple[int, int]
     ) -> list[tuple[int, float]]:
-        """Segments that a part is looked at in, with weights: the loudest, or all of its run."""
+        """Segments at which a part is evaluated, with weights: the strongest, or all of its run."""
         if part.seconds <= 0.0:
             return [(span[0] + int(np.argmax(values[span[0] : span[1]])), 1.0)]
         frames = self.frames[run[0] : run[1]]

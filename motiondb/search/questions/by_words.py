@@ -1,7 +1,7 @@
 """Search by words: intervals of captures that show the actions of a query.
 
 The word map gives the log-odds of each word in a window around each segment of a capture. An
-*action* is one or more words said of the same interval ("turn left"); its value in a window is the
+*action* is one or more words about the same interval ("turn left"); its value in a window is the
 mean of its words' log-odds. Actions of a query must occur in its order: a dynamic program selects
 one segment for every action, each after the one before, with the largest total. The interval of an
 action is this segment, the peak, with its neighbours for as long as their value is at least half
@@ -26,11 +26,12 @@ from motiondb.search.vectors.score_vectors import interval_vectors
 from motiondb.words.maps.word_map import WordMap
 
 WRITTEN = 4.0
-"""Log-odds added by a word written about the interval: captions are rarely wrong. By hand."""
+"""Log-odds added by a word written about the interval: captions are rarely wrong. Chosen by
+hand."""
 UNWRITTEN = -1.0
-"""Log-odds added by a word missing from a caption: captions are rarely complete. By hand."""
+"""Log-odds added by a word missing from a caption: captions are rarely complete. Chosen by hand."""
 WINDOW_MARGIN = 22
-"""Frames (0.75 s) by which a window extends beyond its segment on both sides. By hand."""
+"""Frames (0.75 s) by which a window extends beyond its segment on both sides. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,10 +4,10 @@ The log-odds of a word in a window are linear in the window's score vector v (``
 
     log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
 
-with z_i the standardised scores of segment i and f_i its frames inside the window. So segment i
-contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's symbol. Shares are
-already averaged over an action's words and over the windows (that of the action and the whole
-capture). The log-odds of several actions together are not the mean of their log-odds; the
+with z_i the standardised scores of segment i and f_i its frames inside the window. Segment i
+therefore contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's symbol.
+Shares are already averaged over an action's words and over the windows (that of the action and the
+whole capture). The log-odds of several actions together are not the mean of their log-odds; the
 difference is one further part, ``together``. Excluded words are decomposed in the same way, and
 every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested
 words, ``together``, these amounts and the contributions of the words to a whole caption
@@ -71,8 +71,8 @@ class WordReason:
         excluded word sum to its share of the log-odds of its action, not to anything that is added
         to the answer.
     as_caption : float
-        What the word adds because the question as a whole is like the caption that the motion
-        suggests. It is no part of the log-odds of the word's action.
+        What the word adds because the whole question is similar to the caption that the motion
+        suggests. It is not part of the log-odds of the word's action.
     """
 
     word: int
@@ -151,7 +151,7 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Look:
-    """Where an action is looked at.
+    """The windows of a capture in which an action is evaluated.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ class Place:
     action : int
         Number of its action.
     weight : float
-        Of the word: 1 / (asked actions * words of the action); for an excluded word
+        Weight of the word: 1 / (requested actions * words of the action); for an excluded word
         1 / words of the action.
     exclusion : int
         Number of its exclusion, -1 if it is requested.
@@ -272,7 +272,7 @@ class Lowering:
     actions : tuple of (float, float)
         For each excluded action its log-odds, and the part of them that captions add.
     log_odds : float
-        That all of them are seen.
+        Log-odds that all of them are seen.
     amount : float
         The contribution of the exclusion to the answer's log-odds: at most 0, except for the first
         exclusion of a question without requested actions, for which it is -log_odds.
@@ -285,7 +285,7 @@ class Lowering:
 
 
 def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
-    """The reductions of an answer by its exclusions, in order; each after the ones before it."""
+    """The reductions of an answer by its exclusions, in order; each after the earlier ones."""
     statements = [log_odds for log_odds, _ in by_action(reasons)]
     lowered = []
     for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
@@ -326,7 +326,7 @@ def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
     reason : WordReason
         The reason of one word.
     limit : int, optional
-        Number of shares at most.
+        Largest number of shares.
     """
     joined: list[Share] = []
     for share in reason.shares:

@@ -55,11 +55,11 @@ def ordered_runs(
     best[0] = 0.0
     back = np.full(
         (n_parts + 1, n_segments + 1, 3), -1
-    )  # run [a, b), and where the one before ends
+    )  # run [a, b), and the end of the run before it
     for k in range(n_parts):
         behind, means = _runs(values[k], starts, ends, float(seconds[k]))
         latest = _latest_ends(gaps(values[k])) if apart[k] else np.arange(n_segments)
-        for i in range(n_segments):  # the shortest run from i that lasts
+        for i in range(n_segments):  # the shortest run from i that is long enough
             b, before = int(behind[i]), int(latest[i])
             if b > n_segments or before < 0:
                 continue
@@ -105,9 +105,9 @@ def _latest_ends(weak: NDArray[np.bool_]) -> IntArray:
 def _runs(
     values: FloatArray, starts: IntArray, ends: IntArray, seconds: float
 ) -> tuple[IntArray, FloatArray]:
-    """Per segment, where the shortest run from it that lasts ends, and the run's mean value.
+    """Per segment, the end of the shortest run from it that lasts ``seconds``, and its mean value.
 
-    A run that the capture is too short for ends behind the last segment + 1.
+    If the capture is too short for a run, its end is the number of segments + 1.
     """
     frames = (ends - starts).astype(np.float64)
     before = np.concatenate([[0.0], np.cumsum(frames)])

@@ -31,7 +31,7 @@ LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 SOFTNESS = 0.25
 """Width of the logistic function, in standard deviations."""
 TRAVEL_WEIGHT = 1.5
-"""Weight of travel beside the other blocks, chosen with them."""
+"""Weight of travel relative to the other blocks, chosen together with them."""
 LAGS = (1, 2, 4, 8, 15)
 """Feature frames between which change is measured: 1/15 to 1 second."""
 

@@ -60,8 +60,8 @@ def describe_posture_and_travel(
     Returns
     -------
     array (segments, 87)
-        Means over the segments' frames. At the ends of the capture r is averaged over the frames
-        that there are.
+        Means over the segments' frames. At the ends of the capture r is averaged over the existing
+        frames.
     """
     each = np.concatenate([features[:, :N_POSTURE], travel(features[:, -4:])], axis=1)
     rows = np.empty((len(starts), each.shape[1]), dtype=np.float32)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from pathlib import Path
 
 import duckdb
@@ -14,6 +13,7 @@ from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import is_lock
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.statements import Connection
+from motiondb.whole_files import delete_all
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
@@ -75,9 +75,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
         except OSError as error:
             raise StoreError(_no_room(path, error)) from error
         finally:
-            for left in (new, new.with_name(f"{new.name}.wal")):
-                with suppress(OSError):
-                    left.unlink(missing_ok=True)
+            delete_all(new, new.with_name(f"{new.name}.wal"))
     return before, path.stat().st_size
 
 

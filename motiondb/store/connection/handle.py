@@ -54,6 +54,7 @@ class _ThreadState(threading.local):
     opening = -1  # the root that the cursor belongs to
     in_transaction = False
     depth = 0  # of blocks that need the root to stay
+    snapshot_revision: int | None = None
 
     def __init__(self) -> None:
         self.changed: set[str] = set()
@@ -130,6 +131,15 @@ class Store:
     def changed(self) -> set[str]:
         """Marks in the table ``meta`` that the current thread's transaction will renew."""
         return self._local.changed
+
+    @property
+    def snapshot_revision(self) -> int | None:
+        """The revision that the current thread's block for reading sees; None outside of one."""
+        return self._local.snapshot_revision
+
+    @snapshot_revision.setter
+    def snapshot_revision(self, value: int | None) -> None:
+        self._local.snapshot_revision = value
 
     @property
     def is_in_use(self) -> bool:

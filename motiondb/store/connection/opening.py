@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import glob
 import os
+import threading
 import time
 from contextlib import suppress
 from functools import partial
@@ -22,7 +23,7 @@ from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
-from motiondb.whole_files import is_being_written, is_duckdb
+from motiondb.whole_files import delete_all, is_being_written, is_duckdb
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -98,16 +99,14 @@ def _connect_current(
 
 def _create(path: Path) -> None:
     """Build an empty database beside ``path`` and move it there, unless another was quicker."""
-    new = path.with_name(f".{path.name}.new-{os.getpid()}")
+    new = path.with_name(f".{path.name}.new-{os.getpid()}-{threading.get_ident()}")
     if not path.parent.is_dir():
         raise StoreError(
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
     _sweep_drafts(path)
     log = new.with_name(f"{new.name}.wal")
-    for left in (new, log):  # of an earlier process of the same number
-        with suppress(OSError):
-            left.unlink(missing_ok=True)
+    delete_all(new, log)  # of an earlier process of the same number
     try:
         with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
             migrations.migrate(connection, 0)
@@ -122,9 +121,7 @@ def _create(path: Path) -> None:
             "Look at the folder's permissions and at the disk."
         ) from error
     finally:
-        for left in (new, log):
-            with suppress(OSError):
-                left.unlink(missing_ok=True)
+        delete_all(new, log)
 
 
 def _sweep_drafts(path: Path) -> None:
@@ -138,8 +135,7 @@ def _sweep_drafts(path: Path) -> None:
 def _sweep_copies(path: Path) -> None:
     """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
     for left in path.parent.glob(f".{glob.escape(path.name)}.compact*"):
-        with suppress(OSError):
-            left.unlink(missing_ok=True)
+        delete_all(left)
 
 
 def connect(

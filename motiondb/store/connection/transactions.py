@@ -96,12 +96,15 @@ def reading(store: Store) -> Iterator[int]:
     with store.in_use() as is_outermost:
         connection = store.connection
         if not is_outermost:
-            yield revision(store)
+            known = store.snapshot_revision  # None in a transaction, which raises it
+            yield revision(store) if known is None else known
             return
         connection.execute("BEGIN")
         try:
-            yield revision(store)
+            store.snapshot_revision = revision(store)
+            yield store.snapshot_revision
         finally:
+            store.snapshot_revision = None
             with suppress(StoreError):  # an error has ended it, and is on its way up
                 connection.execute("ROLLBACK")  # nothing was changed
 

@@ -1,12 +1,12 @@
 """One word for all forms of a word: walks, walking, walked and walker are all "walk".
 
-Three steps, of which the first with a result counts: a short table of forms that motion captions
-use and dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings of common
-motion verbs (which also joins a noun of the doer with its verb: dancer, dance); the dictionary of
-simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first needs it. Its
-lemmas for the words of captions are stored with the learned model (:func:`dictionary_forms`) and
-handed to :func:`lemma`, so that a question needs the dictionary only for words that the database
-has never seen.
+There are three steps, and the first that gives a result is used: a short table of forms that motion
+captions use and dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings
+of common motion verbs (which also joins a noun of the doer with its verb: dancer, dance); the
+dictionary of simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first
+needs it. Its lemmas for the words of captions are stored with the learned model
+(:func:`dictionary_forms`) and handed to :func:`lemma`, so that a question needs the dictionary only
+for words that the database has never seen.
 """
 
 from __future__ import annotations
@@ -63,18 +63,19 @@ left right forward backward up down over under around through out off into acros
 below straight back front side sideways both upper lower inside outside away near far high low
 """
 FIXED = frozenset(_FIXED.split())
-"""Words kept as written: as lemmas a dictionary would make leave of left, and low of lower."""
+"""Words that stay as they are: a dictionary would give the lemma leave for left, and low for
+lower."""
 
 
 def lemma(word: str, known: Mapping[str, str] | None = None) -> str:
-    """The form under which a word is filed.
+    """Return the lemma of a word, or the word itself if none is known.
 
     Parameters
     ----------
     word : str
         One word; case does not matter.
     known : dict, optional
-        Lemmas that the dictionary gave earlier; they stand in for the dictionary.
+        Lemmas that the dictionary gave earlier; they are used instead of the dictionary.
 
     >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
     ['walk', 'run', 'dance', 'box', 'left', 'backward']

@@ -110,7 +110,7 @@ def words_of(
 def motion_word(
     token: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None = None
 ) -> str | None:
-    """Lemma under which a word is filed, or None if it does not describe motion.
+    """Lemma of a word, or None if the word does not describe motion.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str,
     known : iterable of str
         The vocabulary.
     limit : int, optional
-        Number of words at most.
+        Largest number of words.
 
     >>> nearest_words("wlak", ["walk", "run", "talk"])
     ('walk',)
@@ -219,7 +219,7 @@ def _piece_words(
 
 
 def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
-    """The refusal of a question in which no word is known.
+    """Return the error for a question without any known word.
 
     >>> nothing_known("wlak", {"wlak": ("walk",)})
     'query: expected a known word, found wlak. Did you mean walk?'

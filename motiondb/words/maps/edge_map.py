@@ -2,7 +2,7 @@
 
 Segments last about a second, and captions of whole takes also cover the standing before and after
 an action. The interval of a short action therefore needs evidence at the resolution of frames. It
-comes from a linear map of its own, learned from the same places of words as the map of places
+comes from a separate linear map, learned from the same places of words as the map of places
 (:mod:`motiondb.words.maps.place_map`):
 
     y_tw    probability that word w is shown at frame t,
@@ -43,18 +43,19 @@ LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 SOFTNESS = 0.25
 """Width of the logistic function, in standard deviations."""
 REACH = 3
-"""Feature frames (0.2 s) before and after a frame between which change is measured. By hand."""
+"""Feature frames (0.2 s) before and after a frame between which change is measured. Chosen by
+hand."""
 RIDGE = 150.0
 """Ridge of the regression on standardised cues. On short actions marked in real captures, a third
 and three times as much separated the frames inside from those outside as well."""
 ROUNDS = 5
-"""Fits of the map. With 8, boundaries of marked actions lay .17 s off in the median, with 5 .21 s,
-which is within chance."""
+"""Number of fits of the map. With 8, the boundaries of marked actions were .17 s off in the median,
+with 5 .21 s, which is within chance."""
 SHARPNESS = 6.0
-"""Slope of the logistic function. With 12, boundaries of marked actions lay .19 s off in the median
-in place of .21, which is within chance."""
+"""Slope of the logistic function. With 12, the boundaries of marked actions were .19 s off in
+the median in place of .21, which is within chance."""
 MOST = 20.0
-"""Largest size of z over its peak that is told apart; more would overflow."""
+"""Bound on z relative to its peak; larger values would overflow and make no difference."""
 AVERAGED = 3
 """Feature frames (0.2 s) before and after a frame over which z is averaged. In earlier variants of
 the rule for y, boundaries of marked actions were as good with 2 and 4, and worse with 6."""
@@ -66,7 +67,7 @@ FAINT = 0.2
 """Least y at which a word may be shown in a take, and the share of its largest y from which a frame
 counts. Chosen by hand; not tuned."""
 HALF = 0.5
-"""Share of the largest evidence that the frames of an interval reach at its ends."""
+"""Share of the largest evidence that must be reached at the ends of an interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +185,7 @@ def refine_interval(
     Returns
     -------
     (int, int)
-        The interval itself where no frame in it has positive evidence.
+        The interval itself if no frame in it has positive evidence.
 
     Examples
     --------
@@ -244,7 +245,7 @@ class _Regression:
         return np.asarray(self.inverse @ cross)
 
     def left_out(self, n: int, y: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Prediction (frames, listed words) for a take without this take, but for a constant.
+        """Prediction (frames, listed words) for a take without this take, up to a constant.
 
         Parameters
         ----------

@@ -24,7 +24,8 @@ from motiondb.records import FloatArray
 SKIP = -10.0
 """Log-weight of leaving one listed action out, in nats. At -3 one action absorbs its neighbours: 6
 of 13 questions about words of the takes' own captions were placed right. From -6 down to forbidding
-it, 9 or 10 were. Leaving out stays possible for takes with fewer segments than actions."""
+it, 9 or 10 were. Leaving actions out must remain possible for takes with fewer segments than
+actions."""
 
 
 def align_in_order(log_ratios: FloatArray) -> FloatArray:

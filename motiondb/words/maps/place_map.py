@@ -39,7 +39,7 @@ from motiondb.records import FloatArray, IntArray
 from motiondb.words.maps.ordered_alignment import align_in_order
 
 RIDGE = 0.03
-"""Ridge of the regression. Larger values level the differences within a take. Of .01 to .3, the
+"""Ridge of the regression. Larger values reduce the differences within a take. Of .01 to .3, the
 values .03 and .1 were the best on joined real captures (32 to 40 questions a draw, four draws: .52
 and .53, a difference within chance)."""
 SHARPNESS = 6.0
@@ -182,14 +182,14 @@ class FittedPlaces:
 
     def without(self, rows: IntArray) -> PlaceMap:
         """Return the map without the rows of these numbers; the means stay those of all rows."""
-        taken = self.centred[rows]
-        if len(rows) > taken.shape[1]:  # the smaller system
-            gram = np.linalg.inv(self.inverse) - taken.T @ taken
-            slopes = self.slopes - np.linalg.solve(gram, taken.T @ self.residuals[rows])
+        removed = self.centred[rows]
+        if len(rows) > removed.shape[1]:  # the smaller system
+            gram = np.linalg.inv(self.inverse) - removed.T @ removed
+            slopes = self.slopes - np.linalg.solve(gram, removed.T @ self.residuals[rows])
         else:
-            block = taken @ self.inverse @ taken.T
+            block = removed @ self.inverse @ removed.T
             error = np.linalg.solve(np.eye(len(rows)) - block, self.residuals[rows])
-            slopes = self.slopes - self.inverse @ (taken.T @ error)
+            slopes = self.slopes - self.inverse @ (removed.T @ error)
         return PlaceMap(np.asarray(slopes), np.asarray(-self.centre @ slopes), self.spreads)
 
 
@@ -306,8 +306,8 @@ def _labels(takes: ListedTakes) -> list[tuple[int, ...]]:
 def _unlisted(evidence: FloatArray, labels: Sequence[tuple[int, ...]]) -> FloatArray:
     """Return the evidence for the likeliest unlisted label, at least 0: array (segments, 1).
 
-    An action that no caption of the take lists may happen in it all the same. Where a label in
-    another take says what it looks like, it competes with the listed actions.
+    A take may show an action that none of its captions lists. If a label in another take has taught
+    what the action looks like, it competes with the listed actions.
     """
     none = np.zeros((len(evidence), 1))
     each = [evidence[:, list(label)].mean(axis=1, keepdims=True) for label in labels]
@@ -316,7 +316,7 @@ def _unlisted(evidence: FloatArray, labels: Sequence[tuple[int, ...]]) -> FloatA
 
 def _labelled_ratios(labelled: FloatArray, actions: Sequence[Sequence[int]]) -> FloatArray:
     """Return the nats that labels of intervals add to each action: array (segments, actions)."""
-    said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not said
+    said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not labelled
     return LABELLED * np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
 
 

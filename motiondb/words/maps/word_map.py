@@ -6,14 +6,14 @@ y - mean(y) on v. It is additive over symbols and over segments, so that every s
 decomposed exactly. The ridge is the largest one whose ranking of held-out groups, of words for
 intervals and of intervals for words, is nearly as good as the best. (The squared error would select
 a larger ridge, under which rare words become indistinguishable.) One logistic map for all words
-turns held-out predictions into probabilities, because a rare word has too few examples for a map of
-its own:
+turns held-out predictions into probabilities, because a rare word has too few examples for a
+separate map:
 
     P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = (prior_w (1 - prior_w))^(1/4).
 
 It is fitted to predictions without the whole group (performer) and to predictions with other
 captures of the group, half and half, because queries of both kinds occur. Only words of two or more
-groups take part: a word of a single performer cannot be learned from the others.
+groups are used: a word of a single performer cannot be learned from the others.
 
 Source: ridge regression was chosen in early experiments; ``docs/quality.md`` compares it with other
 maps ("Words to motion"); Platt (1999) for the logistic map.
@@ -31,12 +31,12 @@ from motiondb.records import FloatArray, IntArray
 RIDGES = (0.1, 0.3, 1.0)
 """Ridges to choose from; vectors have length 1. Chosen by hand."""
 SPREAD_POWER = 0.25
-"""Power of a word's variance by which its evidence is divided. By hand.
+"""Power of a word's variance by which its evidence is divided. Chosen by hand.
 
 0.5 would give all words evidence of equal spread, which ranks rare words too high.
 """
 TOLERANCE = 0.06
-"""The largest ridge whose precision is within this share of the best is taken. By hand.
+"""The largest ridge whose precision is within this share of the best is taken. Chosen by hand.
 
 ``docs/quality.md`` ("Words to motion") describes the comparison of ridges.
 """
@@ -106,14 +106,12 @@ def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntAr
     priors = word_priors(target)
     if len(np.unique(groups)) < 2:
         groups = np.arange(len(vectors)) % 5
-    held_out = {ridge: _left_out(vectors, target, groups, ridge) for ridge in RIDGES}
-    shared = np.stack([target[groups == g].any(axis=0) for g in np.unique(groups)]).sum(axis=0) > 1
-    if not shared.any():
-        shared[:] = True
+    held_out = {ridge: left_out(vectors, target, groups, ridge) for ridge in RIDGES}
+    shared = shared_words(presence, groups)
     reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
     ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
     spreads = word_spreads(priors)
-    known_group = _left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
+    known_group = left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
     both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
     twice = np.concatenate([target, target])[:, shared]
     logits = np.broadcast_to(_logit(priors[shared]), both.shape)
@@ -138,7 +136,7 @@ def map_words(
         a, b and c of the logistic map.
     """
     target = presence.astype(np.float64)
-    weights, offsets = _ridge(vectors, target, ridge)
+    weights, offsets = fit_ridge(vectors, target, ridge)
     priors = word_priors(target)
     return WordMap(
         weights, offsets - target.mean(axis=0), priors, word_spreads(priors), calibration,
@@ -158,7 +156,7 @@ def word_spreads(priors: FloatArray) -> FloatArray:
 
 
 def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
-    """Mean average precision of intervals for words and of words for intervals.
+    """Mean average precision of the ranking of intervals for words and of words for intervals.
 
     Rows and columns without a true pair are left out; the result is 0 if all are.
 
@@ -184,7 +182,20 @@ def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
     return float(np.mean(means))
 
 
-def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[FloatArray, FloatArray]:
+def fit_ridge(
+    vectors: FloatArray, target: FloatArray, ridge: float
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes (columns, words) and constants (words,) of centred ridge regression.
+
+    Parameters
+    ----------
+    vectors : array (n, columns)
+        Rows to predict from.
+    target : array (n, words)
+        What is predicted.
+    ridge : float
+        The ridge.
+    """
     mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
     v, y = vectors - mean_v, target - mean_y
     if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
@@ -194,16 +205,42 @@ def _ridge(vectors: FloatArray, target: FloatArray, ridge: float) -> tuple[Float
     return weights, mean_y - mean_v @ weights
 
 
-def _left_out(
-    vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float
-) -> FloatArray:
+def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
+    """Words of two or more groups; all words if there are none: array (words,).
+
+    Parameters
+    ----------
+    presence : array (n, words)
+        True where a word was written about the interval.
+    groups : array (n,)
+        Performer of each interval.
+    """
+    said = [presence[groups == group].any(axis=0) for group in np.unique(groups)]
+    shared: NDArray[np.bool_] = np.sum(said, axis=0) > 1
+    return shared if shared.any() else np.ones_like(shared)
+
+
+def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
+    """Predicted target of every interval, by the regression without its group: array (n, words).
+
+    Parameters
+    ----------
+    vectors : array (n, symbols)
+        One row for each described interval, of length 1.
+    target : array (n, words)
+        What is predicted.
+    groups : array (n,)
+        Group of each interval.
+    ridge : float
+        The ridge.
+    """
     predicted = np.zeros_like(target)
     for group in np.unique(groups):
         test = groups == group
         if test.all():
             predicted[test] = target.mean(axis=0)
             continue
-        weights, offsets = _ridge(vectors[~test], target[~test], ridge)
+        weights, offsets = fit_ridge(vectors[~test], target[~test], ridge)
         predicted[test] = vectors[test] @ weights + offsets
     return predicted
 

@@ -5,10 +5,10 @@ the same folder). It holds a line of text,
 
     motiondb nearby words 1 W P S
 
-the W words, sorted, a line each, and then, little-endian: u4 (W + 1), where the pairs of every word
-begin; u2 (P), the number of the replacement; u1 (P), the probability in units of
-1/200; u4 (S), sorted CRC-32 sums of further English words, which are only known to be English. A
-word is wrongly called English with probability S / 2^32, some 1 in 100,000.
+the W words, sorted, a line each, and then, little-endian: u4 (W + 1), the index of the first pair
+of each word; u2 (P), the number of the replacement; u1 (P), the probability in units of 1/200; u4
+(S), sorted CRC-32 sums of further English words, which are only known to be English. A word is
+wrongly called English with probability S / 2^32, some 1 in 100,000.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ class NearbyTable:
     words : tuple of str
         Words with an entry, sorted.
     starts : array (words + 1,)
-        Where the pairs of each word begin.
+        Index of the first pair of each word.
     targets : array (pairs,)
         Numbers of words; the likeliest of a word first.
     chances : array (pairs,)
-        Probabilities that the word may be taken so.
+        Probability of each replacement.
     silent : array (silent words,)
         Sorted CRC-32 sums of English words without an entry.
     """
@@ -84,8 +84,8 @@ def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence
     Parameters
     ----------
     pairs : mapping of str to sequence of (str, int)
-        Word -> replacements, with probabilities in units of 1/200. Words that are only
-        answers have an empty entry.
+        Word -> replacements, with probabilities in units of 1/200. Words that only occur as
+        replacements have an empty entry.
     silent : sequence of int
         CRC-32 sums of further English words, sorted.
     """
@@ -104,19 +104,19 @@ def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence
 
 
 def read_table(data: bytes, source: str = "words.table") -> NearbyTable:
-    """The table of some bytes.
+    """Read a table from bytes.
 
     Parameters
     ----------
     data : bytes
         As :func:`write_table` makes them.
     source : str
-        What to call them in messages.
+        Name of the table in messages.
 
     Raises
     ------
     SheetError
-        When these are no table, or one that was cut short.
+        The bytes are not a table, or the table is incomplete.
     """
     heading, _, rest = data.partition(b"\n")
     parts = heading.decode("ascii", "replace").rsplit(" ", 3)

@@ -1,10 +1,10 @@
 """Replacement of a word that is in no caption by words of captions.
 
-Notation: p_i the probability, from the table, that the word may be taken as the known word i. If
-the largest is TAKEN or more, the word is *taken*: as all known words with p_i of SUGGESTED or more,
-with shares p_i / sum p, and with the probability max p. If the largest is SUGGESTED or more, the
-known words are suggested. Otherwise the word is unknown; if it is no English word either, known
-words of like spelling are named.
+Notation: p_i the probability, from the table, that the known word i may replace the word. If the
+largest p_i is TAKEN or more, the word is *taken*: it is replaced by all known words with p_i of
+SUGGESTED or more, with shares p_i / sum p, and with the probability max p. If the largest p_i is
+SUGGESTED or more, the known words are only suggested. Otherwise the word is unknown; if it is not
+an English word either, known words of similar spelling are suggested.
 
 In the word map the log-odds of a word are linear in the motion (``words.word_map``), so a taken
 word is a virtual word, whose slope and constant are the means of those of its known words, weighted
@@ -13,7 +13,7 @@ by their shares. Reasons add up for it as for any word.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +26,8 @@ from motiondb.words.nearby.table import NearbyTable
 
 TAKEN = 0.5
 SUGGESTED = 0.3
-"""Probability from which a word is taken and from which words are suggested. Chosen by
-hand; docs/nearby-words.md says how often each range of probabilities is right."""
+"""Smallest probability of a replacement, and of a suggestion. Chosen by hand;
+docs/nearby-words.md shows how often each range of probabilities is right."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,10 @@ class Taking:
     word : str
         As it was written.
     words : tuple of (str, float)
-        Known words, likeliest first, each with the probability that the word may be taken so; only
+        Known words, most likely first, each with the probability that it may replace the word; only
         those of SUGGESTED or more.
     spelling : tuple of str
-        Known words of like spelling, where the word is not English and ``words`` is empty.
+        Known words of similar spelling, if the word is not English and ``words`` is empty.
     """
 
     word: str
@@ -51,12 +51,12 @@ class Taking:
 
     @property
     def probability(self) -> float:
-        """That the likeliest known word is right; 0 if there is none."""
+        """Probability that the most likely known word is right; 0 if there is none."""
         return self.words[0][1] if self.words else 0.0
 
     @property
     def is_taken(self) -> bool:
-        """Whether the word is taken as its known words, rather than these being suggested."""
+        """Whether the known words replace the word; otherwise they are only suggested."""
         return self.probability >= TAKEN
 
     def facts(self) -> list[dict[str, str | float]]:
@@ -77,7 +77,7 @@ class Taking:
         Parameters
         ----------
         where : str
-            Where the word was looked for.
+            Place where the word was searched.
 
         >>> Taking("stroll", (("walk", 0.995),)).sentence()
         "'stroll' is not in the captions; taken as walk (0.9)"
@@ -113,12 +113,14 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     Parameters
     ----------
     word : str
-        A word that is not known; as written, or its lemma.
+        A word whose lemma is not known; as written, or the lemma itself.
     known : collection of str
         Lemmas of the captions.
     table : NearbyTable
         The table of replacements of words.
     """
+    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
+        word = lemma(word)
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
     chances: dict[str, float] = {}
     for form in forms:
@@ -130,6 +132,18 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     if likely or any(table.is_english(form) for form in forms):
         return Taking(word, likely)
     return Taking(word, (), nearest_words(word, known))
+
+
+def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
+    """Unknown words that are not taken -> known words that may be meant, by sense or spelling.
+
+    >>> hints_of({"circle": Taking("circle", ()), "hurl": Taking("hurl", (("shoot", 0.4),))})
+    {'circle': (), 'hurl': ('shoot',)}
+    """
+    return {
+        word: tuple(near for near, _ in taking.words) or taking.spelling
+        for word, taking in suggested.items()
+    }
 
 
 def mixture(takings: Sequence[Taking], vocabulary: Sequence[str]) -> FloatArray:

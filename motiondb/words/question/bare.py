@@ -50,7 +50,7 @@ def names_words(node: Node) -> bool:
 
 
 def attach(node: Node, bare: Node) -> Node:
-    """A node with the words, manner and amounts of a bare one; at once, where it asks no action.
+    """A node with the words, manner and amounts of a bare one; ``AtOnce`` if it has no action.
 
     >>> attach(Action(("walk",)), Action(("forward",), ("slow",)))
     Action(words=('walk', 'forward'), manner=('slow',))

@@ -1,7 +1,8 @@
-"""Parts of a question in order, as they are read from the left.
+"""The parts of a question in order, collected from left to right.
 
-A chain takes part after part with the separator before it, and gives the tree. Lists take the
-meaning of their last connective: with "or" all parts back to the last "then" are alternatives.
+A chain receives one part after the other, each with the separator before it, and returns the tree.
+The last connective of a list determines its meaning: with "or" all parts back to the last "then"
+are alternatives.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ class Chain:
             self.list_start = len(self.parts)
 
     def _add_bare(self, node: Node, separator: str) -> bool:
-        """Give a bare node to the action before it; False if it must be a separate part."""
+        """Add a bare node to the action before it; return False if it must be a separate part."""
         if self.parts and actions_of(self.parts[-1]):
             if separator == "then" and names_words(node):
                 self.parts.append(say_again(self.parts[-1], node))
@@ -110,7 +111,7 @@ class Chain:
 
 
 def together(left: Node, right: Node) -> Node:
-    """Two parts at once; a part that only excludes is taken from the other one.
+    """Two simultaneous parts; if one has exclusions only, they apply to the other.
 
     A bare second part belongs to the first.
     """

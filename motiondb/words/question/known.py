@@ -1,4 +1,4 @@
-"""A question held to the words that captions have: the rest is taken out and named."""
+"""A question reduced to the words that captions have; other words are removed and listed."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class KnownQuestion:
         Of known words; an action of which no word is known is left out. A manner is the word that
         captions use for it.
     unknown : mapping of str to tuple of str
-        From each word that is not known to the nearest known ones, best first.
+        For each unknown word, the nearest known words, best first.
     not_used : tuple of NotUsed
-        What of the question has no place in the tree, unknown words included.
+        Parts of the question that are not in the tree, unknown words included.
     """
 
     text: str
@@ -74,7 +74,7 @@ class KnownQuestion:
 
 
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
-    """Take the words that no caption has out of a question, and name them.
+    """Remove the words that no caption has from a question, and list them.
 
     Parameters
     ----------
@@ -86,18 +86,20 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     Raises
     ------
     QueryError
-        Where no word of the question is known; names the nearest known ones.
+        No word of the question is known; the message names the nearest known ones.
 
     >>> from motiondb.words.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
     >>> known.understood, known.unknown
     ('sit', {'wlak': ('walk',), 'moonwalk': ('walk',)})
+    >>> hold_to_known(parse("walk, walk"), {"walk": 4}).understood
+    'walk, then walk'
     """
     unknown: dict[str, tuple[str, ...]] = {}
     not_used = list(question.not_used)
 
     def known(action: Action) -> Action | None:
-        words = tuple(word for word in action.words if word in counts)
+        words = tuple(dict.fromkeys(word for word in action.words if word in counts))
         manners = []
         for word in action.words:
             if word not in counts and word not in unknown:
@@ -129,8 +131,35 @@ def reason_unknown(near: tuple[str, ...]) -> str:
     return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
 
 
+def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
+    """A question whose unknown words have other hints than the known words of like spelling.
+
+    Parameters
+    ----------
+    question : KnownQuestion
+        The question.
+    hints : mapping of str to tuple of str
+        Unknown words -> known words that may be meant; empty where none may.
+    """
+    return replace(
+        question,
+        unknown={word: hints.get(word, near) for word, near in question.unknown.items()},
+        not_used=hinted(question.not_used, hints),
+    )
+
+
+def hinted(
+    not_used: Sequence[NotUsed], hints: Mapping[str, tuple[str, ...]]
+) -> tuple[NotUsed, ...]:
+    """Parts that are not used, with other hints for unknown words; see :func:`with_hints`."""
+    return tuple(
+        NotUsed(left.text, reason_unknown(hints[left.text])) if left.text in hints else left
+        for left in not_used
+    )
+
+
 def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
-    """A tree with every action as ``known`` gives it, without those that it takes out."""
+    """A tree with ``known`` applied to every action; None removes the action."""
     match node:
         case Action():
             return known(node)

@@ -1,6 +1,6 @@
-"""How something is done: adverbs brought to the words that captions may have for them.
+"""How an action is done: from adverbs to the words that captions may have for them.
 
-An adverb in -ly is filed under its adjective (slowly: slow, happily: happy, gently: gentle). The
+An adverb in -ly is represented by its adjective (slowly: slow, happily: happy, gently: gentle). The
 caption words for it are searched among the adjective, the adverb and, for speed, the words of the
 same meaning.
 """
@@ -24,7 +24,7 @@ lovely lively monthly multiply only rally rely reply silly sly supply tally ugly
 woolly yearly
 """
 _NO_ADVERBS = frozenset(_NO_ADVERBS_TEXT.split())
-"""Words in -ly that are no adverbs of a manner."""
+"""Words in -ly that are not adverbs of manner."""
 _LOST_LE = frozenset(("gent", "humb", "simp", "nimb", "subt", "doub", "trip", "amp"))
 """Stems of adverbs whose adjective ends in -le."""
 

@@ -11,16 +11,16 @@
 So "and" binds tighter than "or", "or" tighter than "while", and all tighter than an order. Beyond
 the grammar:
 
-* A list takes the meaning of its last connective: "walk, run or jump" is any of three, "walk, turn
-  and sit" is an order of three.
+* The last connective of a list determines its meaning: "walk, run or jump" is any of three,
+  "walk, turn and sit" is an order of three.
 * "and" between two actions leaves open whether they come at once or in order (``Both``); with
   "while" or "at the same time" they are simultaneous.
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
-  forward and backward", "walk, twice"); after "or" and "then" the action is said again ("turn left
+  forward and backward", "walk, twice"); after "or" and "then" the action is repeated ("turn left
   or right" is turn left or turn right).
 * "not", "without" exclude from the piece before them; "but not" and ", not" from everything before
-  them, and at the beginning of a question from everything behind them; after "then" and "or" an
-  exclusion is a part by itself. An exclusion ends at "and", "while", "then" and commas, but lists
+  them, and at the beginning of a question from everything after them; after "then" and "or" an
+  exclusion is a separate part. An exclusion ends at "and", "while", "then" and commas, but lists
   that close with "or" or "nor" are excluded as a whole ("not run, jump or hop"), and so are verbs
   in -ing joined by "and" ("without running and jumping"). Two negations cancel.
 """
@@ -76,8 +76,7 @@ def parse(
     Raises
     ------
     QueryError
-        For a question without a motion word, one that is too long, or parentheses that do not
-        match.
+        The question has no motion word, is too long, or has parentheses that do not match.
 
     >>> from motiondb.words.question.say import say
     >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
@@ -127,7 +126,7 @@ class _Parser(Pieces):
         if tree is not None:
             tree, dropped = drop_empty(tree)
             left_over += dropped
-        self.not_used += [NotUsed(say(bare).strip(), "no action stands beside it")
+        self.not_used += [NotUsed(say(bare).strip(), "there is no action that it belongs to")
                           for bare in left_over]  # fmt: skip
         return tree
 
@@ -158,7 +157,7 @@ class _Parser(Pieces):
             chain.add(node, separator, closing)
 
     def _exclude(self, chain: Chain) -> None:
-        """An exclusion from everything before it, or from everything behind it."""
+        """An exclusion from everything before it, or from everything after it."""
         cancelled, excluded = self.excluded()
         if cancelled:
             for node in excluded:
@@ -167,7 +166,7 @@ class _Parser(Pieces):
             chain.exclude(excluded)
 
     def _late_connective(self, chain: Chain) -> None:
-        """A connective at the beginning, behind a comma, or behind an exclusion."""
+        """A connective at the beginning, after a comma, or after an exclusion."""
         token = self.take("while", "or", "after", "before")
         assert token is not None
         if token.kind == "or":

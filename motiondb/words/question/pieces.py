@@ -20,7 +20,7 @@ from motiondb.words.question.tree import (
 )
 
 MOST_PARENTHESES = 20
-"""Parentheses within one another. Chosen by hand; questions need two or three."""
+"""Largest depth of nested parentheses. Chosen by hand; questions need two or three."""
 _PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild")
 """Kinds of tokens that begin a piece."""
 
@@ -38,8 +38,8 @@ class Pieces(ABC):
         self.tokens = tokens
         self.place = 0  # number of the next token
         self.depth = 0  # open parentheses
-        self.same = False  # whether the present part says "at the same time"
-        self.not_used: list[NotUsed] = []  # what has no place in the tree
+        self.same = False  # whether the current part contains "at the same time"
+        self.not_used: list[NotUsed] = []  # parts that are not in the tree
 
     @abstractmethod
     def order(self) -> Node | None:
@@ -51,7 +51,7 @@ class Pieces(ABC):
         return self.tokens[self.place].kind if self.place < len(self.tokens) else "end"
 
     def take(self, *kinds: str) -> Token | None:
-        """The next token, passed over, where it is of one of some kinds."""
+        """Return the next token and advance, if it is of one of the given kinds."""
         if self.kind not in kinds:
             return None
         self.place += 1
@@ -142,7 +142,7 @@ class Pieces(ABC):
         self.depth += 1
         if self.depth > MOST_PARENTHESES:
             raise QueryError(
-                f"question: expected at most {MOST_PARENTHESES} parentheses within one another, "
+                f"question: expected at most {MOST_PARENTHESES} nested parentheses, "
                 "found more. Ask for less at a time."
             )
         same, self.same = self.same, False

@@ -6,10 +6,11 @@ that must not occur from one part to another. A tree has several readings where 
 * ``AnyOf``: those of every alternative.
 * ``Both``: all parts at once, or in the order in which they are written.
 
-The manner of an action is an action at once with it: a capture must show both. A part at once with
-an order holds for every part of the order. A part that is requested three times is three parts in
-order that make one statement. Parts that a search cannot use are removed and listed: upper limits
-of counts and durations, durations of whole orders, and the order, count and duration of exclusions.
+The manner of an action is treated as a simultaneous action: a capture must show both. A part at
+once with an order holds for every part of the order. A part that is requested three times becomes
+three parts in order, which together make one statement. Parts that a search cannot use are removed
+and listed: upper limits of counts and durations, durations of whole orders, and the order, count
+and duration of exclusions.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ from motiondb.words.question.tree import (
 )
 
 MOST_READINGS = 64
-"""Readings of a question: a search looks for each in every capture. Chosen by hand."""
+"""Largest number of readings of a question: each is searched in every capture. Chosen by hand."""
 MOST_PARTS = 128
-"""Parts of a reading, repeats counted. Chosen by hand."""
+"""Largest number of parts of a reading, counting repeats. Chosen by hand."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
     Raises
     ------
     QueryError
-        Where there are too many readings or too many parts.
+        There are too many readings or too many parts.
 
     >>> walk, run, sit = (Action((word,)) for word in ("walk", "run", "sit"))
     >>> found, _ = readings(Without(InOrder((walk, AnyOf((run, sit)))), (Action(("jump",)),)))
@@ -217,7 +218,7 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
     return list(dict.fromkeys(sets))
 
 
-_NOT_EXCLUDED = "what is excluded is excluded in any order, number and length"
+_NOT_EXCLUDED = "exclusions apply in any order, number and duration"
 
 
 def _repeat(reading: Reading, times: int) -> Reading:
@@ -236,7 +237,7 @@ def _repeat(reading: Reading, times: int) -> Reading:
 def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Reading:
     """A reading whose single part lasts."""
     if len(reading.parts) > 1:
-        reason = "search knows lengths of single actions only"
+        reason = "durations are searched for single actions only"
         not_used.append(NotUsed(say_duration(node.least, node.most), reason))
         return reading
     if node.most is not None:

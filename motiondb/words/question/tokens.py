@@ -39,15 +39,15 @@ from motiondb.words.question.tree import LIMBS, NotUsed
 MOST_CHARACTERS = 5_000
 """Longest question; captions have some 100 characters. Chosen by hand."""
 MOST_TOKENS = 250
-"""Most words and connectives of a question; captions have up to 40. Chosen by hand."""
+"""Largest number of words and connectives of a question; captions have up to 40. Chosen by hand."""
 
 _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _DIGITS = re.compile(r"[0-9]+(?:[.,][0-9]+)*")
 _SPACE = re.compile(r"\s+")
 _SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but", "and")
-"""Kinds that join parts; of several adjacent ones the first in this order counts."""
+"""Kinds that join parts; of several adjacent ones, the first in this order is used."""
 _UNUSED = {
-    "vague": "it names no length and no number of times",
+    "vague": "it names neither a duration nor a count",
     "only": "what else a capture shows is not compared",
     "measure": "angles, lengths and speeds are not compared",
     "number": "it says neither how often nor how long",
@@ -67,9 +67,9 @@ class Token:
     words : tuple of str
         Lemmas of a word or a quote; the adjective of a manner.
     least : float
-        Of a count or a duration, see ``question.amounts``.
+        Lower limit of a count or a duration, see ``question.amounts``.
     most : float or None
-        The same.
+        Upper limit; None if there is none.
     """
 
     kind: str
@@ -98,7 +98,7 @@ def tokenize(
     Raises
     ------
     QueryError
-        For a question that is too long.
+        The question is too long.
 
     >>> [token.kind for token in tokenize("A person walks, but does not wave twice.")[0]]
     ['word', 'but_not', 'word', 'count', 'stop']
@@ -179,7 +179,7 @@ def _word_token(piece: str, word: str | None, synonym: bool) -> Token:
 
 
 def _numbers_to_counts(tokens: list[Token]) -> list[Token]:
-    """A number before the first verb of an action counts it ("two jumps"); others have no use.
+    """A number before the first verb of an action counts it ("two jumps"); others are not used.
 
     "One" is an article where neither a verb nor a part of the body follows.
     """

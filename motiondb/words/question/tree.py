@@ -5,7 +5,7 @@
     Anything  any action                                   ?
     InOrder   its parts one after the other                walk, then sit
     AtOnce    its parts in the same interval               walk while wave
-    Both      all parts; their order is not said           walk and wave
+    Both      all parts, simultaneously or in order        walk and wave
     AnyOf     at least one part                            walk or run
     Without   a part that does not show what is excluded   walk, not run
     Repeated  a part several times                         jump 3 times
@@ -26,7 +26,7 @@ _LIMBS_TEXT = """
 arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe heel thigh
 """
 LIMBS = frozenset(_LIMBS_TEXT.split())
-"""Parts of the body that have a left and a right one."""
+"""Parts of the body of which there are a left and a right one."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ Joined: TypeAlias = type[InOrder] | type[AtOnce] | type[Both] | type[AnyOf]
 
 @dataclass(frozen=True)
 class NotUsed:
-    """Something of a question that has no place in the tree: the words and why."""
+    """A part of a question that is not in the tree: its text and the reason."""
 
     text: str
     reason: str
@@ -173,7 +173,7 @@ def join(kind: Joined, parts: Sequence[Node]) -> Node:
 
 
 def at_once(parts: Sequence[Node]) -> Node:
-    """Parts in one interval; ``Both`` among them are at once too.
+    """Parts in one interval; the parts of a ``Both`` among them become simultaneous too.
 
     >>> walk, wave, turn = (Action((word,)) for word in ("walk", "wave", "turn"))
     >>> at_once([Both((walk, wave)), turn]) == AtOnce((walk, wave, turn))

@@ -43,15 +43,15 @@ class PairTable:
     word_starts : array (pairs + 1,)
         Pair p has words[word_starts[p]:word_starts[p + 1]].
     shapes : tuple[tuple[int, int], ...]
-        The (l, m) that occur, sorted;.
+        The (l, m) that occur, sorted.
     table_starts : array (shapes,)
-        Where the table of each begins in the flat array of alignment probabilities;.
+        Start of the table of each shape in the flat array of alignment probabilities.
     n_cells : int
         Length of that array.
     tables : array (pairs,)
-        Where the table of each pair begins.
+        Start of the table of each pair.
     row_sizes : array (rows of all tables,)
-        L + 1 of each.
+        l + 1 for each row.
     """
 
     sources: IntArray
@@ -85,16 +85,16 @@ def fit_association(
     vocabulary : sequence of str
         The words, in the order of their numbers.
     model1_iterations : int, optional
-        EM steps of Model 1 at most.
+        Largest number of EM steps of Model 1.
     model2_iterations : int, optional
-        EM steps of Model 2 at most.
+        Largest number of EM steps of Model 2.
     tolerance : float, optional
         The EM steps of a model end when the log-likelihood per word grows by less than this.
 
     Raises
     ------
     ValueError
-        Where a symbol or word number is out of range.
+        A symbol number or word number is out of range.
 
     >>> pairs = [(np.array([0]), np.array([0])), (np.array([0, 1]), np.array([0, 1]))]
     >>> fit_association(pairs, 2, ["walk", "sit"]).translation[2].round(2)
@@ -188,7 +188,7 @@ def em_step(
     a : array (n_cells,)
         The alignment tables.
     learn_a : bool
-        Whether a moves too (Model 2).
+        Whether a is updated too (Model 2).
 
     Returns
     -------

@@ -6,7 +6,7 @@ Decoding finds the sequence s_1 .. s_l, of any length l up to a limit, that maxi
     S_j = a(0 | j, l, m) t(word_j | NULL) + sum_i a(i | j, l, m) t(word_j | s_i),
 
 with the bigram from begin to end (``words.transition``) and IBM Model 2 (``words.association``).
-The logarithm for each word is of a sum over all positions, so that the likelihood does not factor
+The logarithm for each word is taken of a sum over all positions, so the likelihood does not factor
 along the sequence; a node of the search carries the partial sums S_j.
 
 The bound. log x <= log q + x / q - 1 for every q > 0. With any q_j > 0 the likelihood of every
@@ -38,9 +38,10 @@ from motiondb.words.translation.decoding_problem import pose_problem
 from motiondb.words.translation.explanation import DIAGONAL_TENSION, alignment_table
 
 NODE_LIMIT = 5_000
-"""Nodes that a search expands at most. Chosen by hand: it bounds the time of a question."""
+"""Largest number of nodes that a search expands. Chosen by hand: it bounds the time of a
+question."""
 OPEN_LIMIT = 100_000
-"""Nodes that a search keeps at most. Chosen by hand: it bounds memory."""
+"""Largest number of nodes that a search keeps. Chosen by hand: it bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def decode_words(
     tension : float, optional
         Tension of alignment tables that were never learned, see ``words.explanation``.
     node_limit : int, optional
-        Nodes to expand at most.
+        Largest number of nodes to expand.
 
     Returns
     -------

@@ -26,7 +26,8 @@ from motiondb.words.translation.decoding_problem import (
 )
 
 ROUNDS = 3
-"""Frank-Wolfe steps per length at most. Chosen by hand; any number gives a valid bound."""
+"""Largest number of Frank-Wolfe steps per length. Chosen by hand; any number gives a valid
+bound."""
 SLACK = 1e-10
 """Nats by which a bound may exceed the best sequence and still count as no better (rounding)."""
 
@@ -153,10 +154,10 @@ def track(  # noqa: C901  one compiled dynamic program, a loop inside a loop
         See :func:`symbol_pays`.
     ahead : array (at least l + 1, rows, masks)
         Filled with an upper bound of the value after position k from a row, with the words of the
-        mask not yet said; the linearised logarithms are part of it, what earlier positions paid is
-        not. ahead[0, row of the begin, all words], with the length's log-probability, bounds every
-        sequence of the length. In single precision for speed; raised by more than its rounding
-        errors can amount to.
+        mask not yet said; the linearised logarithms are part of it, the contributions of earlier
+        positions are not. ahead[0, row of the begin, all words], with the length's log-probability,
+        bounds every sequence of the length. In single precision for speed; raised by more than its
+        rounding errors can amount to.
     """
     n_rows, n_symbols = len(problem.end), len(problem.says)
     n_masks = 1 << len(problem.tracked)

@@ -14,7 +14,8 @@ from motiondb.words.translation.decoding_bounds import SLACK, relax, said_level,
 from motiondb.words.translation.decoding_problem import LEAST, Problem, offer
 
 DIVES = 64
-"""The first expanded nodes, so many, are completed along their bound to find good sequences early.
+"""Number of nodes, expanded first, that are completed along their bound to find good sequences
+early.
 
 Chosen by hand; it changes the time, not the optimum.
 """
@@ -30,9 +31,9 @@ def search_sequences(
     problem : Problem
         The arrays of the question.
     node_limit : int
-        Nodes to expand at most.
+        Largest number of nodes to expand.
     open_limit : int
-        Nodes to keep at most.
+        Largest number of nodes to keep.
 
     Returns
     -------

@@ -16,7 +16,8 @@ from numba import njit
 from motiondb.records import FloatArray, IntArray
 
 TRACKED = 6
-"""Largest number of words in the bit mask, for 2^6 masks. By hand: memory doubles with each."""
+"""Largest number of words in the bit mask, for 2^6 masks. Chosen by hand: memory doubles with
+each word."""
 LEAST = 1e-12
 """The smallest probability whose logarithm is taken to bound or to split."""
 
@@ -45,7 +46,7 @@ class Problem(NamedTuple):
     says : array (S,)
         Bit mask of the tracked words that a symbol says.
     tracked : array (TRACKED or m,)
-        Which words have bits 0, 1, ...
+        Words that have the bits 0, 1, ...
     unsaid : array (m,)
         Largest probability of word j under a symbol that does not say it.
     usual : array (m,)

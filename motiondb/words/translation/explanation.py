@@ -37,8 +37,8 @@ class ExpectedCounts:
     ----------
     translation : array (symbols + 1, words)
         Row 0 is NULL.
-    alignment : (l, m) -> array (m
-        L + 1).
+    alignment : dict
+        (l, m) -> array (m, l + 1).
     n_pairs : int
         Number of captures.
     """
@@ -71,7 +71,7 @@ def alignment_table(
     n_words : int
         m.
     tension : float, optional
-        How strongly the diagonal prefers the order of the words; 0 ignores order (Model 1).
+        Strength with which the diagonal prefers the order of the words; 0 ignores order (Model 1).
     """
     learned = association.alignment.get((n_symbols, n_words))
     return diagonal_alignment(n_symbols, n_words, tension) if learned is None else learned
@@ -87,7 +87,7 @@ def diagonal_alignment(n_symbols: int, n_words: int, tension: float) -> FloatArr
     n_words : int
         m.
     tension : float
-        How strongly the order of the words is preferred.
+        Strength of the preference for the order of the words.
 
     >>> diagonal_alignment(2, 1, 4.0).round(2)
     array([[0.08, 0.46, 0.46]])

@@ -6,9 +6,9 @@ that its rows sum to less than 1; with beginning and end every row sums to 1. A 
 (a symbol that occurs in no capture) has the end with probability 1.
 
 By clusters, P(symbol' | symbol) = P(cluster' | cluster) P(symbol' | cluster'); beginning and end
-are clusters of their own. (Paper A's eq. 9 has the first factor only, which is not a distribution
-over symbols.) A pair of symbols has a probability above 0 exactly where its pair of clusters was
-seen. With one symbol a cluster this is the plain bigram.
+are separate clusters. (Paper A's eq. 9 has the first factor only, which is not a distribution over
+symbols.) A pair of symbols has a probability above 0 exactly where its pair of clusters was seen.
+With one symbol a cluster this is the plain bigram.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ UNSEEN = 0.5
 
 
 def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArray:
-    """How often each symbol follows each other: array (symbols + 1, symbols + 1).
+    """Count how often each symbol follows each other symbol: array (symbols + 1, symbols + 1).
 
     Counts are additive over captures: a capture is removed by subtracting its counts.
 

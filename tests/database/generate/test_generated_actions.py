@@ -156,6 +156,33 @@ def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
     assert db.generate("bow while layup", anyway=True).motion.n_frames > 30
 
 
+def test_the_side_of_a_limb_is_not_kept_without_the_limb(db: MotionDB) -> None:
+    """Captions have a kick and, in another action, a left turn, but no left foot."""
+    made = db.generate("kick with the left foot", seed=0)
+    assert made.actions == (("kick",),)
+    assert {left.text for left in made.not_used} == {"left", "foot"}
+
+
+def test_the_verb_of_an_action_is_kept_before_other_words(db: MotionDB) -> None:
+    """No caption throws to the left or throws a ball; one has "pivot left" and a ball."""
+    made = db.generate("throw a ball to the left", seed=0, anyway=True)
+    assert "throw" in made.actions[0]
+
+
+def test_words_with_one_meaning_are_asked_for_once(db: MotionDB) -> None:
+    made = db.generate("walk on tiptoes", seed=0)  # taken as walk
+    assert made.actions == (("walk",),)
+    assert made.question.understood == "walk"
+
+
+def test_hints_of_spelling_are_not_given_for_english_words(db: MotionDB) -> None:
+    made = db.generate("run wlak in a circle", seed=0)
+    assert made.unknown == {"circle": (), "wlak": ("walk",)}
+    assert [left.reason for left in made.not_used if left.text == "circle"] == [
+        "no caption says it"
+    ]
+
+
 def test_directions_are_measured_in_the_motion(db: MotionDB) -> None:
     for words, sign in (("sit down", -1), ("stand up", 1)):
         made = db.generate(words, seed=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,12 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.learn import starting
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
+from motiondb.learning.answers.described_motion import describe
+from motiondb.learning.answers.word_answers import search_words
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.parameter_arrays import from_stored, to_stored
 from motiondb.learning.start.joining import start_weight
+from motiondb.search.certainty import Certainty
 
 NAMES = (
     "ana/walk_1", "ana/jump_1", "ana/bow_1", "boris/kick_1", "boris/punch_1", "boris/walk_1",
@@ -92,16 +97,46 @@ def test_no_caption_and_no_name_of_a_capture_stands_in_the_file(
 def test_without_a_caption_words_are_found_described_and_generated(started: MotionDB) -> None:
     answer = started.search("kick", limit=8)
     assert {m.capture for m in answer.matches[:2]} == {"boris/kick_1", "fatou/kick_1"}
-    assert answer.matches[0].probability is not None
+    assert {m.probability for m in answer.matches} == {None}
+    assert answer.unchecked == "no probabilities: no caption of this database has checked them"
+    assert (answer.threshold, answer.matches_anything) == (None, None)
+    assert {m.words for m in answer.matches} == {()}
     (source,) = answer.sources
     assert (source.word, source.start, source.own_captions) == ("kick", "samples", 0)
     assert source.start_captions > 0
     described = started.describe("ana/jump_1")
     assert "jump" in {word for d in described for word, _ in d.words[:2]}
+    assert {p for d in described for _, p in d.words} == {None}
+    assert started.like("ana/jump_1").unchecked == answer.unchecked
+    assert {m.probability for m in started.like("ana/jump_1")} == {None}
     made = started.generate("a person walks", seed=1)
     assert made.motion.n_frames > 20
     assert [s.word for s in made.sources] == ["walk"]
     assert made.facts()["words_from"][0]["start"] == "samples"
+
+
+def test_probabilities_stand_beside_words_that_own_captions_hold(
+    started: MotionDB, samples_folder: Path
+) -> None:
+    """Own captions checked the certainty of answers, but say nothing of some words of the start."""
+    started.add(samples_folder / "goran" / "walk_1.bvh")
+    started.set_words("walk_1", "walk")
+    assert "at least 50 captions of this database, and it has 1" in started.search("walk").unchecked
+    sure = Certainty(np.array([1.0]), 0.0, 0.0)
+    learned = replace(started.learned, certainties=Certainties(words=sure))
+
+    def ask(text: str) -> tuple[str, set[bool]]:
+        every = search_words(learned, text, sorted(learned.rows))
+        return every.unchecked, {m.probability is not None for m in every.matches}
+
+    reason = "no probabilities: no caption of this database holds 'kick'"
+    assert ask("walk") == ("", {True})
+    assert ask("kick") == (reason, {False})
+    assert ask("walk or kick") == (reason, {False})
+    assert ask("walk then kick") == (reason, {False})
+    assert ask("walk but not kick") == (reason, {False})
+    said = [pair for d in describe(learned, started.motion("ana/walk_1")) for pair in d.words]
+    assert {word for word, p in said if p is not None} == {"walk"}
 
 
 def test_what_was_learned_with_a_start_comes_back_from_the_store(
@@ -217,13 +252,24 @@ def test_commands_offer_start_and_say_what_comes_from_it(
     learned = command("learn", "--start", "k.knowledge", "--db", db)
     assert learned.code == 0
     assert "Started from k: " in learned.out
-    assert "No own captions: all words and probabilities are those of the start." in learned.out
+    assert "No own captions: all words are those of the start." in learned.out
+    reason = "no probabilities: no caption of this database has checked them"
+    assert f"Answers carry {reason}." in learned.out
     ended = command("search", "walk", "--db", db)
     assert "known from the start k alone (captions there): walk (" in ended.err
+    assert f"note: {reason}" in ended.err
+    assert all(line.split()[5] == "-" for line in ended.out.splitlines()[2:])
+    said = command("describe", "ana/walk_1", "--db", db)
+    assert (said.err.count(reason), "walk" in said.out, "." in said.out.split("words")[0]) == (
+        1, True, False,
+    )  # fmt: skip
     why = command("search", "walk", "--explain", "--db", db)
     assert "walk: known from the start k alone (" in why.out
     facts = json.loads(command("search", "walk", "--json", "--db", db).out)
     assert facts["sources"][0]["start"] == "k"
+    assert facts["unchecked"] == reason
+    assert {row["probability"] for row in facts["matches"]} == {None}
+    assert facts["matches_anything"] is None
     assert "Started from k: " in command("info", "--db", db).out
     assert json.loads(command("info", "--json", "--db", db).out)["start"]["name"] == "k"
     assert command("knowledge", "show", "--db", db).out == shown.out
@@ -254,3 +300,10 @@ def test_a_start_that_does_not_fit_is_told_and_set_aside(
     with motiondb.open(path, read_only=True) as db:
         assert db.start_facts() is None
         assert db.vocabulary() == ("zigzag",)
+
+
+def test_with_a_start_words_are_told_by_the_joint_word_map(started_file: Path) -> None:
+    """A start keeps no sums for captions as wholes, nor pooled statistics."""
+    with motiondb.open(started_file, read_only=True) as db:
+        assert (db.learned.pooled, db.learned.share_calibration) == (None, None)
+        assert db.describe("ana/bow_1")[0].words

@@ -31,7 +31,7 @@ def phrases(*texts: str) -> Phrases:
 
 
 def test_words_are_taken_from_the_bound_up_and_phrases_without_a_sense_are_dropped() -> None:
-    hurl = [("throw", 0.9), ("toss", 0.85), ("fling", 0.7)]
+    hurl = [("throw", 0.9), ("toss", 0.85), ("fling", 0.45)]
     pairs = {"hurl": [(w, round(p / UNIT)) for w, p in hurl], **{w: [] for w, _ in hurl}}
     table = read_table(write_table(pairs, []))
     asked = {"a": phrases("hurl ball", "hurl zzz"), "b": phrases("ball")}

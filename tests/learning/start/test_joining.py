@@ -251,11 +251,11 @@ def test_certainties_of_questions_with_without_or_either_are_joined_too() -> Non
     def sure(weight: float) -> KindCertainty:
         return KindCertainty(Certainty(np.array([weight]), 0.0, 0.0))
 
-    joined = carried_certainty.join_certainties(
-        Certainties(without=sure(1.0)), Certainties(without=sure(3.0), either=sure(5.0)), 10.0
-    )
+    first = Certainties(without=sure(3.0), either=sure(5.0))
+    joined = carried_certainty.join_certainties(Certainties(without=sure(1.0)), first, 90.0)
     assert joined.without.whole is not None
-    assert joined.without.whole.weights.tolist() == [2.0]
-    assert joined.either.whole is not None
-    assert joined.either.whole.weights.tolist() == [5.0]
+    assert joined.without.whole.weights.tolist() == pytest.approx([1.2])
+    assert joined.either.whole is None
     assert joined.words is None
+    before = carried_certainty.join_certainties(Certainties(without=sure(1.0)), first, 49.0)
+    assert before.without.whole is None

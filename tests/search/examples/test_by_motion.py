@@ -14,6 +14,8 @@ from motiondb.search.examples import alignment, by_motion, warping
 from motiondb.search.vectors import score_vectors
 from motiondb.symbols.feature_space import fit_feature_space
 from motiondb.symbols.segments.segmentation import segment
+from motiondb.words.maps.pooled_map import fit_pooled_map, pooled_statistics
+from motiondb.words.maps.word_map import WordMap
 
 SAMPLES = Path(__file__).parents[3] / "sample_data" / "captures"
 NAMES = (
@@ -121,6 +123,31 @@ def test_the_rough_score_of_a_window_by_hand() -> None:
         (7, 10, 20, 1.0),
         (7, 0, 10, 0.0),
     ]
+
+
+def test_the_second_opinion_on_a_window_by_hand() -> None:
+    """Two captures with the same vectors: the one whose frames spread as the query's gains."""
+    distances = np.array([[0.0, 2.0], [2.0, 0.0]])
+    take = by_motion.Take(np.array([0]), np.array([10]), np.array([1]), np.array([[0.0, 1.0]]))
+    frames = {7: np.tile([[-1.0], [1.0]], (5, 1)), 8: np.zeros((10, 1))}
+    statistics = np.stack([pooled_statistics(frames[capture]) for capture in (7, 8)])
+    pooled = fit_pooled_map(statistics, np.eye(2, dtype=bool))
+    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
+    query = by_motion.Query(
+        frames[7].astype(np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0]), words,
+        pooled=pooled,
+    )  # fmt: skip
+
+    def frames_of(capture: int, first: int, end: int) -> Float32Array:
+        return frames[capture][first:end].astype(np.float32)
+
+    asked = by_motion.find_candidates(query, {7: take, 8: take}, distances, frames_of=frames_of)
+    # the evidence of both is opposite: resemblance .5 + .3 + .2 and .5 - .3 + .2, in place of 1;
+    # with feedback, 7 as the best answer: 1, and the mean of .4 and .4; half of the loss counts
+    rough = {c.capture: c.rough for c in asked}
+    assert rough == pytest.approx({7: 1.0, 8: 1.0 - 0.5 * 0.6})
+    plain = by_motion.find_candidates(query, {7: take, 8: take}, distances)
+    assert {c.capture: c.rough for c in plain} == pytest.approx({7: 1.0, 8: 1.0})
 
 
 def test_a_longer_query_than_any_capture_is_answered(world: World) -> None:

@@ -67,3 +67,18 @@ def test_modifiers_count_half() -> None:
     assert resemblance(first, second[None], words, emphasis=emphasis)[0] == pytest.approx(weighed)
     rows = meaning_rows(words, np.stack([first, second]), emphasis=emphasis)
     assert rows[0] @ rows[1] == pytest.approx(weighed)
+
+
+def test_a_second_opinion_has_three_tenths() -> None:
+    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
+    vectors = np.array([[1.0, 0.0], [0.6, 0.8]])
+    second = np.array([[0.0, 2.0], [0.0, 5.0]])
+    rows = meaning_rows(words, vectors, pooled_evidence=second)
+    assert rows[0] @ rows[1] == pytest.approx(0.5 * 0.6 + 0.3 * 1.0 + 0.2 * 0.6)
+    np.testing.assert_allclose((rows * rows).sum(axis=1), 1.0)
+    halved = meaning_rows(
+        words, vectors, emphasis=np.array([1.0, 0.5]), pooled_evidence=np.array([[1, 1], [1, 0.0]])
+    )
+    assert halved[0] @ halved[1] == pytest.approx(
+        0.5 * 0.6 / np.hypot(0.6, 0.4) + 0.3 / np.sqrt(1.25) + 0.2 * 0.6
+    )

@@ -71,7 +71,7 @@ def test_evidence_is_centred() -> None:
 def test_ridge_regression_by_normal_equations() -> None:
     vectors, presence, _ = described(3, 60, 4, 2)
     target = presence.astype(float)
-    weights, offsets = word_map._ridge(vectors, target, 0.5)
+    weights, offsets = word_map.fit_ridge(vectors, target, 0.5)
     padded = np.hstack([vectors, np.ones((60, 1))])
     penalty = np.diag([0.5, 0.5, 0.5, 0.5, 0.0])
     expected = np.linalg.solve(padded.T @ padded + penalty, padded.T @ target)

@@ -58,6 +58,13 @@ def test_a_form_finds_the_entry_of_its_lemma_or_its_own() -> None:
     assert take_word("tired", {"slow"}, SMALL).words == (("slow", 0.6),)
 
 
+def test_a_known_word_of_the_same_form_is_not_called_unknown() -> None:
+    """In "lay down", lay is the past of lie; captions hold another lay, "lays the ball up"."""
+    words = table({"lay": [("set", 0.7)], "lie": [("sleep", 0.6)]})
+    taking = take_word("lay", {"lay", "set", "sleep"}, words)
+    assert taking.sentence() == "'lie' is not in the captions; taken as sleep (0.6)"
+
+
 WORD_MAP = WordMap(
     weights=np.array([[1.0, 3.0], [0.0, -2.0]]),
     offsets=np.array([0.5, 0.0]),

@@ -124,8 +124,8 @@ def test_what_has_no_use_is_named_with_the_reason() -> None:
          "Ask for example for 'walk, turn left, sit down'."),
         ("(walk", "question: expected ')' for every '(', found the end. Close the parentheses."),
         ("walk)", "question 'walk)': expected '(' before ')', found none. Leave out ')'."),
-        ("(" * 21 + "walk" + ")" * 21, "question: expected at most 20 parentheses within one "
-         "another, found more. Ask for less at a time."),
+        ("(" * 21 + "walk" + ")" * 21, "question: expected at most 20 nested "
+         "parentheses, found more. Ask for less at a time."),
         ("walk " * 251, "question: expected at most 250 words, found 251. "
          "Ask for fewer actions at a time."),
         ("a" * 5_001, "question: expected at most 5,000 characters, found 5,001. "

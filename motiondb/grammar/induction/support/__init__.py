@@ -1,1 +1,1 @@
-"""What sentences support: cheapest parses, refitted rules, evidence for loops and contexts."""
+"""Evaluation of rules by sentences: cheapest parses, refitted rules, evidence for loops."""

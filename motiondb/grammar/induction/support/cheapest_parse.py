@@ -42,7 +42,7 @@ RULE, PARENT, PLACE, SPAN = range(4)
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """How a sentence is parsed.
+    """The cheapest parse of a sentence.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class _Costs(NamedTuple):
     table : RuleTable
         The rules, component by component, bottom-up.
     groups : array (components + 1,)
-        Where the rules of each component begin.
+        Index of the first rule of each component.
     recursive : array (components,)
         Whether the nonterminals of a component derive themselves.
     bits : array (nonterminals,)
@@ -90,9 +90,9 @@ class _Chart(NamedTuple):
     best : array (nonterminals, n + 1, n + 1)
         Fewest bits by which a nonterminal derives a span.
     how : array (nonterminals, n + 1, n + 1)
-        The row of the rule that does so.
+        The row of the rule of this derivation.
     reach : array (longest right side + 1, n + 1)
-        Room for the work of :func:`_reach_ends`.
+        Work array of :func:`_reach_ends`.
     """
 
     best: FloatArray
@@ -117,7 +117,7 @@ def read_all(
     rows : list of (int, Right)
         The rules in the order of their numbers in the readings.
     readings : dict of Right to Reading
-        How each sentence is parsed.
+        The parse of each sentence.
 
     None is returned if a sentence is too long.
 
@@ -130,8 +130,8 @@ def read_all(
     >>> readings[0, 1, 0].cover
     (3, 0)
     """
-    told = list(sentences)
-    room = 1 + max(map(len, told), default=0)
+    listed = list(sentences)
+    room = 1 + max(map(len, listed), default=0)
     if len(donor.rules) * room**2 > _LARGEST_CHART:
         return None
     lefts = [donor.start, *sorted(left for left in donor.rules if left != donor.start)]
@@ -145,7 +145,7 @@ def read_all(
         np.empty((deepest, room)),
     )
     readings = {}
-    for sentence in told:
+    for sentence in listed:
         symbols = np.array(sentence, dtype=np.int64)
         _fill(costs, symbols, chart)
         cover, nodes = _read(costs, symbols, chart)
@@ -201,10 +201,10 @@ def _fill(costs: _Costs, sentence: IntArray, chart: _Chart) -> None:
 
 @njit(cache=True)
 def _lower(costs: _Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> bool:
-    """Lower the costs of the spans that a rule derives from symbol ``i`` on; whether any fell."""
+    """Lower the costs of the spans that a rule derives from symbol ``i``; True if any fell."""
     table = costs.table
     left, length = table.rows[r, LEFT] - table.n_terminals, table.rows[r, LENGTH]
-    if length > 0:  # most rules do not begin here, and this is seen at once
+    if length > 0:  # most rules do not begin here, which is checked first
         first = table.text[table.rows[r, OFFSET]]
         if first < table.n_terminals and (i == sentence.size or sentence[i] != first):
             return False

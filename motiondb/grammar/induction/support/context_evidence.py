@@ -2,8 +2,8 @@
 
 A context-free rule is used as often in one place as in another. Where (x | y)* is learned from
 sentences of x+ y+, y is never followed by x, although half of all rounds are x. Where x* is learned
-from x+, the loop never ends before its first round. Fewer rules pay for this, so the description
-length does not tell.
+from x+, the loop never ends before its first round. The saved rules outweigh this, so the
+description length does not show the fault.
 
 Nodes of nonterminals that derive themselves are counted by *context*. This is the place in the rule
 above them; or this place and the place of the rule above in the rule above it; or this place and
@@ -40,7 +40,7 @@ _ROOT = -1
 
 
 class Context(NamedTuple):
-    """Where a nonterminal stands.
+    """The place of a nonterminal in a tree.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class _Nodes(NamedTuple):
 
 
 def unlike_context(rule_set: RuleSet, flat: RuleSet) -> Context | None:
-    """Return the context in which a nonterminal is most surely used in another way than elsewhere.
+    """Return the context in which the use of a nonterminal differs most clearly from elsewhere.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _nodes_of(readings: dict[Right, Reading], sentences: dict[Right, int]) -> _N
 def _by_rules_above(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterator[_Doubt]:
     """Yield the least probable context of each nonterminal that loops, by one rule above and two.
 
-    Two rules count where the nonterminal of the lower one loops too.
+    Two rules are used if the nonterminal of the lower one loops too.
     """
     lefts = np.array([left for left, _ in rows])
     above = nodes.table[:, 1]
@@ -237,7 +237,7 @@ def split_context(rule_set: RuleSet, context: Context) -> RuleSet:
 
 
 def _split_beside(rule_set: RuleSet, context: Context, beside: tuple[int, Right]) -> RuleSet:
-    """Make two rules of one: in one, ``beside`` tells the rule of a nonterminal, in one it is not.
+    """Split a rule in two: one where ``beside`` is the rule of a nonterminal, one where it is not.
 
     Both hold copies of the two nonterminals of the context.
     """
@@ -248,10 +248,10 @@ def _split_beside(rule_set: RuleSet, context: Context, beside: tuple[int, Right]
     written = [_with_symbols(context.right, new) for new in names]
     rights = rule_set.rules[context.left]
     rights.update(dict.fromkeys(written, rights.pop(context.right)))
-    told = rule_set.rules[neighbour]
+    alternatives = rule_set.rules[neighbour]
     itself = neighbour == context.left and chosen == context.right
-    first_kind = {r: told[r] for r in (written if itself else [chosen])}
-    second_kind = {r: count for r, count in told.items() if r not in first_kind}
+    first_kind = {r: alternatives[r] for r in (written if itself else [chosen])}
+    second_kind = {r: count for r, count in alternatives.items() if r not in first_kind}
     copied = dict(rule_set.rules[symbol])
     for new, kind in zip(names, (first_kind, second_kind), strict=True):
         rule_set.rules[new[context.place]], rule_set.rules[new[other]] = dict(copied), kind

@@ -1,25 +1,25 @@
-"""Evidence for loops: keep a rule that loops only if the sentences support it, else write it out.
+"""Evidence for loops: rules that loop are kept only if the sentences support them.
 
 A rule loops if a symbol of its right side derives, in turn, its left side. The sentences are parsed
 in the fewest bits. The *rounds* of a rule in a sentence are its uses on one path from the root of
 the tree, on the path with the most of them; a use after which the loop derives only the empty
 string does not count. A rule is supported if
 
-* some sentence has at least two rounds, three if there are fewer than twenty sentences: of
-  something that is merely done twice in a row there is one round. Where another rule of the same
-  loop has as many, one round less is enough if the rule is used below some rule of the loop, and
-  above one, in one sentence or in two: so one of several things that may repeat can be rare;
+* some sentence has at least two rounds, three if there are fewer than twenty sentences: a movement
+  that is merely done twice in a row has one round. If another rule of the same loop has as many
+  rounds, one round less is enough, provided that the rule is used below a rule of the loop and
+  above one, in one sentence or in two; one of several repeating alternatives can therefore be rare;
 * the sentences do not stop at a bound. Let C be the most rounds, m the number of sentences with C
   rounds, and q the share of those that went on among all times that a sentence could go on or stop
   before C. If loops end only by chance, m sentences all stop at C with probability (1 - q)^m. The
   rule is refused if this is less than 0.05 and m is at least 3. (Two longest sentences are often
-  equally long by chance where q is high.) Where a sentence may go through the
-  loop several times, or in several ways, 0.01 is asked for.
+  equally long by chance where q is high.) If a sentence may go through the loop several times, or
+  in several ways, the bound is 0.01.
 
 A rule that is not supported is written out: the nonterminals that derive each other are copied once
 for each round, and the last copy lacks the rule. Then the rules are refitted, which drops unused
-rules. What remains is judged again. Loops that are supported must also be used in the same way
-wherever they stand (:mod:`.context_evidence`).
+rules. The remaining rules are judged again. Loops that are supported must also be used in the same
+way wherever they stand (:mod:`.context_evidence`).
 """
 
 from __future__ import annotations
@@ -53,10 +53,12 @@ _FEWEST_AT_BOUND = 3
 tuned."""
 
 _MOST_COPIES = 60
-"""Copies of nonterminals that writing a loop out may make. Chosen by hand, to bound the time."""
+"""Largest number of copies of nonterminals when a loop is written out. Chosen by hand, to bound
+the time."""
 
 _MOST_LOOPS = 12
-"""Loops that are written out one after another. Chosen by hand, to bound the time."""
+"""Largest number of loops that are written out one after another. Chosen by hand, to bound the
+time."""
 
 
 class Judged(NamedTuple):
@@ -151,7 +153,7 @@ def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:
 
 
 def _entries(nodes: IntArray, lefts: IntArray, group: list[int], places: BoolArray) -> int:
-    """Return how often a tree goes into a component from outside."""
+    """Return how often a tree enters a component from outside."""
     parents = nodes[:, PARENT]
     inside = (parents >= 0) & places[nodes[parents, RULE], nodes[:, PLACE]]
     return int((np.isin(lefts[nodes[:, RULE]], group) & ~inside).sum())

@@ -4,8 +4,8 @@ A rule set counts how often its rules are used, but not by which sentence, so a 
 what it has merged. Here each sentence is parsed again in the fewest bits (:mod:`.cheapest_parse`).
 Only rules that are used remain, with their new counts. A sentence that the rules do not derive gets
 a rule of the start symbol of the fewest bits, made of terminals and of nonterminals that derive
-parts of it. So rules may be removed, copied, or learned from some of the sentences only, and all
-sentences are derived again afterwards.
+parts of it. Rules may therefore be removed, copied, or learned from some of the sentences only;
+afterwards all sentences are derived again.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import IntArray
 
 _MOST_REFITS = 20
-"""Refits one after another. Chosen by hand: a few are enough, and each saves bits."""
+"""Largest number of successive refits. Chosen by hand: a few are enough, and each saves bits."""
 
 _SAVED = 1e-6
 """Bits that a further refit must save."""
@@ -60,12 +60,12 @@ def refit(donor: RuleSet, flat: RuleSet) -> RuleSet | None:
         if reading.cover:
             new.setdefault(reading.cover, []).append(sentence)
     refitted = _counted(flat, rows, derived + covered)
-    for cover, told in new.items():
-        refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in told))
+    for cover, same_cover in new.items():
+        refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
     if refitted.lawful():
         return refitted
     plain = _counted(flat, rows, derived)
-    for sentence in (sentence for told in new.values() for sentence in told):
+    for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
         plain.add(plain.start, sentence, sentences[sentence])
     return plain if plain.lawful() else None
 

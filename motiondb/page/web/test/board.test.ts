@@ -10,7 +10,7 @@ import {
   placeBefore,
   removePlayer,
 } from "../src/views/board/edits.ts";
-import { curvePoints } from "../src/views/board/curve.ts";
+import { curvePoints, triesOf } from "../src/views/board/curve.ts";
 import { inOrder } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
 import type { Rule, Spot } from "../src/views/board/types.ts";
@@ -131,6 +131,18 @@ test("a shot leads to the ring, a pass to where its receiver will be", () => {
   diagram.elements[1]!.step = 2;
   const end = strokeOf(diagram, 1, "A1").points.at(-1)!;
   assert.ok(Math.hypot(end[0], end[1] - 4.36) < 1e-6);
+});
+
+test("a second try begins a line of its own", () => {
+  const points: [number, number][] = [
+    [0, 0],
+    [50, 9],
+    [0, 1],
+    [0, 2],
+    [60, 9],
+  ];
+  assert.deepEqual(triesOf(points), [points.slice(0, 2), points.slice(2)]);
+  assert.deepEqual(triesOf([]), []);
 });
 
 test("the curve of errors falls from the top left to the bottom right", () => {

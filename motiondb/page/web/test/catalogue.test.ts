@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { rowsInSight } from "../src/parts/virtual.ts";
+import { sharedReason } from "../src/parts/text.ts";
 import { sortFiles } from "../src/parts/upload.ts";
 import { parseRoute, routeTo } from "../src/shell/router.ts";
 import { withWholeWords } from "../src/views/catalogue/editing.ts";
@@ -82,4 +83,13 @@ test("routes are read as they are written", () => {
     ],
   );
   assert.equal(parseRoute("", "catalogue").view, "catalogue");
+});
+
+test("a reason that no action escapes is said once", () => {
+  const open = { shown: null, reason: "no judge" };
+  assert.equal(sharedReason([open, open]), "no judge");
+  assert.equal(sharedReason([open]), "");
+  assert.equal(sharedReason([open, { shown: null, reason: "too short" }]), "");
+  assert.equal(sharedReason([open, { shown: false, reason: "no judge" }]), "");
+  assert.equal(sharedReason([]), "");
 });

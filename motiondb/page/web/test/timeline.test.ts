@@ -46,6 +46,11 @@ test("lanes say what they do not know", () => {
     wordLane([{ start: 0, end: 1, words: [{ word: "walk", probability: 0.2 }] }]).blocks[0]!.label,
     "–",
   );
+  const unchecked = wordLane([
+    { start: 0, end: 1, words: ["walk", "run"].map((word) => ({ word, probability: null })) },
+  ]).blocks[0]!;
+  assert.deepEqual([unchecked.label, unchecked.faint], ["walk", true]);
+  assert.match(unchecked.title, /^walk, run, /);
   const drawn = stretchLane([
     { start: 0, end: 1, capture: null, source_start: null, licence: null, edit: "" },
   ]).blocks[0]!;

@@ -1,6 +1,6 @@
 /** Requests to the server, and its errors as sentences for people. */
 
-/** What the server refused, or why it could not be reached. */
+/** Why the server refused a request, or could not be reached. */
 export class ApiError extends Error {
   constructor(
     readonly kind: string,
@@ -64,7 +64,7 @@ function withBody(method: string, body: unknown): RequestInit {
   return { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
 }
 
-/** Ask for JSON. */
+/** Request JSON. */
 export async function get<T>(path: string, parameters: Parameters = {}, signal?: AbortSignal): Promise<T> {
   return (await send(withParameters(path, parameters), signal ? { signal } : {})).json() as Promise<T>;
 }
@@ -81,7 +81,7 @@ export async function remove<T>(path: string, parameters: Parameters = {}): Prom
   return (await send(withParameters(path, parameters), { method: "DELETE" })).json() as Promise<T>;
 }
 
-/** Ask for bytes. */
+/** Request bytes. */
 export async function bytes(path: string, parameters: Parameters = {}): Promise<ArrayBuffer> {
   return (await send(withParameters(path, parameters), {})).arrayBuffer();
 }
@@ -94,7 +94,7 @@ export async function postForm<T>(path: string, form: FormData): Promise<T> {
   return (await send(path, { method: "POST", body: form })).json() as Promise<T>;
 }
 
-/** A file to save, with the name that the server gives it. */
+/** Request a file to save, with the name that the server gives it. */
 export async function postForFile(path: string, body: unknown): Promise<{ name: string; blob: Blob }> {
   const response = await send(path, withBody("POST", body));
   const disposition = response.headers.get("Content-Disposition") ?? "";
@@ -102,7 +102,7 @@ export async function postForFile(path: string, body: unknown): Promise<{ name: 
   return { name, blob: await response.blob() };
 }
 
-/** The sentence to show for anything that was thrown. */
+/** The message to show for anything that was thrown. */
 export function messageOf(fault: unknown): string {
   if (fault instanceof Error) return fault.message;
   return String(fault);

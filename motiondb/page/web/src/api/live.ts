@@ -7,13 +7,13 @@ export type News =
   { kind: "revision"; revision: number } | { kind: "job"; job: Job } | { kind: "connection"; open: boolean };
 
 export interface Live {
-  /** Call a listener with every piece of news; returns how to stop. */
+  /** Call a listener with every piece of news; returns a function that stops this. */
   listen(listener: (news: News) => void): () => void;
   /** The jobs that the server knows, newest first. */
   jobs(): readonly Job[];
 }
 
-/** Listen to the server; jobs that began before this page was loaded are asked for. */
+/** Listen to the server; jobs that began before this page was loaded are requested. */
 export function openLive(): Live {
   const listeners = new Set<(news: News) => void>();
   const jobs = new Map<string, Job>();
@@ -41,7 +41,7 @@ export function openLive(): Live {
     source.addEventListener("error", () => tell({ kind: "connection", open: false }));
   }
 
-  // A browser opens only a few connections to one server: a hidden tab gives its own back.
+  // A browser opens only a few connections to one server: a hidden tab closes its own.
   document.addEventListener("visibilitychange", () => (document.hidden ? source?.close() : connect()));
   addEventListener("pagehide", () => source?.close());
   addEventListener("pageshow", (event) => event.persisted && connect());

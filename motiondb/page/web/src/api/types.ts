@@ -1,4 +1,4 @@
-/** What the server answers. The contract is `GET /api/openapi.json`. Times in seconds. */
+/** Types of the server's answers. The contract is `GET /api/openapi.json`. Times in seconds. */
 
 export interface Caption {
   words: string;
@@ -35,10 +35,16 @@ export interface WordProbability {
   probability: number;
 }
 
+/** A word of a motion; without a probability where no own caption has checked it. */
+export interface DescribedWord {
+  word: string;
+  probability: number | null;
+}
+
 export interface WordsOverTime {
   start: number;
   end: number;
-  words: WordProbability[];
+  words: DescribedWord[];
   symbols?: number[];
 }
 
@@ -175,7 +181,7 @@ export interface Job {
   seconds: number;
   message: string | null;
   result: Record<string, unknown> | null;
-  /** Ref of a first motion of a scene that is being updated. */
+  /** Ref of the first motion of a scene that is being updated. */
   preview: string | null;
   curve?: [number, number][];
 }
@@ -257,6 +263,8 @@ export interface Answer {
   matches_anything: boolean | null;
   strength: number | null;
   threshold: number | null;
+  /** Why there are no probabilities; empty where there are. */
+  unchecked: string;
   not_yet_learned: number;
   took: number;
   matches: Match[];

@@ -1,4 +1,4 @@
-/** The answers of a file without a server, shown with the same parts as in the page. */
+/** The answers of a file without a server, shown by the same components as in the page. */
 
 import type { Motions } from "../api/motions.ts";
 import type { CaptureFacts, GenerateAnswer, LikeAnswer, SearchAnswer, Source } from "../api/types.ts";
@@ -58,7 +58,7 @@ function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: Searc
   append(host, [
     questionElement(
       answer.question,
-      [...answer.sentences, ...answer.sources],
+      [...answer.sentences, ...answer.sources, ...(answer.unchecked ? [answer.unchecked] : [])],
       answer.unknown,
       {},
       () => undefined,
@@ -72,7 +72,10 @@ function renderLike(host: HTMLElement, context: EmbeddedContext, answer: LikeAns
   const example = "example" in context.data.motions ? "example" : answer.ref;
   if (example in context.data.motions) renderTake(host, context, example, [], []);
   const answers = makeAnswers(context, null);
-  append(host, [answers.element]);
+  append(host, [
+    answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null,
+    answers.element,
+  ]);
   answers.show(answer);
 }
 

@@ -1,4 +1,4 @@
-/** A page without a server: the answers and motions travelled inside the file. */
+/** A page without a server: the answers and motions are inside the file. */
 
 import { embeddedMotions } from "../api/motions.ts";
 import { fromBase64 } from "../api/container.ts";

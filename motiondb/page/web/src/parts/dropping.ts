@@ -1,4 +1,4 @@
-/** Files that are dropped onto a place or chosen: single ones, or folders with what is in them. */
+/** Files that are dropped or chosen: single files, or folders with their contents. */
 
 export interface NamedFile {
   /** The path inside the dropped folder, or the file's name. */
@@ -6,7 +6,7 @@ export interface NamedFile {
   file: File;
 }
 
-/** Call back with the files that are dropped onto an element; it gets the class `dropping` meanwhile. */
+/** Call a function with the files that are dropped onto an element, which has the class `dropping` during the drag. */
 export function onDrop(element: HTMLElement, drop: (files: NamedFile[]) => void): void {
   let depth = 0;
   const hasFiles = (event: DragEvent): boolean => event.dataTransfer?.types.includes("Files") ?? false;

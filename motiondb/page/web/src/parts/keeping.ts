@@ -3,7 +3,7 @@
 import { h } from "../dom/element.ts";
 import { openDialog } from "./asking.ts";
 
-/** Open the question; it closes when `keep` has succeeded, and stays open when it failed. */
+/** Open the dialog; it closes when `keep` succeeds, and stays open when it fails. */
 export function askToKeep(
   title: string,
   suggested: string,

@@ -1,4 +1,4 @@
-/** What a view shows where there is nothing to show: why, and what to do. */
+/** The states of a view without content: why it is empty, and what the user can do. */
 
 import { h, type Child } from "../dom/element.ts";
 
@@ -27,7 +27,7 @@ export function emptyState(title: string, text: Child, actions: readonly Action[
   );
 }
 
-/** A fault in the place of what it prevents. */
+/** An error message, shown in the place of the content that it prevents. */
 export function faultState(message: string, actions: readonly Action[] = []): HTMLElement {
   return h(
     "div",

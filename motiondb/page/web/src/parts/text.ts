@@ -34,3 +34,10 @@ export function bytesText(value: number): string {
   }
   return `${left < 10 && unit > 0 ? left.toFixed(1) : Math.round(left)} ${units[unit]}`;
 }
+
+/** Why none of several actions is confirmed, if the reason is the same: it need not be read at each. */
+export function sharedReason(shown: readonly { shown: boolean | null; reason: string | null }[]): string {
+  const first = shown[0]?.reason ?? "";
+  const all = shown.every((one) => one.shown === null && one.reason === first);
+  return shown.length > 1 && all ? first : "";
+}

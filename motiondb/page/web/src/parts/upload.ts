@@ -1,4 +1,4 @@
-/** Send files to the server, after a look at what it accepts. */
+/** Send files to the server, after checking which of them it accepts. */
 
 import { postForm } from "../api/client.ts";
 import type { Status, Upload } from "../api/types.ts";

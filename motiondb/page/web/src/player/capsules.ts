@@ -18,6 +18,18 @@ export interface Fineness {
 
 export const BODY_FINENESS: Fineness = { around: 10, rings: 3 };
 export const MARK_FINENESS: Fineness = { around: 8, rings: 2 };
+const SHADOW_FINENESS = MARK_FINENESS; // flat and dark: corners are not seen
+
+/** The shape of one capsule, without its instances. */
+function geometryOf(fineness: Fineness): THREE.InstancedBufferGeometry {
+  const { position, half, index } = halfSpheres(fineness);
+  const geometry = new THREE.InstancedBufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
+  geometry.setAttribute("half_", new THREE.BufferAttribute(half, 1));
+  geometry.setIndex(index);
+  geometry.instanceCount = 0;
+  return geometry;
+}
 
 /** Directions on the unit sphere, cut in two halves along z; `half` says which end a vertex belongs to. */
 function halfSpheres({ around, rings }: Fineness): {
@@ -121,6 +133,21 @@ const SHADOW_FRAGMENT = /* glsl */ `
 
 const TO_LIGHT = new THREE.Vector3(0.45, 1, 0.35).normalize();
 
+// All screens share the two materials: a program that no material uses is forgotten, and a browser
+// takes long to compile it again. The colour of shadows is the same everywhere.
+const BODY = new THREE.ShaderMaterial({
+  vertexShader: BODY_VERTEX,
+  fragmentShader: BODY_FRAGMENT,
+  uniforms: { toLight: { value: TO_LIGHT } },
+});
+const SHADOW = new THREE.ShaderMaterial({
+  vertexShader: SHADOW_VERTEX,
+  fragmentShader: SHADOW_FRAGMENT,
+  uniforms: { toLight: { value: TO_LIGHT }, colour: { value: new THREE.Color() } },
+  depthWrite: false,
+  side: THREE.DoubleSide,
+});
+
 export interface Capsules {
   /** Bodies and shadows, to be added to a scene. */
   readonly object: THREE.Group;
@@ -132,41 +159,26 @@ export interface Capsules {
 
 /** Make room for a number of capsules, with or without shadows on the ground. */
 export function makeCapsules(room: number, fineness: Fineness, shadows: boolean): Capsules {
-  const { position, half, index } = halfSpheres(fineness);
-  const geometry = new THREE.InstancedBufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
-  geometry.setAttribute("half_", new THREE.BufferAttribute(half, 1));
-  geometry.setIndex(index);
   const ends = new THREE.InstancedInterleavedBuffer(new Float32Array(room * CAPSULE), CAPSULE);
   ends.setUsage(THREE.DynamicDrawUsage);
-  geometry.setAttribute("endA", new THREE.InterleavedBufferAttribute(ends, 4, 0));
-  geometry.setAttribute("endB", new THREE.InterleavedBufferAttribute(ends, 4, 4));
   const tint = new THREE.InstancedBufferAttribute(new Float32Array(room * 3), 3);
-  geometry.setAttribute("tint", tint);
-  geometry.instanceCount = 0;
-
-  const body = new THREE.ShaderMaterial({
-    vertexShader: BODY_VERTEX,
-    fragmentShader: BODY_FRAGMENT,
-    uniforms: { toLight: { value: TO_LIGHT } },
-  });
-  const shadow = new THREE.ShaderMaterial({
-    vertexShader: SHADOW_VERTEX,
-    fragmentShader: SHADOW_FRAGMENT,
-    uniforms: { toLight: { value: TO_LIGHT }, colour: { value: new THREE.Color() } },
-    depthWrite: false,
-    side: THREE.DoubleSide,
-  });
   const object = new THREE.Group();
-  const bodies = new THREE.Mesh(geometry, body);
-  bodies.frustumCulled = false;
-  object.add(bodies);
-  if (shadows) {
-    const flat = new THREE.Mesh(geometry, shadow);
-    flat.frustumCulled = false;
-    flat.renderOrder = -2; // above the ground's colour, below its lines and the bodies
-    object.add(flat);
+  const geometries: THREE.InstancedBufferGeometry[] = [];
+
+  function add(material: THREE.Material, how: Fineness): THREE.Mesh {
+    const geometry = geometryOf(how);
+    geometry.setAttribute("endA", new THREE.InterleavedBufferAttribute(ends, 4, 0));
+    geometry.setAttribute("endB", new THREE.InterleavedBufferAttribute(ends, 4, 4));
+    geometry.setAttribute("tint", tint);
+    geometries.push(geometry);
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.frustumCulled = false;
+    object.add(mesh);
+    return mesh;
   }
+
+  add(BODY, fineness);
+  if (shadows) add(SHADOW, SHADOW_FINENESS).renderOrder = -2; // below the lines of the ground, and bodies
   return {
     object,
     show({ capsules, tints, count }) {
@@ -174,15 +186,11 @@ export function makeCapsules(room: number, fineness: Fineness, shadows: boolean)
       ends.needsUpdate = true;
       (tint.array as Float32Array).set(tints.subarray(0, count * 3));
       tint.needsUpdate = true;
-      geometry.instanceCount = count;
+      for (const geometry of geometries) geometry.instanceCount = count;
     },
     setShadow(colour) {
-      shadow.uniforms["colour"]!.value = colour;
+      SHADOW.uniforms["colour"]!.value = colour;
     },
-    dispose() {
-      geometry.dispose();
-      body.dispose();
-      shadow.dispose();
-    },
+    dispose: () => geometries.forEach((geometry) => geometry.dispose()),
   };
 }

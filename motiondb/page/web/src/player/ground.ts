@@ -44,7 +44,7 @@ export interface Ground {
 }
 
 export function makeGround(): Ground {
-  const geometry = new THREE.PlaneGeometry(240, 240);
+  const geometry = new THREE.PlaneGeometry(2, 2);
   geometry.rotateX(-Math.PI / 2);
   const material = new THREE.ShaderMaterial({
     vertexShader: VERTEX,
@@ -64,7 +64,8 @@ export function makeGround(): Ground {
   return {
     object,
     centre(x, z, reach) {
-      object.position.set(Math.round(x), 0, Math.round(z));
+      object.position.set(x, 0, z);
+      object.scale.set(reach, 1, reach); // nothing is seen beyond: no pixels for it
       (material.uniforms["centre"]!.value as THREE.Vector2).set(x, z);
       material.uniforms["reach"]!.value = reach;
     },

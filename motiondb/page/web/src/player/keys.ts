@@ -4,7 +4,7 @@ import { h } from "../dom/element.ts";
 
 const KEYS: readonly [string, string][] = [
   ["Space", "play, pause"],
-  ["← →", "one frame back, on"],
+  ["← →", "one frame back, forward"],
   ["↑ ↓", "faster, slower"],
   ["Home End", "start, end of the played part"],
   ["L", "loop"],
@@ -33,7 +33,7 @@ export function showKeys(player: HTMLElement): void {
     h(
       "p",
       { class: "muted" },
-      "The keys work while the picture has the focus. Drag turns the camera, Shift and drag moves it, the wheel zooms.",
+      "The keys work while the picture has the focus. Drag to turn the camera, drag with Shift to move it, and use the wheel to zoom.",
     ),
     h(
       "button",

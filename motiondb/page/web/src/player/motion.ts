@@ -26,7 +26,7 @@ export interface BallMotion {
   radius: number;
 }
 
-/** Where a time lies among frames: the frame before it and the share of the way to the next. */
+/** The position of a time among frames: the frame before it, and the fraction of the way to the next. */
 function placeAt(motion: { fps: number; frames: number; start: number }, seconds: number): [number, number] {
   const place = Math.min(Math.max((seconds - motion.start) * motion.fps, 0), motion.frames - 1);
   const before = Math.floor(place);

@@ -34,7 +34,7 @@ export interface View {
   elevation: number;
 }
 
-/** How much nearer or farther than the middle counts as another side, twice metres. */
+/** A stroke whose two ends are together this much nearer or farther, metres, is on another side. */
 const APART = 0.16;
 /** What fits into the height of a canvas, metres. */
 const TALL = 1.9;

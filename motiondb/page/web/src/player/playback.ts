@@ -1,4 +1,4 @@
-/** Playing: time runs on, stops or begins again at the ends of a range. All times in seconds. */
+/** Playback: time runs, and stops or starts again at the ends of a range. All times in seconds. */
 
 export interface Playback {
   readonly time: number;
@@ -27,7 +27,7 @@ export function advance(playback: Playback, seconds: number): Playback {
   return { ...playback, time: playback.from + ((time - playback.from) % length) };
 }
 
-/** Playback moved to a time; a time outside the range is kept, so that one can look around it. */
+/** Playback moved to a time; a time outside the range is allowed, so that its surroundings can be seen. */
 export function seek(playback: Playback, time: number): Playback {
   return { ...playback, time: Math.min(Math.max(time, 0), playback.duration) };
 }

@@ -95,7 +95,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
       { class: "player-bar" },
       button("back", "One frame back (left)", () => stepBy(-1)),
       playButton,
-      button("forward", "One frame on (right)", () => stepBy(1)),
+      button("forward", "One frame forward (right)", () => stepBy(1)),
       readout,
       speed,
       loopButton,

@@ -21,7 +21,7 @@ export interface Shown {
   /** The part of the take that is played; the whole if absent. */
   from?: number;
   to?: number;
-  /** The part of the take during which figures have the lit colour. */
+  /** The part of the take during which figures have the highlight colour. */
   lit?: readonly [number, number] | null;
   /** One colour for each body, instead of the figure's colour. */
   colours?: readonly Colour[];
@@ -38,7 +38,7 @@ export interface Switches {
 
 export interface Screen {
   readonly canvas: HTMLCanvasElement;
-  /** What other views draw into the scene: a court, paths. */
+  /** Objects that other views add to the scene: a court, paths. */
   readonly extras: THREE.Group;
   show(shown: Shown): void;
   readonly playback: Playback;
@@ -51,7 +51,7 @@ export interface Screen {
   frameAll(azimuth?: number, elevation?: number): void;
   /** Move the camera near the figures as they stand now, and follow them. */
   frameNow(): void;
-  /** Call back with the time whenever a frame is drawn at another time. */
+  /** Call a function with the time whenever a frame is drawn at a new time. */
   onTime(listener: (time: number) => void): void;
   redraw(): void;
   close(): void;
@@ -167,6 +167,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     canvas,
     scene,
     camera,
+    isEmpty: () => shown.tracks.length === 0,
     update(seconds) {
       const before = playback.time;
       playback = advance(playback, seconds);
@@ -233,7 +234,8 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     frameNow() {
       const { min, max } = box(playback.time, playback.time);
       const aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1) || 1.5;
-      // The pose may rise and crouch: room for a standing person, whatever the first pose is.
+      // The figure may stand up or crouch: leave room for a standing person, whatever the first
+      // pose is.
       orbit = orbitAround([min[0], 0, min[2]], [max[0], Math.max(max[1], 1.8), max[2]], aspect);
       switches = { ...switches, follow: true };
       followed = null;
@@ -250,7 +252,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   return screen;
 }
 
-/** Show a time, whatever is being played. */
+/** Show a time, whether or not the motion is playing. */
 export function showTime(screen: Screen, time: number): void {
   screen.setPlayback(seek(screen.playback, time));
 }

@@ -13,34 +13,70 @@ export interface StageView {
   readonly canvas: HTMLCanvasElement;
   readonly scene: THREE.Scene;
   readonly camera: THREE.PerspectiveCamera;
+  /** Whether there is nothing to see yet; the canvas then has the colour of the page. */
+  isEmpty(): boolean;
   /** Called before each frame with the seconds since the last; true: draw this view. */
   update(seconds: number): boolean;
   /** Called when the colours of the page change, and once at the start. */
   recolour(colours: StageColours): void;
 }
 
-/** Sharper than this is not seen, but costs. */
+/** Largest pixel ratio; a larger one costs time but is not visible. */
 const MOST_PIXELS_PER_POINT = 2;
 /** A longer pause (a hidden tab) counts as this, in seconds. */
-const LONGEST_STEP = 0.1;
+const LONGEST_STEP = 0.25;
+/**
+ * Milliseconds of a frame in which views are drawn; the others have their turn in the next frame.
+ * Without a graphics processor many players would otherwise leave no time for the page itself.
+ * Chosen by hand: a frame has 16.
+ */
+const DRAWING = 10;
+
+/** Milliseconds without movement after which edges are smoothed, where movement has none. By hand. */
+const STILL = 150;
+/** Pixels of a smoothed picture for each of its width and height. Chosen by hand: four for one. */
+const FINER = 2;
 
 interface Entry {
   view: StageView;
   visible: boolean;
   stale: boolean;
+  /** When it had its last turn, milliseconds. */
+  last: number;
+  /** When it was last drawn without smoothed edges; null: it has them. */
+  rough: number | null;
 }
 
 export interface Stage {
   readonly available: boolean;
-  /** Begin to draw a view; returns how to end. */
+  /** Start drawing a view; returns a function that stops it. */
   add(view: StageView): () => void;
-  /** Frames drawn in the last second, all views together. */
-  framesPerSecond(): number;
 }
 
-function makeRenderer(): THREE.WebGLRenderer | null {
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
+/**
+ * Whether there is no graphics processor. Smoothed edges then cost more than all else, so that what
+ * moves is drawn without them, and a picture that stands still once more, larger, and made smaller.
+ */
+function isSoftware(renderer: THREE.WebGLRenderer): boolean {
+  const gl = renderer.getContext();
+  const known = gl.getExtension("WEBGL_debug_renderer_info");
+  return SOFTWARE.test(String(gl.getParameter(known ? known.UNMASKED_RENDERER_WEBGL : gl.RENDERER)));
+}
+
+/** The renderer: with smoothed edges if there is a graphics processor. */
+function chooseRenderer(): { renderer: THREE.WebGLRenderer | null; software: boolean } {
+  const plain = makeRenderer(false);
+  if (!plain || isSoftware(plain)) return { renderer: plain, software: true };
+  plain.dispose();
+  plain.forceContextLoss();
+  return { renderer: makeRenderer(true), software: false };
+}
+
+function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
   try {
-    const renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
+    const renderer = new THREE.WebGLRenderer({ antialias, powerPreference: "high-performance" });
     renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the shaders give display colours
     renderer.autoClear = true;
     return renderer;
@@ -53,10 +89,13 @@ function makeRenderer(): THREE.WebGLRenderer | null {
 export function makeStage(): Stage {
   const entries = new Map<Element, Entry>();
   let renderer: THREE.WebGLRenderer | null | undefined;
+  let software = false;
   let colours: StageColours | null = null;
-  let last = 0;
   let running = false;
-  let drawn: number[] = [];
+  let turn = 0;
+  // The size of the renderer's picture for what moves, and whether a smoothed one has changed it.
+  let most: [width: number, height: number] = [1, 1];
+  let spoiled = false;
 
   const seen = new IntersectionObserver((changes) => {
     for (const change of changes) {
@@ -78,7 +117,11 @@ export function makeStage(): Stage {
     }
   });
 
-  function draw(gl: THREE.WebGLRenderer, view: StageView): void {
+  function begin(): void {
+    if (renderer === undefined) ({ renderer, software } = chooseRenderer());
+  }
+
+  function draw(gl: THREE.WebGLRenderer, view: StageView, finer: number): void {
     const { canvas, camera, scene } = view;
     const scale = Math.min(devicePixelRatio, MOST_PIXELS_PER_POINT);
     const width = Math.round(canvas.clientWidth * scale);
@@ -86,17 +129,22 @@ export function makeStage(): Stage {
     if (width === 0 || height === 0) return;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const source = gl.domElement;
-    if (source.width < width || source.height < height) {
-      gl.setSize(Math.max(source.width, width), Math.max(source.height, height), false);
+    const [across, down] = [width * finer, height * finer];
+    if (finer > 1) gl.setSize(across, down, false);
+    else if (source.width < width || source.height < height || spoiled) {
+      spoiled = false;
+      most = [Math.max(most[0], width), Math.max(most[1], height)];
+      gl.setSize(most[0], most[1], false);
     }
+    if (finer > 1) spoiled = true;
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    gl.setViewport(0, 0, width, height);
-    gl.setScissor(0, 0, width, height);
+    gl.setViewport(0, 0, across, down);
+    gl.setScissor(0, 0, across, down);
     gl.setScissorTest(true);
     gl.render(scene, camera);
     const context = canvas.getContext("2d", { alpha: false });
-    context?.drawImage(source, 0, source.height - height, width, height, 0, 0, width, height);
+    context?.drawImage(source, 0, source.height - down, across, down, 0, 0, width, height);
   }
 
   function frame(now: number): void {
@@ -105,37 +153,53 @@ export function makeStage(): Stage {
       return;
     }
     requestAnimationFrame(frame);
-    const seconds = Math.min((now - last) / 1000, LONGEST_STEP);
-    last = now;
-    drawn = drawn.filter((time) => time > now - 1000);
-    let any = false;
-    for (const entry of entries.values()) {
-      if (!entry.visible) continue;
-      const changed = entry.view.update(seconds);
-      if ((changed || entry.stale) && renderer) {
+    const all = [...entries.values()];
+    const began = performance.now();
+    const first = turn % all.length;
+    for (let i = 0; i < all.length; i += 1) {
+      const entry = all[(first + i) % all.length]!;
+      if (!entry.visible) {
+        entry.last = now;
+        continue;
+      }
+      if (performance.now() - began > DRAWING) {
+        turn = first + i;
+        break;
+      }
+      const changed = entry.view.update(Math.min((now - entry.last) / 1000, LONGEST_STEP));
+      entry.last = now;
+      if (!renderer || entry.view.isEmpty()) continue;
+      if (changed || entry.stale) {
         entry.stale = false;
-        draw(renderer, entry.view);
-        any = true;
+        entry.rough = software ? now : null;
+        draw(renderer, entry.view, 1);
+      } else if (entry.rough !== null && now - entry.rough > STILL) {
+        entry.rough = null;
+        draw(renderer, entry.view, FINER);
       }
     }
-    if (any) drawn.push(now);
   }
 
   return {
     get available() {
-      renderer ??= makeRenderer();
+      begin();
       return renderer !== null;
     },
     add(view) {
-      if (renderer === undefined) renderer = makeRenderer();
+      begin();
       colours ??= stageColours();
       view.recolour(colours);
-      entries.set(view.canvas, { view, visible: false, stale: true });
+      entries.set(view.canvas, {
+        view,
+        visible: false,
+        stale: true,
+        last: performance.now(),
+        rough: null,
+      });
       seen.observe(view.canvas);
       sized.observe(view.canvas);
       if (!running) {
         running = true;
-        last = performance.now();
         requestAnimationFrame(frame);
       }
       return () => {
@@ -144,6 +208,5 @@ export function makeStage(): Stage {
         sized.unobserve(view.canvas);
       };
     },
-    framesPerSecond: () => drawn.length,
   };
 }

@@ -107,7 +107,8 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     if (isActive(job)) running.add(job.id);
     else if (running.delete(job.id)) {
       if (job.state === "failed") context.fail(new Error(`${job.title}: ${outcome(job)}`));
-      else context.notify(`${job.title}: ${outcome(job)}`);
+      // The board shows the scene that follows a dragged player: no word at every drag.
+      else if (job.kind !== "scene-update") context.notify(`${job.title}: ${outcome(job)}`);
       void context.refresh().catch(context.fail);
     }
   });

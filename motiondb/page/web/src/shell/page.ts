@@ -33,6 +33,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     );
     return;
   }
+  let asking: Promise<Status> | null = null;
   const messages = makeMessages();
   const live = openLive();
   const context: Context = {
@@ -40,10 +41,9 @@ export async function startPage(root: HTMLElement): Promise<void> {
     motions: serverMotions(),
     live,
     status: () => status,
-    async refresh() {
-      status = await get<Status>("/api/status");
-      showStatus();
-      return status;
+    refresh() {
+      asking = askStatus();
+      return asking;
     },
     notify: messages.notify,
     fail: (fault) => (isAbort(fault) ? undefined : messages.fail(messageOf(fault))),
@@ -78,6 +78,13 @@ export async function startPage(root: HTMLElement): Promise<void> {
     messages.element,
   );
 
+  async function askStatus(): Promise<Status> {
+    status = await get<Status>("/api/status");
+    showStatus();
+    tellRevision();
+    return status;
+  }
+
   function showStatus(): void {
     const mode = status.read_only ? " · read only" : "";
     database.textContent = `${status.database}${mode}`;
@@ -106,22 +113,28 @@ export async function startPage(root: HTMLElement): Promise<void> {
     open?.update(route.parameters);
   }
 
-  // The revision that the view was told: others refresh the status too, as a job does when it ends.
+  // The revision that was last passed to the view; any request for the state may bring a new one.
   let told = status.revision;
-  async function catchUp(): Promise<void> {
-    const { revision } = await context.refresh();
+  function tellRevision(): void {
+    const { revision } = status;
     if (revision === told) return;
     told = revision;
     open?.news?.({ kind: "revision", revision });
   }
 
+  /** Ask for the state of a revision, unless what was just asked for tells it already. */
+  async function catchUp(revision: number): Promise<void> {
+    await asking?.catch(() => undefined);
+    if (revision !== told) await context.refresh();
+  }
+
   live.listen((news) => {
     if (news.kind === "connection") {
       lost.hidden = news.open;
-      // What happened before the connection was open was not told.
-      if (news.open) void catchUp().catch(context.fail);
+      // Changes made before the connection was open were not reported.
+      if (news.open) void context.refresh().catch(context.fail);
     } else if (news.kind === "job") open?.news?.(news);
-    else if (news.revision !== told) void catchUp().catch(context.fail);
+    else void catchUp(news.revision).catch(context.fail);
   });
   addEventListener("hashchange", show);
   addEventListener("keydown", (event) => {

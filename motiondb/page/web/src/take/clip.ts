@@ -22,7 +22,7 @@ export interface ClipOptions {
 export interface Clip {
   readonly element: HTMLElement;
   readonly screen: Screen;
-  /** Show a time; what lies outside the loaded part is loaded. */
+  /** Show a time; a time outside the loaded part is loaded first. */
   seek(time: number): void;
   close(): void;
 }

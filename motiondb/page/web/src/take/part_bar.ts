@@ -1,4 +1,4 @@
-/** The times of a selected part, as numbers that can be typed, and what can be done with it. */
+/** The times of a selected part, as numbers that can be typed, and actions for the part. */
 
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";

@@ -14,7 +14,7 @@ import { makePartBar } from "./part_bar.ts";
 
 export interface TakeContents {
   ref: string;
-  /** What is known before; lanes may come later with `setLanes`. */
+  /** The lanes that are known at the start; others can be set later with `setLanes`. */
   lanes?: readonly Lane[];
   selection?: Interval | null;
 }
@@ -31,7 +31,7 @@ export interface Take {
 
 export interface TakeOptions {
   label: string;
-  /** What can be done with a selected part, shown beside its times. */
+  /** Actions for a selected part, shown beside its times. */
   partActions?: readonly { label: string; run: (part: Interval) => void }[];
   onSelect?(selection: Interval | null): void;
 }

@@ -1,6 +1,7 @@
-/** What a timeline shows: lanes of blocks, and how blocks that overlap are put into rows. */
+/** The content of a timeline: lanes of blocks, and the rows of blocks that overlap. */
 
 import type { Caption, Segment, Stretch, WordsOverTime } from "../api/types.ts";
+import { probability } from "../parts/text.ts";
 import { tintOf } from "../parts/tint.ts";
 
 export interface Block {
@@ -11,7 +12,7 @@ export interface Block {
   title: string;
   /** Colour of the field; the colour of the lane if absent. */
   colour?: string;
-  /** Faint: not known, not shown. */
+  /** Drawn faintly: not known, or not shown. */
   faint?: boolean;
 }
 
@@ -72,20 +73,21 @@ export function wordLane(words: readonly WordsOverTime[]): Lane {
     name: "words",
     kind: "words",
     blocks: words.map((one) => {
-      const all = one.words.map(({ word, probability }) => `${word} ${probability.toFixed(2)}`).join(", ");
-      const probable = one.words.filter(({ probability }) => probability >= 0.5).map(({ word }) => word);
+      const all = one.words.map(({ word, probability: p }) => `${word} ${probability(p)}`.trim()).join(", ");
+      const checked = one.words.some((each) => each.probability !== null);
+      const probable = one.words.filter((each, n) => (checked ? (each.probability ?? 0) >= 0.5 : n === 0));
       return {
         start: one.start,
         end: one.end,
-        label: probable.join(" ") || "–",
+        label: probable.map(({ word }) => word).join(" ") || "–",
         title: `${all || "no words"}, ${span(one.start, one.end)}`,
-        faint: probable.length === 0,
+        faint: probable.length === 0 || !checked,
       };
     }),
   };
 }
 
-/** Where every stretch of a made motion comes from, with its licence. */
+/** The source of every stretch of a generated motion, with its licence. */
 export function stretchLane(stretches: readonly Stretch[]): Lane {
   const names = [...new Set(stretches.map((one) => one.capture))];
   return {

@@ -10,7 +10,7 @@ export interface Timeline {
   readonly element: HTMLElement;
   setLanes(lanes: readonly Lane[]): void;
   setTime(time: number): void;
-  /** The lit part: what a question matched. */
+  /** The highlighted part: the interval that a question matched. */
   setLit(parts: readonly Interval[]): void;
   readonly selection: Interval | null;
   setSelection(selection: Interval | null): void;

@@ -1,4 +1,4 @@
-/** What a view shows in a database that has not learned. */
+/** The message of a view in a database that has not learned. */
 
 import { ApiError } from "../api/client.ts";
 import { emptyState } from "../parts/states.ts";
@@ -17,14 +17,11 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
     );
   }
   if (context.status().read_only) {
-    return emptyState(
-      "Nothing learned yet",
-      "This database has not learned, and it was opened to be read only.",
-    );
+    return emptyState("Nothing learned yet", "This database has not learned, and it was opened read-only.");
   }
   return emptyState(
     "Nothing learned yet",
-    "Learning finds the movements in the captures and what words mean. It takes from seconds to minutes.",
+    "Learning finds the movements in the captures and the meanings of words. It takes from seconds to minutes.",
     [{ label: "Learn…", run: () => openLearning(context) }],
   );
 }

@@ -1,4 +1,4 @@
-/** What a view is, and what the shell gives to it. A view lives in a folder of its own. */
+/** The interface of a view, and the context that the shell passes to it. Each view has its own folder. */
 
 import type { Live, News } from "../api/live.ts";
 import type { Motions } from "../api/motions.ts";
@@ -21,7 +21,7 @@ export interface Context {
 
 /** A view on screen. */
 export interface OpenView {
-  /** The parameters of the route changed, and once at the start. */
+  /** Called when the parameters of the route change, and once at the start. */
   update(parameters: URLSearchParams): void;
   news?(news: News): void;
   close(): void;

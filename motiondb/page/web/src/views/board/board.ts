@@ -29,6 +29,9 @@ import type { Board, BoardKinds, Diagram, Spot, Team } from "./types.ts";
 
 /** Milliseconds after the last change before the server is asked about the diagram. */
 const PAUSE = 150;
+/** Milliseconds after a dragged player has begun to change the scene before the board is checked, so
+ * that the scene comes first. Chosen by hand: the reason is still there within half a second. */
+const CHECK_AFTER = 250;
 const MOST_UNDONE = 200;
 /** Where the end of an action that was added by the keyboard lies from its player: towards the rim. */
 const AHEAD: Spot = [0, -1.5];
@@ -137,7 +140,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     undoButton.disabled = false;
   }
 
-  /** Take a changed diagram; the server says what it thinks of it. */
+  /** Take a changed diagram; the server checks it. */
   function edit(next: Diagram): void {
     remember(diagram);
     diagram = next;
@@ -193,9 +196,13 @@ function open(host: HTMLElement, context: Context): OpenView {
       const follows = update && warm.checked;
       // After a drag nearly every board that could be played still can: do not wait for the answer.
       const atOnce = follows && pause === 0 && board?.feasible;
-      if (atOnce) making.update({ diagram });
+      if (atOnce) {
+        making.update({ diagram });
+        timer = window.setTimeout(() => void check({ diagram }, false), CHECK_AFTER);
+        return;
+      }
       void check({ diagram }, false).then(() => {
-        if (follows && !atOnce && board?.feasible) making.update({ text: board.text });
+        if (follows && board?.feasible) making.update({ text: board.text });
       });
     }, pause);
   }
@@ -288,7 +295,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           h("label", { for: "board-seed" }, "Seed"),
           seed,
           undoButton,
-          h("label", { class: "check" }, warm, "follow changes"),
+          h("label", { class: "check" }, warm, "update after changes"),
         ),
         faults,
         side,
@@ -296,12 +303,11 @@ function open(host: HTMLElement, context: Context): OpenView {
       ),
     ),
   );
-  host.addEventListener("keydown", (event) => {
-    if (
-      (event.ctrlKey || event.metaKey) &&
-      event.key === "z" &&
-      !(event.target as Element).matches("input, textarea")
-    ) {
+  // A button that was pressed and is disabled now leaves the focus to the page.
+  const onKey = (event: KeyboardEvent): void => {
+    const at = event.target as Element;
+    if (at !== document.body && !host.contains(at)) return;
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !at.matches("input, textarea")) {
       event.preventDefault();
       undo();
     } else if (event.key === "Escape") {
@@ -309,7 +315,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       tools.clear();
       show();
     }
-  });
+  };
+  document.addEventListener("keydown", onKey);
 
   async function load(wanted: string): Promise<void> {
     undone = [];
@@ -345,6 +352,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       making.open(route.scene || null, route.job || null);
     },
     close() {
+      document.removeEventListener("keydown", onKey);
       clearTimeout(timer);
       making.close();
     },

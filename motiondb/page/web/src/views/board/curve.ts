@@ -7,7 +7,7 @@ export interface ErrorCurve {
   show(curve: readonly (readonly [number, number])[]): void;
 }
 
-const SIZE = { width: 320, height: 90, left: 44, bottom: 16 };
+const SIZE = { width: 320, height: 76, left: 44, bottom: 16 };
 
 /** Points of the picture for a curve of [share, error]; errors that are not positive are left out. */
 export function curvePoints(
@@ -26,6 +26,16 @@ export function curvePoints(
   ]);
 }
 
+/** The points of each try: a scene with broken rules is sampled again, from the start. */
+export function triesOf(points: readonly (readonly [number, number])[]): (readonly [number, number])[][] {
+  const tries: (readonly [number, number])[][] = [];
+  points.forEach((point, i) => {
+    if (i === 0 || point[0] < points[i - 1]![0]) tries.push([]);
+    tries.at(-1)!.push(point);
+  });
+  return tries;
+}
+
 const short = (value: number): string => (value >= 100 ? value.toFixed(0) : value.toPrecision(2));
 
 export function makeErrorCurve(): ErrorCurve {
@@ -39,7 +49,8 @@ export function makeErrorCurve(): ErrorCurve {
         return;
       }
       const [width, height] = [SIZE.width - SIZE.left, SIZE.height - SIZE.bottom - 6];
-      const points = curvePoints(curve, width, height);
+      const tries = triesOf(curvePoints(curve, width, height));
+      const again = tries.length > 1 ? `, try ${tries.length}` : "";
       const [first, last] = [known[0]!, known.at(-1)!];
       fill(
         element,
@@ -53,14 +64,16 @@ export function makeErrorCurve(): ErrorCurve {
           svg("text", { x: SIZE.left - 6, y: 12, "text-anchor": "end" }, short(Math.max(...known))),
           svg("text", { x: SIZE.left - 6, y: height + 6, "text-anchor": "end" }, short(Math.min(...known))),
           svg("line", { class: "board-axis", x1: SIZE.left, y1: height + 6, x2: SIZE.width, y2: height + 6 }),
-          svg("polyline", {
-            class: "board-error",
-            points: points.map(([x, y]) => `${(SIZE.left + x).toFixed(1)},${(6 + y).toFixed(1)}`).join(" "),
-          }),
+          tries.map((points, i) =>
+            svg("polyline", {
+              class: i + 1 < tries.length ? "board-error earlier" : "board-error",
+              points: points.map(([x, y]) => `${(SIZE.left + x).toFixed(1)},${(6 + y).toFixed(1)}`).join(" "),
+            }),
+          ),
           svg(
             "text",
             { x: SIZE.left, y: SIZE.height - 2 },
-            "error of the scene (logarithmic), while sampling",
+            `error of the scene (logarithmic), while sampling${again}`,
           ),
         ),
       );

@@ -1,4 +1,4 @@
-/** The diagram as it was left, so that it survives a reload of the page. */
+/** The unsaved diagram, kept so that it survives a reload of the page. */
 
 import type { Diagram } from "./types.ts";
 
@@ -14,11 +14,11 @@ export function keepDraft(name: string, diagram: Diagram): void {
   try {
     sessionStorage.setItem(KEY, JSON.stringify({ name, diagram } satisfies Draft));
   } catch {
-    // the browser keeps nothing; the board works without
+    // the browser stores nothing; the board works without it
   }
 }
 
-/** Forget the diagram: it was saved, or another one is open. */
+/** Delete the draft: the diagram was saved, or another one is open. */
 export function dropDraft(): void {
   try {
     sessionStorage.removeItem(KEY);
@@ -27,7 +27,7 @@ export function dropDraft(): void {
   }
 }
 
-/** The diagram that was left under a name; null where there is none. */
+/** The draft of a name; null if there is none. */
 export function readDraft(name: string): Diagram | null {
   try {
     const draft = JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Draft | null;

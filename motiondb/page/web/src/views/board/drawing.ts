@@ -14,7 +14,7 @@ export interface DrawingActions {
   /** A click on the empty court. */
   place(at: Spot): void;
   remove(): void;
-  /** Add a point to the way of an element. */
+  /** Add a point to the path of an element. */
   bend(index: number, at: Spot): void;
 }
 
@@ -36,7 +36,7 @@ const ARROWS: Record<string, Spot> = {
 const text = (points: readonly Spot[]): string =>
   points.map(([x, z]) => `${x.toFixed(3)},${z.toFixed(3)}`).join(" ");
 
-/** What an element is, in words. */
+/** The description of an element, in words. */
 export function nameOf({ elements }: Diagram, index: number): string {
   const { kind, step, player, other } = elements[index]!;
   const link = kind === "pass" ? "to" : "on";
@@ -53,7 +53,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   let dragging: { selection: Selection; moved: boolean } | null = null;
   let drawn: { player: string; to: Spot } | null = null;
 
-  /** The place of a pointer on the ground. */
+  /** The position of a pointer on the ground. */
   function groundOf(event: PointerEvent | MouseEvent): Spot {
     const matrix = picture!.getScreenCTM()!.inverse();
     const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(matrix);

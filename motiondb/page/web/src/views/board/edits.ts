@@ -15,7 +15,7 @@ export const endsAtPlace = (kind: string): boolean =>
 export const needsOther = (kind: string): boolean =>
   kind === "pass" || kind === "screen" || STANDS.includes(kind);
 
-/** What is selected on the board: a player, or an element with one of its points. */
+/** The selection on the board: a player, or an element with one of its points. */
 export type Selection =
   { what: "player"; name: string } | { what: "element"; index: number; point: "end" | number | null } | null;
 
@@ -68,7 +68,7 @@ export function changePlayer(diagram: Diagram, name: string, change: Partial<Dia
   return { ...diagram, players };
 }
 
-/** Without a player, and without what this player does or what is done with this player. */
+/** The diagram without a player and without all elements that involve the player. */
 export function removePlayer(diagram: Diagram, name: string): Diagram {
   return {
     ...diagram,
@@ -89,7 +89,7 @@ export function removeElement(diagram: Diagram, index: number): Diagram {
   return { ...diagram, elements: diagram.elements.filter((_, i) => i !== index) };
 }
 
-/** The step after everything that a player does, or that is thrown to a player. */
+/** The step after the last element of a player, including passes to the player. */
 export function nextStep(diagram: Diagram, player: string): number {
   const steps = diagram.elements
     .filter((one) => one.player === player || (one.kind === "pass" && one.other === player))
@@ -97,7 +97,7 @@ export function nextStep(diagram: Diagram, player: string): number {
   return Math.max(0, ...steps) + 1;
 }
 
-/** Add an element; what is not given is chosen: the step after the player's last, the nearest opponent. */
+/** Add an element. By default, its step follows the player's last one, and the other player is the nearest opponent. */
 export function addElement(
   diagram: Diagram,
   kind: string,
@@ -124,7 +124,7 @@ export function addElement(
   return { ...diagram, elements: [...diagram.elements, element] };
 }
 
-/** Where a player stands before an element (its index), or at the end of the play. */
+/** The position of a player before an element (its index), or at the end of the play. */
 export function placeBefore(diagram: Diagram, name: string, step: number, index = -1): Spot {
   let place: Spot = diagram.players.find((one) => one.name === name)?.at ?? [0, 0];
   const earlier = diagram.elements
@@ -136,7 +136,7 @@ export function placeBefore(diagram: Diagram, name: string, step: number, index 
   return place;
 }
 
-/** Move what is selected to a place. */
+/** Move the selection to a position. */
 export function moveTo(diagram: Diagram, selection: Selection, place: Spot): Diagram {
   const at = onCourt(place, diagram);
   if (selection?.what === "player") return changePlayer(diagram, selection.name, { at });
@@ -147,7 +147,7 @@ export function moveTo(diagram: Diagram, selection: Selection, place: Spot): Dia
   return changeElement(diagram, index, { via: element.via.map((spot, i) => (i === point ? at : spot)) });
 }
 
-/** Where the selected point is; null for an element without one. */
+/** The position of the selected point; null for an element without one. */
 export function placeOf(diagram: Diagram, selection: Selection): Spot | null {
   if (selection?.what === "player")
     return diagram.players.find((one) => one.name === selection.name)?.at ?? null;

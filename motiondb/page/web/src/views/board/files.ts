@@ -1,4 +1,4 @@
-/** Boards as files: the shipped ones and one's own, opened, saved, and the text itself. */
+/** Boards as files: the shipped ones and the user's are opened and saved, also as text. */
 
 import { get, put } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";

@@ -1,4 +1,4 @@
-/** Make the scene of a board: the error falls, the scene plays, a changed board goes on from it. */
+/** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
 import { get, messageOf, post, remove } from "../../api/client.ts";
 import type { Job } from "../../api/types.ts";
@@ -18,7 +18,7 @@ export interface Making {
   /** The scene on screen; null before the first. */
   readonly scene: string | null;
   make(text: string, seed: number): void;
-  /** Go on from the present scene with a changed diagram; nothing happens without a scene. */
+  /** Update the current scene to a changed diagram; without a scene nothing happens. */
   update(board: { text: string } | { diagram: Diagram }): void;
   /** Show a scene, or watch a job that makes one. */
   open(scene: string | null, job: string | null): void;
@@ -146,7 +146,7 @@ export function makeMaking(
     }
   }
 
-  /** Play the first motion of an update, while its report is still made. */
+  /** Play the first motion of an update while its report is being made. */
   async function showFirst(ref: string, job: string): Promise<void> {
     try {
       const tracks = await context.motions.tracks(ref);

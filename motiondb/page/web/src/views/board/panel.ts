@@ -1,4 +1,4 @@
-/** What is selected on the board: its settings, and why it cannot be played. */
+/** The selected element of the board: its settings, and why it cannot be played. */
 
 import { h } from "../../dom/element.ts";
 import { nameOf } from "./drawing.ts";
@@ -97,7 +97,7 @@ function elementPanel(
       ? h(
           "button",
           { class: "link", type: "button", on: { click: () => change({ via: [] }) } },
-          "Make the way straight",
+          "Make the path straight",
         )
       : null,
     removeButton("this action", actions.remove),
@@ -119,7 +119,7 @@ function playerPanel(
     { class: "board-selected", "aria-label": "Selected player" },
     h("h2", {}, `${name}, ${player.team}`),
     reasonLine(facts?.reason ?? null),
-    facts?.shortest.length ? h("p", { class: "muted" }, `does at least: ${facts.shortest.join(", ")}`) : null,
+    facts?.shortest.length ? h("p", { class: "muted" }, `shortest play: ${facts.shortest.join(", ")}`) : null,
     h(
       "div",
       { class: "form-grid" },
@@ -151,7 +151,7 @@ function playerPanel(
             actions.changeBall((event.currentTarget as HTMLInputElement).checked ? name : ""),
         },
       }),
-      "has the ball at first",
+      "has the ball at the start",
     ),
     removeButton(name, actions.remove),
   );

@@ -9,7 +9,7 @@ export const RADIUS = 0.36;
 /** Height and length of the waves of a dribble and of the teeth of a feint, metres. */
 const WAVE = { height: 0.14, length: 0.7 };
 const TEETH = { height: 0.2, length: 0.45 };
-/** Samples between two points of a curve: none of its corners are visible. */
+/** Samples between two points of a curve; with so many no corners are visible. */
 const SAMPLES = 24;
 
 export interface Stroke {
@@ -113,7 +113,7 @@ function shortened(from: Spot, to: Spot, gap: number): Spot[] {
   return [mix(from, to, RADIUS / length), mix(from, to, 1 - gap / length)];
 }
 
-/** Whether a player has the ball before an element: traced from the first holder over the passes. */
+/** Whether a player has the ball before an element, by following the passes from the first holder. */
 function hasBall(diagram: Diagram, holder: string | null, player: string, step: number): boolean {
   let has = holder === player;
   for (const one of [...diagram.elements].sort((a, b) => a.step - b.step)) {

@@ -1,4 +1,4 @@
-/** Tactics diagrams and scenes as the server tells them. Places are [x, z] in metres, the rim at [0, 0]. */
+/** Tactics diagrams and scenes as the server sends them. Places are [x, z] in metres, the rim at [0, 0]. */
 
 export type Spot = [x: number, z: number];
 export type Team = "attack" | "defence" | "player";

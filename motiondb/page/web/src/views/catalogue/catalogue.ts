@@ -196,7 +196,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     } else if (filtered) {
       fill(
         content,
-        emptyState("No capture matches", "Take a condition away, or look at all captures.", [
+        emptyState("No capture matches", "Remove a condition, or show all captures.", [
           { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
         ]),
       );
@@ -207,7 +207,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           "This database is empty",
           canWrite
             ? "Drop motion-capture files or a folder anywhere on this page: BVH, ASF/AMC, C3D, npz and others."
-            : "It was opened to be read only.",
+            : "It was opened read-only.",
           canWrite ? [{ label: "Add captures", run: () => openAdding(context) }] : [],
         ),
       );

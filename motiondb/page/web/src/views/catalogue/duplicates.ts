@@ -14,7 +14,7 @@ const KINDS: Record<string, string> = {
 };
 
 export async function showDuplicates(host: HTMLElement): Promise<void> {
-  fill(host, h("p", { class: "muted" }, "Looking for copies…"));
+  fill(host, h("p", { class: "muted" }, "Searching for copies…"));
   try {
     const { groups } = await get<{ groups: DuplicateGroup[] }>("/api/duplicates");
     if (groups.length === 0) {

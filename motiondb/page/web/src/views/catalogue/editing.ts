@@ -17,7 +17,7 @@ export function withWholeWords(captions: readonly Caption[], line: string): Capt
 }
 
 export interface WordsActions {
-  /** Replace all captions of a capture; resolves with what they are now, or null where it failed. */
+  /** Replace all captions of a capture; resolves with the new captions, or null on failure. */
   replace(capture: string, captions: readonly Caption[]): Promise<WordsEdited | null>;
   /** Add a caption to a part of a capture. */
   addPart(capture: string, words: string, start: number, end: number): Promise<WordsEdited | null>;
@@ -63,7 +63,7 @@ export function makeWordsActions(
   };
 }
 
-/** Put an input into a cell. Enter and leaving save, Escape gives up; then `done` is called. */
+/** Put an input into a cell. Enter or leaving the input saves, Escape cancels; then `done` is called. */
 export function editInPlace(
   cell: HTMLElement,
   value: string,

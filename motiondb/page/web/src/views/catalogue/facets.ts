@@ -78,7 +78,8 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
       const mine = asked;
       const ask = (without = ""): Promise<{ facets: Facet[] }> =>
         get("/api/facets", { where: combine(typed, picks, without) });
-      // A column with picks shows what its other values would give: it is asked without its picks.
+      // A column with picks shows how many captures its other values have: its facets are requested
+      // without its picks.
       const columns = [...new Set(picks.map((pick) => pick.column))];
       const [all, ...own] = await Promise.all([ask(), ...columns.map(ask)]);
       if (mine !== asked) return;

@@ -19,7 +19,7 @@ export function writePick(pick: Pick): string {
   return `${pick.column}${SEPARATOR}${pick.where}`;
 }
 
-/** The picks with one added, or taken away if it was there. */
+/** The picks with one added, or removed if it was there. */
 export function togglePick(picks: readonly Pick[], pick: Pick): Pick[] {
   const rest = picks.filter((one) => one.where !== pick.where || one.column !== pick.column);
   return rest.length < picks.length ? rest : [...picks, pick];
@@ -27,7 +27,7 @@ export function togglePick(picks: readonly Pick[], pick: Pick): Pick[] {
 
 /**
  * One filter of all: values of one column are alternatives, columns are conditions.
- * `without` leaves out the picks of one column: what its other values would give.
+ * `without` leaves out the picks of one column, to count the captures of its other values.
  */
 export function combine(typed: string, picks: readonly Pick[], without = ""): string {
   const columns = [...new Set(picks.map((pick) => pick.column))].filter((column) => column !== without);

@@ -7,11 +7,11 @@ import { openDialog } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
 import type { Context } from "../view.ts";
 
-/** Why one should learn (again); null: there is no reason. */
+/** Why the database should learn (again); null: there is no reason. */
 export function reasonToLearn(status: Status): string | null {
   if (status.captures === 0) return null;
   if (!status.learned)
-    return "This database has not learned yet. Learning finds movements and what words mean; search, description and generation need it.";
+    return "This database has not learned yet. Learning finds the movements and the meanings of words; search, description and generation need it.";
   if (status.drift.relearn)
     return `Learning again is worth it: ${status.drift.reasons.join("; ") || "the captures or words have changed"}.`;
   if (status.not_yet_learned > 0) {
@@ -38,7 +38,7 @@ export function openLearning(context: Context): void {
     h(
       "p",
       {},
-      `All ${plural(context.status().captures, "capture")} are cut into movements, and words are learned from the captions. What was learned before is replaced when it is done, not earlier.`,
+      `All ${plural(context.status().captures, "capture")} are cut into movements, and words are learned from the captions. The earlier result is replaced when learning is done, not before.`,
     ),
     h(
       "div",

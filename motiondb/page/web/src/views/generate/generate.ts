@@ -1,10 +1,11 @@
-/** Describe and generate: a sentence becomes motion, beside what it shows and does not show. */
+/** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
 import { get, messageOf, post } from "../../api/client.ts";
 import type { GenerateAnswer, Made } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
+import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { questionElement } from "../search/question.ts";
 import type { Context, OpenView, View } from "../view.ts";
@@ -81,7 +82,12 @@ function open(host: HTMLElement, context: Context): OpenView {
       count,
       h("label", { for: "method" }, "Method"),
       method,
-      h("label", { class: "check", title: "Do not take a word for another one" }, exact, "Only known words"),
+      h(
+        "label",
+        { class: "check", title: "Do not replace unknown words by known ones" },
+        exact,
+        "Only known words",
+      ),
       sync,
     ),
   );
@@ -102,7 +108,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     );
   });
 
-  /** All variants from their start, so that they can be compared. */
+  /** Play all variants from their start, so that they can be compared. */
   function together(): void {
     for (const { clip } of variants) {
       const { playback } = clip.screen;
@@ -163,7 +169,8 @@ function open(host: HTMLElement, context: Context): OpenView {
       showVariants(answer.variants);
     } catch (fault) {
       if (mine !== running) return;
-      fill(results, notLearned(fault, context) ?? faultState(messageOf(fault)));
+      const choose = (word: string): void => go(routeTo("generate", { q: word, seed: 0 }));
+      fill(results, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
   }
 
@@ -186,7 +193,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         ? notLearned(null, context)
         : emptyState(
             "Write a sentence",
-            "Motion is put together from captures that show these actions. What cannot be shown is named, and every stretch keeps its source and licence.",
+            "Motion is put together from captures that show these actions. Actions that cannot be shown are named, and every stretch keeps its source and licence.",
             EXAMPLES.map((q) => ({
               label: q,
               plain: true,

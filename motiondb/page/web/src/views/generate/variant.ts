@@ -1,4 +1,4 @@
-/** One generated motion: it plays, says what it shows, and where every stretch comes from. */
+/** One generated motion: its player, the actions it shows, and the source of every stretch. */
 
 import { post } from "../../api/client.ts";
 import type { Motions } from "../../api/motions.ts";
@@ -8,7 +8,7 @@ import { icon } from "../../dom/icons.ts";
 import { download } from "../../parts/download.ts";
 import { askToKeep, suggestedName } from "../../parts/keeping.ts";
 import { sourceList } from "../../parts/sources.ts";
-import { probability, seconds } from "../../parts/text.ts";
+import { probability, seconds, sharedReason } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
@@ -27,7 +27,7 @@ export interface VariantActions {
   canSave: boolean;
 }
 
-/** What was asked, over the time in which it was made. */
+/** The requested actions, over the times at which they were made. */
 export function askedLane(made: Made): Lane {
   return {
     name: "asked",
@@ -42,6 +42,7 @@ export function askedLane(made: Made): Lane {
 }
 
 function shownList(made: Made, seek: (time: number) => void): HTMLElement {
+  const shared = sharedReason(made.shown);
   return h(
     "ul",
     { class: "plain shown-list", "aria-label": "Shown and not shown" },
@@ -56,7 +57,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
           h("b", {}, text),
           shown ? " is shown" : shown === null ? " is not confirmed" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
-          reason ? `: ${reason}` : "",
+          reason && reason !== shared ? `: ${reason}` : "",
           " ",
         ),
         h(
@@ -74,6 +75,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
         h("span", {}, h("b", {}, text), " is not shown: ", reason),
       ),
     ),
+    shared ? h("li", { class: "muted shared-reason" }, `Not confirmed: ${shared}.`) : null,
   );
 }
 

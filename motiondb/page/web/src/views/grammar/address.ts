@@ -18,7 +18,7 @@ const numberOr = <T>(text: string | null, other: T): number | T => {
   return text && Number.isInteger(value) && value >= 0 ? value : other;
 };
 
-/** What an address says. */
+/** The state that an address describes. */
 export function routeOf(parameters: URLSearchParams): Route {
   const at = numberOr(parameters.get("at"), null);
   return {

@@ -12,9 +12,9 @@ import type { Alternative, Sequence } from "./types.ts";
 export interface Corners {
   readonly element: HTMLElement;
   show(alternatives: readonly Alternative[], colours: TerminalColours): void;
-  /** A sentence in the place of alternatives; an empty one removes everything. */
+  /** A message instead of alternatives; an empty one removes everything. */
   say(text: string): void;
-  /** While other alternatives are asked for, those on screen cannot be chosen. */
+  /** While other alternatives are requested, those on screen cannot be chosen. */
   wait(): void;
   close(): void;
 }

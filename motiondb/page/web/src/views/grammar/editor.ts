@@ -1,4 +1,4 @@
-/** The editor of one sequence: it plays, a part of it is chosen and derived again, edits are undone. */
+/** The editor of one sequence: play it, choose a part and derive it again, undo edits. */
 
 import { get, messageOf, post } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
@@ -129,7 +129,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     void load(next);
   }
 
-  /** Ask for the alternatives of a region; what was there stays until the answer comes. */
+  /** Request the alternatives of a region; the old ones stay until the answer arrives. */
   async function load(next: Selection | null): Promise<void> {
     asked += 1;
     const mine = asked;

@@ -38,8 +38,8 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
   let shown = false;
   const title = h("h2", {});
   const saved = h("span", { class: "small" });
-  const undo = button("undo", "Undo", "Back to the sequence before this edit (Ctrl Z)", actions.undo);
-  const redo = button("redo", "Redo", "The edit again (Ctrl Y)", actions.redo);
+  const undo = button("undo", "Undo", "Undo this edit (Ctrl Z)", actions.undo);
+  const redo = button("redo", "Redo", "Redo the edit (Ctrl Y)", actions.redo);
   const tree = button(null, "Parse tree", "Show the parse tree over the strip", () =>
     actions.showTree(!shown),
   );

@@ -14,7 +14,7 @@ export interface FactsPanel {
   close(): void;
 }
 
-/** The facts in one line, as the command line tells them. */
+/** The facts in one line, as the command line prints them. */
 export function summaryOf(facts: GrammarFacts): string {
   const whole = facts.captures.reduce((sum, one) => sum + one.seconds, 0);
   return [

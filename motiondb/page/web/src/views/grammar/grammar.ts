@@ -93,7 +93,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     );
   }
 
-  /** Ask for the facts of a grammar; false: they could not be had. */
+  /** Request the facts of a grammar; false if the request failed. */
   async function load(name: string): Promise<boolean> {
     loads += 1;
     const mine = loads;
@@ -130,7 +130,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
-  /** Open a kept sequence; its grammar is told by the answer. */
+  /** Open a kept sequence; the answer names its grammar. */
   async function openKept(capture: string): Promise<void> {
     try {
       const kept = await post<Sequence>("/api/sequences/open", { capture });

@@ -53,7 +53,7 @@ export function placeOfTime(
   return layout.lefts[at]! + share * layout.widths[at]!;
 }
 
-/** The times that the positions from `start` to `end` cover; where there are none, the seam. */
+/** The times that the positions from `start` to `end` cover; for an empty range, the time of the seam. */
 export function timesOf(
   strip: readonly Pick<StripItem, "start" | "end">[],
   start: number,
@@ -80,7 +80,7 @@ export function cutPath(path: RootPath, from: number, to: number): Spot[] {
   return [at(from), ...inside, at(to)];
 }
 
-/** Spots along a line at equal distances; a line that stands still has one. */
+/** Points along a line at equal distances; a line of length 0 has one. */
 export function spaced(line: readonly Spot[], distance: number): Spot[] {
   const spots: Spot[] = line.length > 0 ? [line[0]!] : [];
   let left = distance;

@@ -60,7 +60,7 @@ function tableOf(rows: readonly GrammarRow[]): HTMLElement {
   );
 }
 
-/** What one can do in a database without grammars. */
+/** What the user can do in a database without grammars. */
 function nothingYet(context: Context, learn: () => void): HTMLElement {
   const status = context.status();
   if (status.captures === 0) {
@@ -72,7 +72,7 @@ function nothingYet(context: Context, learn: () => void): HTMLElement {
   }
   const text =
     "A grammar is the syntax of long takes: which movements follow which. It makes new sequences that obey the same rules.";
-  if (status.read_only) return emptyState("No grammars", `${text} This database was opened to be read only.`);
+  if (status.read_only) return emptyState("No grammars", `${text} This database was opened read-only.`);
   return emptyState("No grammars yet", text, [{ label: "Learn a grammar…", run: learn }]);
 }
 

@@ -1,6 +1,6 @@
 /**
- * Undo and redo of edits: undo goes to the parent, which the server knows; redo goes to the edit that
- * was left, which the browser remembers for as long as the tab is open.
+ * Undo and redo of edits: undo goes to the parent, which the server knows; redo goes to the edit
+ * that was undone, which the browser remembers while the tab is open.
  */
 
 const KEY = "motiondb-grammar-redo";
@@ -15,7 +15,7 @@ function read(): Record<string, string> {
 
 const left: Record<string, string> = read();
 
-/** Remember that an edit of a sequence was left. */
+/** Remember that an edit of a sequence was undone. */
 export function rememberRedo(parent: string, child: string): void {
   left[parent] = child;
   store();

@@ -17,7 +17,7 @@ export interface RegionActions {
 const plain = (label: string, title: string, disabled: boolean, run: () => void): HTMLElement =>
   h("button", { class: "button plain", type: "button", title, disabled, on: { click: run } }, label);
 
-/** What one can do where nothing is chosen. */
+/** Instructions, shown while nothing is chosen. */
 export function regionHint(): HTMLElement {
   return h(
     "section",
@@ -73,7 +73,7 @@ export function regionPanel(
       { class: "row" },
       plain("Wider", "The nonterminal above (W)", !region || region.parent < 0, actions.widen),
       plain("Narrower", "The nonterminal below (N)", wider === 0, actions.narrow),
-      plain("Other four", "Derive other alternatives", !region, actions.others),
+      plain("Four others", "Derive other alternatives", !region, actions.others),
       h("button", { class: "link", type: "button", on: { click: actions.clear } }, "Clear"),
     ),
   );

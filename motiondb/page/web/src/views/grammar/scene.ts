@@ -38,7 +38,7 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
   let tracks: readonly Track[] | null = null;
   let region: readonly [number, number] | null = null;
 
-  /** Loop the region, or everything; the time stays where it lies inside. */
+  /** Loop the region, or everything; a time inside the loop does not change. */
   function loop(): void {
     if (!sequence || !tracks) return;
     const { screen } = player;
@@ -51,14 +51,14 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
     screen.setPlayback(outside ? seek(next, next.from) : next);
   }
 
-  /** See the way of the figure from above. */
+  /** Show the path of the figure from above. */
   function rise(): void {
     const { screen } = player;
     const distance = screen.switches.follow ? NEAR : screen.orbit.distance * FROM_ABOVE;
     screen.setOrbit({ ...screen.orbit, elevation: ELEVATION, distance });
   }
 
-  /** Begin at an edit, with the camera as it was; a camera that follows goes along. */
+  /** Begin at an edit, with the camera unchanged; a following camera moves with the figure. */
   function goTo(time: number): void {
     const { screen } = player;
     const { azimuth, elevation, distance } = screen.orbit;

@@ -11,7 +11,7 @@ import type { Sequence, TreeNode } from "./types.ts";
 export interface ParseTree {
   readonly element: HTMLElement;
   show(sequence: Sequence, layout: StripLayout, colours: TerminalColours): void;
-  /** Light the region; null: none. */
+  /** Highlight the region; null: none. */
   mark(node: number | null): void;
 }
 

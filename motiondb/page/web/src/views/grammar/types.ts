@@ -1,6 +1,6 @@
-/** Grammars and sequences as the server tells them. Times in seconds, places [x, z] in metres. */
+/** Grammars and sequences as the server sends them. Times in seconds, places [x, z] in metres. */
 
-import type { Source, Stretch, WordProbability } from "../../api/types.ts";
+import type { Source, Stretch, DescribedWord } from "../../api/types.ts";
 
 export type Spot = readonly [x: number, z: number];
 
@@ -22,7 +22,7 @@ export interface Terminal {
   terminal: string;
   count: number;
   seconds: number;
-  words: WordProbability[];
+  words: DescribedWord[];
   symbols: { symbol: number; share: number }[];
   medoid: { capture: string; start: number; end: number };
 }

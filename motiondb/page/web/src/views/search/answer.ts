@@ -172,7 +172,7 @@ export function makeAnswer(
         ? meter(
             "score",
             match.score,
-            "A score between 0 and 1; no probability was calibrated for such a question.",
+            "A score between 0 and 1 that orders the answers; it is no probability.",
           )
         : null,
     ),

@@ -40,7 +40,7 @@ export function makeAnswers(
           {},
           answer.matches.length > 0
             ? "Nothing matches well enough. These are the nearest."
-            : "Nothing comes near it.",
+            : "Nothing is similar to it.",
         ),
       );
     }

@@ -21,7 +21,7 @@ interface Described {
   words: WordsOverTime[];
 }
 
-/** The name of what is played, for people. */
+/** The name of the played motion, shown to the user. */
 export function nameOf(ref: string): string {
   const name = ref.slice(ref.indexOf(":") + 1);
   return ref.startsWith("upload:") ? name.slice(name.indexOf("/") + 1) : name;
@@ -57,7 +57,7 @@ export function makeExample(
       title,
       h(
         "button",
-        { class: "tool", type: "button", "aria-label": "Leave the example", on: { click: leave } },
+        { class: "tool", type: "button", "aria-label": "Remove the example", on: { click: leave } },
         icon("close"),
       ),
     ),

@@ -1,4 +1,4 @@
-/** The understood question as chips: what was asked, in which order, and what is not used. */
+/** The question as it was understood, as chips: actions, their order, and unused parts. */
 
 import type { Decoding, Question, QuestionTree, WordProbability } from "../../api/types.ts";
 import { h, type Child } from "../../dom/element.ts";
@@ -102,7 +102,7 @@ export function decodingElement(decoding: Decoding): HTMLElement {
   );
 }
 
-/** Everything the server says about a question: chips, unknown words, words taken for others. */
+/** How the server understood a question: chips, unknown words, and words replaced by known ones. */
 export function questionElement(
   question: Question,
   sentences: readonly string[],

@@ -10,10 +10,10 @@ export interface ReasonRow {
   detail: string;
 }
 
-/** Numbers have the three digits of the command line, so that the shown ones add up. */
+/** Numbers have three digits, as on the command line, so that the shown numbers add up. */
 const nats = (value: number): string => signed(value, 3);
 
-/** What the contribution of a word is made of; what adds nothing is left out. */
+/** The terms of the contribution of a word; terms of zero are left out. */
 function partsOf(word: ExplainedWord): string {
   return [
     `usual ${nats(word.prior)}`,

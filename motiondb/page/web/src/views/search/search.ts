@@ -10,6 +10,7 @@ import { sortFiles, upload } from "../../parts/upload.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView, View } from "../view.ts";
+import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
 import { makeAnswers } from "./answers.ts";
 import { makeExample, type Example } from "./example.ts";
@@ -83,7 +84,12 @@ function open(host: HTMLElement, context: Context): OpenView {
       h("label", { for: "search-limit" }, "Answers"),
       limit,
       h("label", { for: "search-exact" }, "Only known words"),
-      h("span", {}, exact, h("span", { class: "muted small" }, " do not take a word for another one")),
+      h(
+        "span",
+        {},
+        exact,
+        h("span", { class: "muted small" }, " do not replace unknown words by known ones"),
+      ),
       h("label", { for: "search-symbols" }, "By symbols"),
       h(
         "span",
@@ -201,7 +207,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           understood,
           questionElement(
             answer.question,
-            [...answer.sentences, ...answer.sources],
+            [...answer.sentences, ...answer.sources, ...(answer.unchecked ? [answer.unchecked] : [])],
             answer.unknown,
             answer.suggested,
             replaceWord,
@@ -215,14 +221,17 @@ function open(host: HTMLElement, context: Context): OpenView {
           { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
           signal,
         );
-        understood.replaceChildren();
+        fill(understood, answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null);
         answers.show(answer);
       }
     } catch (fault) {
       if (isAbort(fault)) return;
       answers.clear();
       understood.replaceChildren();
-      fill(answers.element, notLearned(fault, context) ?? faultState(messageOf(fault)));
+      const choose = (word: string): void => go(routeTo("search", { q: word }));
+      const asked = wanted.q && !wanted.where; // a filter may be at fault, too
+      const shown = asked ? faultWithWords(fault, choose) : faultState(messageOf(fault));
+      fill(answers.element, notLearned(fault, context) ?? shown);
     }
     busy(false);
   }
@@ -239,7 +248,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         : emptyState(
             "What are you looking for?",
             [
-              "Write what somebody does, in your own words. Order, “while”, “or”, “not”, counts and lengths are understood. Or drop a motion-capture file here to find motion like it.",
+              "Write what somebody does, in your own words. Order, “while”, “or”, “not”, counts and durations are understood. Or drop a motion-capture file here to find motion like it.",
             ],
             EXAMPLES.map((q) => ({ label: q, plain: true, run: () => go(routeTo("search", { q })) })),
           ),

@@ -12,7 +12,7 @@ import pytest
 
 from motiondb import store
 
-_WRITER = Path(__file__).with_name("killed_writer.py")
+_WRITER = Path(__file__).parents[1] / "killed_writer.py"
 
 
 def _kill(path: Path, what: str, line: str, delay: float) -> int:

@@ -1,0 +1,196 @@
+"""The pictures of the page in docs/page: screenshots of its views, and the film of the board.
+
+Everything is seen in headless Chromium. The film is put together from screenshots, so that it does
+not depend on how fast the machine is. Without ``--db`` the sample data is added and learned.
+
+    python benchmarks/page_pictures.py board
+    python benchmarks/page_pictures.py views --db motions.duckdb
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import json
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from page_in_browser import SWITCHES, WAIT, make_sample_database, served
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[1]
+FILM = (760, 494)
+"""Width and height of the film, pixels. Chosen by hand: words can be read, the file is small."""
+COLOURS = 96
+"""Colours of the film: more are not seen. Chosen by hand."""
+ROUNDS = 30
+"""Rounds in which the scene is sampled, instead of 70, to save time. Chosen by hand."""
+MOST_SAMPLED = 14
+"""Frames of the film that show the falling error. Chosen by hand."""
+PLACE = """([x, z]) => {
+    const court = document.querySelector('.board-court svg');
+    const point = new DOMPoint(x, z).matrixTransform(court.getScreenCTM());
+    return [point.x, point.y];
+}"""
+"""The place of the window that shows a place of the court."""
+
+
+class Film:
+    """Screenshots of a page, each with the milliseconds that it is shown.
+
+    Parameters
+    ----------
+    page : playwright page
+        The page.
+    """
+
+    def __init__(self, page: Any) -> None:
+        self._page = page
+        self.frames: list[tuple[Image.Image, int]] = []
+
+    def take(self, milliseconds: int) -> None:
+        """Add what is seen now."""
+        shot = Image.open(io.BytesIO(self._page.screenshot())).convert("RGB")
+        self.frames.append((shot.resize(FILM, Image.Resampling.LANCZOS), milliseconds))
+
+    def thin(self, first: int, most: int) -> None:
+        """Keep at most so many frames from a number on, evenly."""
+        newer = self.frames[first:]
+        step = max(len(newer) - 1, 1) / max(most - 1, 1)
+        if step > 1.0:
+            self.frames[first:] = [newer[round(k * step)] for k in range(most)]
+
+    def write(self, path: Path) -> None:
+        """Write the film as GIF."""
+        middle = self.frames[len(self.frames) // 2][0]
+        palette = middle.quantize(COLOURS, dither=Image.Dither.NONE)
+        pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f, _ in self.frames]
+        pictures[0].save(
+            path, save_all=True, append_images=pictures[1:], loop=0, optimize=True,
+            duration=[shown for _, shown in self.frames],
+        )  # fmt: skip
+
+
+def drag(page: Any, start: tuple[float, float], end: tuple[float, float], film: Film) -> None:
+    """Drag on the court, with four pictures of it."""
+    (x, y), (to_x, to_y) = page.evaluate(PLACE, start), page.evaluate(PLACE, end)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for k in range(1, 5):
+        page.mouse.move(x + (to_x - x) * k / 4, y + (to_y - y) * k / 4)
+        page.wait_for_timeout(200)
+        film.take(170)
+    page.mouse.up()
+
+
+def with_fewer_rounds(route: Any) -> None:
+    """Send a request for a scene on, with another number of rounds."""
+    asked = json.loads(route.request.post_data)
+    route.continue_(post_data=json.dumps(asked | {"rounds": ROUNDS}))
+
+
+def play(page: Any, film: Film, pictures: int, share: float = 1.0) -> None:
+    """Show a share of the scene."""
+    slider = page.locator(".board-scene .player-slider")
+    end = share * float(slider.get_attribute("max"))
+    for k in range(pictures):
+        slider.evaluate(
+            "(slider, time) => { slider.value = time;"
+            " slider.dispatchEvent(new Event('input', { bubbles: true })); }",
+            end * k / pictures,
+        )
+        page.wait_for_timeout(200)
+        film.take(160)
+
+
+def board(browser: Any, address: str, out: Path) -> None:
+    """The film: an action that cannot be played; the error falls; a player is dragged."""
+    page = browser.new_context(
+        viewport={"width": 1400, "height": 910}, reduced_motion="reduce"
+    ).new_page()
+    page.set_default_timeout(3 * WAIT)
+    page.goto(f"{address}#/board?board=give-and-go")
+    page.locator(".board-list li").first.wait_for()
+    film = Film(page)
+    film.take(900)
+    page.locator("[data-tool=dribble]").click()
+    drag(page, (3.2, 0.6), (5.0, 4.0), film)
+    page.locator(".board-element.infeasible").wait_for()
+    film.take(1900)
+    page.get_by_role("button", name="Undo").click()
+    page.locator(".board-element.infeasible").wait_for(state="detached")
+    page.keyboard.press("Escape")
+    page.route("**/api/scenes", with_fewer_rounds)
+    page.get_by_role("button", name="Make the scene").click()
+    first = len(film.frames)
+    while not page.locator(".board-rules").count():
+        page.wait_for_timeout(700)
+        film.take(180)
+    film.thin(first, MOST_SAMPLED)
+    page.evaluate("() => scrollTo(0, 0)")
+    play(page, film, 12)
+    page.screenshot(path=out / "board.png")
+    before = page.url
+    drag(page, (0.4, 8.2), (-1.6, 9.0), film)
+    page.wait_for_function(
+        "before => location.hash.includes('scene=') && !location.hash.includes('job=')"
+        " && location.href !== before", arg=before,
+    )  # fmt: skip
+    page.wait_for_timeout(1500)
+    play(page, film, 10, 0.8)
+    film.frames[-1] = (film.frames[-1][0], 1200)
+    film.write(out / "board.gif")
+    told = [f"{out / name}: {(out / name).stat().st_size} bytes" for name in ("board.gif",)]
+    print(*told, f"{len(film.frames)} frames", flush=True)
+
+
+def views(browser: Any, address: str, out: Path) -> None:
+    """Screenshots of the views that need nothing but a learned database."""
+    for name, place, seen, size, scheme in (
+        ("catalogue", "catalogue?capture=ana/walk_1", ".details .block", (1280, 800), "light"),
+        ("search", "search?q=walk, turn left, sit down", ".answer .block", (1280, 860), "light"),
+        ("generate", "generate?q=a person walks then kicks&variants=2", ".variant",
+         (1280, 720), "light"),
+        ("symbols", "symbols", "svg circle", (1280, 780), "light"),
+        ("board-narrow", "board?board=give-and-go", ".board-list li", (390, 844), "dark"),
+    ):  # fmt: skip
+        page = browser.new_context(
+            viewport={"width": size[0], "height": size[1]}, color_scheme=scheme,
+            reduced_motion="reduce",
+        ).new_page()  # fmt: skip
+        page.set_default_timeout(WAIT)
+        page.goto(f"{address}#/{place}")
+        page.locator(seen).first.wait_for()
+        page.wait_for_timeout(4000)
+        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+        picture.quantize(256).save(out / f"{name}.png", optimize=True)
+        print(f"{out / name}.png", flush=True)
+        page.context.close()
+
+
+def main() -> None:
+    """Serve a database and make pictures."""
+    from playwright.sync_api import sync_playwright
+
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("what", choices=("board", "views"))
+    options.add_argument("--db", type=Path, help="an existing database; it is copied")
+    options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
+    chosen = options.parse_args()
+    with tempfile.TemporaryDirectory() as place:
+        database = Path(place) / "motions.duckdb"
+        if chosen.db:
+            shutil.copy(chosen.db, database)
+        else:
+            make_sample_database(database)
+        program = shutil.which("chromium") or shutil.which("google-chrome")
+        with served(database) as address, sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)
+            {"board": board, "views": views}[chosen.what](browser, address, chosen.out)
+            browser.close()
+
+
+if __name__ == "__main__":
+    main()

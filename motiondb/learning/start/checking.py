@@ -1,0 +1,118 @@
+"""Which probabilities the captions of a database have checked, where it learned with a start.
+
+The calibration of a start was learned from the captures of the start. On captures of another studio
+its probabilities are wrong by about .3 (docs/start.md): the evidence of motion is shifted, words
+are more or less usual, and nothing but own captions shows by how much. Such probabilities are not
+given. The ranking of answers stays, because it needs none.
+
+A probability is given where both hold:
+
+* the certainty of answers of its kind was learned from own captions when the database learned, and
+  there were at least LEAST_CHECKING of them (:func:`checked_certainty`);
+* own captions hold the word that it stands beside (:func:`checked_words`). The own certainty was
+  learned from questions about such words alone.
+
+Without a start all probabilities come from own captions, and this module has no part in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.learning.counting import Counted
+from motiondb.learning.start.joining import join_certainty
+from motiondb.learning.start.knowledge import Started
+from motiondb.records import Association
+from motiondb.search.certainty import Certainty
+
+LEAST_CHECKING = 50
+"""Own described intervals from which their certainty is used. Among 10, 25, 50 and 100, the
+smallest number at which the probabilities across studios are no further off with a start than
+without one, in both directions (docs/start.md)."""
+
+
+def checked_certainty(
+    own_certainty: Certainty | None, first: Certainty | None, n_own: float
+) -> Certainty | None:
+    """The certainty of answers of one kind, from own captions and the start; None if unchecked.
+
+    Parameters
+    ----------
+    own_certainty : Certainty or None
+        Learned from own captions; None if they were too few.
+    first : Certainty or None
+        Of the start.
+    n_own : float
+        Number of own described intervals.
+    """
+    if own_certainty is None or n_own < LEAST_CHECKING:
+        return None
+    return join_certainty(own_certainty, first, n_own)
+
+
+def checked_words(
+    association: Association,
+    started: Started | None,
+    counted: Counted | None,
+    certainty: Certainty | None,
+) -> NDArray[np.bool_]:
+    """Which words have probabilities that own captions have checked; all, without a start.
+
+    Parameters
+    ----------
+    association : Association
+        The association, with the vocabulary.
+    started : Started or None
+        The start.
+    counted : Counted or None
+        Counts of own captions.
+    certainty : Certainty or None
+        Of answers to words, as :func:`checked_certainty` gave it when the database learned.
+
+    Returns
+    -------
+    array (words,)
+        True for words with checked probabilities.
+    """
+    if started is None or counted is None:
+        return np.ones(len(association.words), dtype=bool)
+    if certainty is None:
+        return np.zeros(len(association.words), dtype=bool)
+    said = dict(zip(counted.reference.association.words, counted.counts.said.tolist()))
+    return np.array([said.get(word, 0) > 0 for word in association.words], dtype=bool)
+
+
+def say_unchecked(n_own: float, words: Sequence[str], certainty: Certainty | None) -> str:
+    """The reason why probabilities are not given.
+
+    Parameters
+    ----------
+    n_own : float
+        Number of own described intervals.
+    words : sequence of str
+        Words that have no checked probabilities.
+    certainty : Certainty or None
+        As in :func:`checked_words`.
+
+    >>> say_unchecked(0, ["walk"], None)
+    'no probabilities: no caption of this database has checked them'
+    >>> say_unchecked(9, ["walk"], None)
+    'no probabilities: they are checked by at least 50 captions of this database, and it has 9'
+    """
+    if certainty is not None:
+        listed = " or ".join(map(repr, words))
+        return f"no probabilities: no caption of this database holds {listed}"
+    if n_own < 1:
+        return "no probabilities: no caption of this database has checked them"
+    if n_own < LEAST_CHECKING:
+        return (
+            f"no probabilities: they are checked by at least {LEAST_CHECKING} captions of this "
+            f"database, and it has {int(n_own)}"
+        )
+    return (
+        "no probabilities: the captions of this database had not checked them when it learned; "
+        "run motiondb learn, or caption captures of more performers"
+    )

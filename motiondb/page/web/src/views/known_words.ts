@@ -1,0 +1,34 @@
+/** What a view shows for a question that cannot be asked: why, and the words that are known. */
+
+import { ApiError, get, messageOf } from "../api/client.ts";
+import { fill, h } from "../dom/element.ts";
+import { faultState } from "../parts/states.ts";
+
+/** Words that are shown; more would be a list to read. Chosen by hand. */
+const MOST = 24;
+
+/** The fault; where it is about the words of a question, also known words to choose from. */
+export function faultWithWords(fault: unknown, choose: (word: string) => void): HTMLElement {
+  if (!(fault instanceof ApiError && fault.kind === "QueryError")) return faultState(messageOf(fault));
+  const words = h("div", { class: "known-words" });
+  void get<{ words: { word: string }[] }>("/api/vocabulary").then(
+    (answer) => {
+      if (answer.words.length === 0) return;
+      fill(
+        words,
+        h("p", { class: "muted" }, "Words that this database knows, the commonest first:"),
+        h(
+          "div",
+          { class: "row" },
+          answer.words
+            .slice(0, MOST)
+            .map(({ word }) =>
+              h("button", { class: "button plain", type: "button", on: { click: () => choose(word) } }, word),
+            ),
+        ),
+      );
+    },
+    () => undefined, // the fault stands there
+  );
+  return h("div", {}, faultState(messageOf(fault)), words);
+}
