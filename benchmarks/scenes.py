@@ -95,7 +95,7 @@ def table(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
     for seed in asked.seeds:
         for diagram in asked.diagrams:
             wall, processor = time.perf_counter(), time.process_time()
-            scene = base.scenes.make(diagram, SceneSettings(seed=seed, minutes=5.0))
+            scene = base.scenes.make(diagram, SceneSettings(seed=seed))  # bounded by steps alone
             wall, processor = time.perf_counter() - wall, time.process_time() - processor
             base.scenes.write(scene, asked.out / f"{diagram}-{seed}", drawn=seed == asked.seeds[0])
             report = scene.made.report
@@ -112,6 +112,11 @@ def table(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
                     f" (allowed {r.threshold:.2f})"
                     for r in report.broken
                 ],
+                "impossible": [
+                    f"{one.kind} of {' and '.join(one.players)} at frame {one.frame}:"
+                    f" {one.value:.2f} {one.unit} (possible {one.limit:.2f})"
+                    for one in report.impossible
+                ],
                 "broken before": sum(r.before > r.threshold + 1e-6 for r in report.rules),
                 "collisions": len(report.collisions),
                 "collisions before": len(report.collisions_before),
@@ -123,7 +128,8 @@ def table(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
                 "ball gap": report.ball_gap,
                 "too fast": list(scene.made.too_fast),
                 "pace": max(pace.after for pace in report.paces),
-                "tries": scene.made.tries,
+                "tries": scene.made.cut_at[0],
+                "kept": scene.made.tries,
                 "rounds": len(scene.made.trace.best) - 1,
                 "seconds": wall,
                 "processor": processor,

@@ -70,6 +70,16 @@ def grouped(rows: Rows) -> Iterable[tuple[str, Rows]]:
             yield diagram, chosen
 
 
+def _listed(title: str, name: str, rows: Rows) -> list[str]:
+    """What is wrong in each scene, under a title; nothing where nothing is."""
+    told = [
+        f"- {TITLES[row['diagram']]}, seed {row['seed']}: {'; '.join(row[name])}"
+        for row in rows
+        if row[name]
+    ]
+    return ["", title, "", *told, ""] if told else []
+
+
 def _span(values: list[float], digits: int = 0) -> str:
     low, high = f"{min(values):.{digits}f}", f"{max(values):.{digits}f}"
     return low if low == high else f"{low} to {high}"
@@ -101,11 +111,14 @@ def table_part(rows: Rows) -> list[str]:
         "There are 30 frames a second. The next table counts broken rules over all seeds. A rule"
         " is broken if it is off by more than its weight (direction 20 degrees, position and line"
         " 0.3 m; points on the path 1 m), a synchronisation if it is off by more than two frames, a"
-        " distance if it is outside its bounds in any frame.",
+        " distance if it is outside its bounds in any frame. Impossible motion is what the report"
+        " of a scene says a viewer sees: both feet in the air, steps, speed or jumps of planted"
+        " feet beyond those of the captures, limbs that cross.",
         "",
         "| diagram | seeds | rules a scene | broken before polish | broken | worst synchronisation,"
-        " frames | collisions before | collisions | fastest, m/s | error | begun again |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        " frames | collisions before | collisions | impossible motion | fastest, m/s | error |"
+        " begun again |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for diagram, group in grouped(rows):
         lines.append(
@@ -113,16 +126,13 @@ def table_part(rows: Rows) -> list[str]:
             f" {sum(r['broken before'] for r in group)} | {sum(len(r['broken']) for r in group)} |"
             f" {max(r['synchronisation'] for r in group):.2f} |"
             f" {sum(r['collisions before'] for r in group)} |"
-            f" {sum(r['collisions'] for r in group)} | {max(r['pace'] for r in group):.1f} |"
+            f" {sum(r['collisions'] for r in group)} |"
+            f" {sum(len(r['impossible']) for r in group)} | {max(r['pace'] for r in group):.1f} |"
             f" {_span([r['error'] for r in group], 1)} |"
             f" {sum(r['tries'] - 1 for r in group)} |"
         )
-    broken = [
-        f"- {TITLES[row['diagram']]}, seed {row['seed']}: {'; '.join(row['broken'])}"
-        for row in rows
-        if row["broken"]
-    ]
-    lines += ["", *(["Broken rules:", "", *broken, ""] if broken else [])]
+    lines += _listed("Broken rules:", "broken", rows)
+    lines += ["", *_listed("Impossible motion:", "impossible", rows)]
     slips = mean(row["feet"] for row in rows)
     there = mean(row["feet of captures"] for row in rows)
     gap = max(row["ball gap"] for row in rows)

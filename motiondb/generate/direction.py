@@ -1,18 +1,27 @@
-"""Words of direction as travel: whether a motion moves in the direction of a word.
+"""Words that are measured: whether a motion moves in a direction, turns, starts, stops or jumps.
 
 In the frame of the heading (x left, y up, z ahead):
 
-==============  ==============================================  ==================
-words           measured                                        full amount
-==============  ==============================================  ==================
-up, down        lasting change of the height of the pelvis      0.15 m
-left, right     turning to the left or right                    0.7 rad (40 degrees)
-forward         distance ahead                                  0.5 m
-backward, back  distance back                                   0.3 m
-sideways        distance to either side                         0.4 m
-==============  ==============================================  ==================
+===============  ============================================  =====================
+words            measured                                      full amount
+===============  ============================================  =====================
+up, down         lasting change of the height of the pelvis    0.15 m
+left, right      turning to the left or right                  0.7 rad (40 degrees)
+forward          way ahead                                     0.5 m
+backward, back   way back                                      0.3 m
+sideways         way to either side                            0.4 m
+turn             turning to either side                        0.7 rad (40 degrees)
+turn around      turning to either side                        2.5 rad (143 degrees)
+spin, pirouette  turning to either side                        4.7 rad (270 degrees)
+stop             loss of speed along the ground, up to MOVING  0.5 m/s
+start            gain of speed along the ground, up to MOVING  0.5 m/s
+jump, hop        time during which the pelvis is aloft (RISE)  0.2 s
+leap, jete       the same                                      0.2 s
+===============  ============================================  =====================
 
-The amounts were chosen by hand; they are well above the sway of a standing person.
+A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
+amounts were chosen by hand; they are well above the sway of a standing person, and a running
+person's pelvis is not aloft.
 """
 
 from __future__ import annotations
@@ -20,17 +29,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.words.question.tree import LIMBS, SIDES
 
 FULL = {
     "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,
-    "back": 0.3, "sideways": 0.4,
+    "back": 0.3, "sideways": 0.4, "around": 2.5, "turn": 0.7, "spin": 4.7, "pirouette": 4.7,
+    "stop": 0.5, "start": 0.5, "jump": 0.2, "hop": 0.2, "leap": 0.2, "jete": 0.2,
 }  # fmt: skip
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
+TURNS = ("turn", "spin", "pirouette")
+ALOFT = ("jump", "hop", "leap", "jete")
+ACTIONS = (*TURNS, "stop", "start", *ALOFT)
+"""Words that name actions; the others are directions of actions."""
+ONCE = (*ACTIONS, *VERTICAL, "left", "right", "around")
+"""Words whose movement is over when it is done, so that a part that shows it is not repeated to
+make it longer."""
+EITHER = ("sideways", "around", *TURNS)
+"""Words that are measured to either side."""
+MOVING = 0.6
+"""Speed along the ground, m/s, from which on a person counts as moving. Chosen by hand."""
+STEADY = 15
+"""Frames (0.5 s, about one step) over which the speed along the ground is averaged."""
+RISE = 0.06
+"""Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
+about 4 cm. Chosen by hand; not tuned."""
 NEARLY = 0.9
 """Share of the largest distance that counts as nearly as far. Chosen by hand."""
 LASTING = 31
@@ -39,17 +65,39 @@ moving up. Chosen by hand."""
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
-    """The words of direction of an action, without sides that belong to a limb.
+    """The measured words of an action, without sides that belong to a limb.
+
+    A word that names an action is measured where the action has no direction; "around" is one of a
+    turn alone.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ())
+    >>> directions_of(("turn",)), directions_of(("turn", "left"))
+    (('turn',), ('left',))
+    >>> directions_of(("turn", "around")), directions_of(("look", "around"))
+    (('around',), ())
     """
-    directions = [
+    turns = any(word in TURNS for word in words)
+    measured = [
         word
         for word, following in zip(words, [*words[1:], ""])
-        if word in FULL and not (word in SIDES and following in LIMBS)
+        if word in FULL
+        and not (word in SIDES and following in LIMBS)
+        and (turns or word != "around")
     ]
-    return tuple(dict.fromkeys(directions))
+    directions = [word for word in measured if word not in ACTIONS]
+    return tuple(dict.fromkeys(directions or measured))
+
+
+def say_not_gone(direction: str) -> str:
+    """What a motion lacks that does not do what a measured word says.
+
+    >>> say_not_gone("up"), say_not_gone("stop")
+    ('it does not go up', 'it does not stop')
+    """
+    if direction in ACTIONS:
+        return f"it does not {direction}"
+    return f"it does not {'turn' if direction == 'around' else 'go'} {direction}"
 
 
 def progress(path: FloatArray, direction: str) -> FloatArray:
@@ -70,18 +118,28 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
     if direction in VERTICAL:
         height = median_filter(path[:, 0], size=LASTING, mode="nearest")
         way = height - height[0]
+    elif direction in ("stop", "start"):
+        speed = uniform_filter1d(np.hypot(path[:, 1], path[:, 2]), STEADY, mode="nearest")
+        way = np.minimum(speed, MOVING)
+    elif direction in ALOFT:
+        height = median_filter(path[:, 0], size=LASTING, mode="nearest")
+        way = np.cumsum(path[:, 0] - height > RISE) / MOTION_FPS
     else:
         column = {"left": 3, "right": 3, "sideways": 1}.get(direction, 2)
+        column = 3 if direction in (*TURNS, "around") else column
         steps = path[:-1, column] / MOTION_FPS
         way = np.concatenate([[0.0], np.cumsum(steps)])
     if direction == "sideways":
         way = np.abs(way)
-    sign = -1.0 if direction in ("down", "right", "backward", "back") else 1.0
+    sign = -1.0 if direction in ("down", "right", "backward", "back", "stop") else 1.0
     return np.asarray(sign * way / FULL[direction])
 
 
 def gone(path: FloatArray, direction: str) -> float:
     """Distance that a motion moves in a direction, in full amounts; 1 or more is clear.
+
+    What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
+    the last or first frame with the frame of most speed.
 
     Parameters
     ----------
@@ -90,7 +148,16 @@ def gone(path: FloatArray, direction: str) -> float:
     direction : str
         One of :data:`FULL`.
     """
-    return float(progress(path, direction)[-1]) if len(path) else 0.0
+    if not len(path):
+        return 0.0
+    way = progress(path, direction)
+    if direction == "stop":
+        return float(way[-1] - way.min())
+    if direction == "start":
+        return float(way.max() - way[0])
+    if direction in (*TURNS, "around"):
+        return float(way.max() - way.min())
+    return float(way[-1])
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
@@ -115,7 +182,7 @@ def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, 
     spans = []
     for first in range(len(way)):
         gain = way[first : first + longest] - way[first]
-        gain = np.abs(gain) if direction == "sideways" else gain
+        gain = np.abs(gain) if direction in EITHER else gain
         far = float(gain.max())
         spans.append((far, first, first + int(np.argmax(gain >= NEARLY * far)) + 1))
     best = max(far for far, _, _ in spans)

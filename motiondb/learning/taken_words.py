@@ -155,6 +155,20 @@ def replace_unknown(
     return replace(learned, synonyms={**learned.synonyms, **likeliest}), takings
 
 
+def nearest_suggested(learned: Learned, text: str, table: NearbyTable) -> dict[str, str]:
+    """The likeliest suggestion for every word that no caption holds, where there is one.
+
+    Known words of like spelling are suggested only where the table has none; parameters as
+    :func:`take_unknown`.
+    """
+    suggested = {}
+    for word, taking in made_of_unknown(learned, text, table).items():
+        known = [*(near for near, _ in taking.words), *taking.spelling]
+        if known:
+            suggested[word] = known[0]
+    return suggested
+
+
 def leave_unknown(
     learned: Learned, text: str, table: NearbyTable
 ) -> tuple[Learned, dict[str, Taking]]:

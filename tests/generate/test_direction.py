@@ -46,3 +46,60 @@ def test_the_furthest_part_is_the_shortest_that_goes_nearly_as_far() -> None:
 def test_a_side_of_a_limb_is_no_direction() -> None:
     assert direction.directions_of(("kick", "left", "leg")) == ()
     assert direction.directions_of(("turn", "left")) == ("left",)
+
+
+def _speeds(*steps: tuple[float, int]) -> np.ndarray:
+    path = np.zeros((sum(n for _, n in steps), 4))
+    path[:, 2] = np.concatenate([np.full(n, speed) for speed, n in steps])
+    return path
+
+
+def test_a_stop_ends_at_rest() -> None:
+    assert direction.gone(_speeds((1.2, 60), (0.0, 30)), "stop") == pytest.approx(1.2)
+    assert direction.gone(_speeds((0.0, 30), (1.2, 60), (0.0, 30)), "stop") == pytest.approx(1.2)
+    assert direction.gone(_speeds((1.2, 60), (0.0, 30), (1.2, 60)), "stop") == pytest.approx(0.0)
+
+
+def test_running_slower_is_no_stop() -> None:
+    assert direction.gone(_speeds((3.5, 60), (1.5, 60)), "stop") == 0.0
+
+
+def test_a_start_begins_at_rest() -> None:
+    assert direction.gone(_speeds((0.0, 30), (1.2, 60)), "start") == pytest.approx(1.2)
+    assert direction.gone(_speeds((1.2, 60), (0.0, 30)), "start") == pytest.approx(0.0)
+
+
+def test_the_part_that_stops_is_cut_where_the_speed_falls() -> None:
+    path = _speeds((1.2, 60), (0.0, 30), (1.2, 60))
+    first, behind = direction.furthest_part(path, "stop", 90)
+    assert 55 <= first <= 60 < behind <= 70
+
+
+def test_a_turn_is_measured_to_either_side() -> None:
+    path = np.zeros((61, 4))
+    for yaw in (1.4, -1.4):
+        path[:30, 3] = yaw
+        assert direction.gone(path, "turn") == pytest.approx(2.0)
+        assert direction.gone(path, "around") == pytest.approx(1.4 / 2.5)
+
+
+def test_a_jump_leaves_the_usual_height_and_a_run_does_not() -> None:
+    height = np.full((90, 1), 0.9)
+    jump, run = np.zeros((90, 4)), np.zeros((90, 4))
+    jump[:, :1] = run[:, :1] = height
+    jump[40:49, 0] += 0.3
+    run[:, 0] += 0.04 * np.sin(2 * np.pi * np.arange(90) / 10)
+    assert direction.gone(jump, "jump") == pytest.approx(9 / 30 / 0.2)
+    assert direction.gone(run, "hop") < 0.5
+    assert direction.gone(np.full((90, 4), 0.9), "hop") == 0.0
+
+
+def test_around_is_a_direction_of_turns_alone() -> None:
+    assert direction.directions_of(("turn", "around")) == ("around",)
+    assert direction.directions_of(("walk", "around")) == ()
+
+
+def test_what_a_motion_lacks_is_said_plainly() -> None:
+    assert direction.say_not_gone("down") == "it does not go down"
+    assert direction.say_not_gone("jump") == "it does not jump"
+    assert direction.say_not_gone("around") == "it does not turn around"

@@ -3,11 +3,13 @@
 import numpy as np
 
 from motiondb.learning.making.competing_words import (
+    MOST_RIVALRY,
     NEIGHBOURS,
     SMALL,
     DescribedSegments,
     neighbour_gain,
     related_words,
+    rival_gain,
 )
 
 SIT, CLIMB, STOOL = range(3)
@@ -66,3 +68,15 @@ def test_the_gain_beside_a_slow_twin() -> None:
         wanted = np.mean([np.log(said[w] + SMALL) for w in asked])
         best = max((said[w] for w in rivals), default=0.0)
         np.testing.assert_allclose(value, wanted - np.log(best + SMALL), atol=1e-9)
+
+
+def test_words_of_the_same_action_do_not_compete() -> None:
+    evidence = np.array([[3.0, 1.0, 5.0]])
+    assert rival_gain(evidence, [SIT], [CLIMB, STOOL]).tolist() == [-2.0]
+    assert rival_gain(evidence, [SIT], [CLIMB]).tolist() == [2.0]
+    assert rival_gain(evidence, [SIT], []).tolist() == [3.0]
+
+
+def test_rivalry_is_limited_both_ways() -> None:
+    evidence = np.array([[90.0, 0.0, 0.0], [0.0, 90.0, 0.0]])
+    assert rival_gain(evidence, [SIT], [CLIMB]).tolist() == [MOST_RIVALRY, -MOST_RIVALRY]

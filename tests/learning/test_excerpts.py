@@ -1,7 +1,10 @@
 """Excerpts: how they grow, are cut, and are repeated."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from motiondb.learning.making.action_sources import usual_directions
 from motiondb.learning.making.excerpts import SHORTEST, find_excerpts, lay_out
 from motiondb.learning.making.sentence_plan import Amount, PlannedAction
 from motiondb.learning.making.source_costs import Source
@@ -82,3 +85,29 @@ def test_the_approach_is_no_excerpt_of_its_own() -> None:
     source = _source([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], frames=90)
     excerpts = find_excerpts([source], 150, np.random.default_rng(0))
     assert {(e.start, e.end) for e in excerpts} == {(270, 360), (450, 540)}
+
+
+def test_what_is_over_when_it_is_done_is_not_lengthened() -> None:
+    poses = _wave(70, 25)
+    edges = np.concatenate([poses, poses[-1:]])
+    action = PlannedAction((("stop",),))
+    assert lay_out(action, (0, 70), poses, edges).n_frames == 90
+    assert lay_out(action, (0, 70), poses, edges, is_once=True).parts == ((0, 70),)
+
+
+def test_at_least_is_meant_strictly() -> None:
+    poses = np.cumsum(np.random.default_rng(0).normal(size=(90, 3)), axis=0)
+    edges = np.concatenate([poses, poses[-1:]])
+    for seconds in (4.0, 5.0, 7.3, 10.0):
+        action = PlannedAction((("climb",),), seconds=Amount(seconds, None))
+        assert lay_out(action, (0, 90), poses, edges).n_frames >= seconds * 30
+
+
+def test_a_direction_that_captions_mostly_say_belongs_to_the_action() -> None:
+    numbers = {"stand": 0, "up": 1, "still": 2, "back": 3}
+    sources = [replace(_source([1.0]), beside=frozenset({w})) for w in (1, 1, 1, 2)]
+    assert usual_directions(numbers, sources) == ("up",)
+    assert usual_directions(numbers, sources[2:]) == ()
+    assert usual_directions(numbers, []) == ()
+    back = [replace(_source([1.0]), beside=frozenset({3}))]  # "bend back" goes nowhere
+    assert usual_directions(numbers, back) == ()

@@ -29,7 +29,7 @@ from motiondb.learning.making.motion_making import (
 )
 from motiondb.learning.making.sentence_plan import speed_of
 from motiondb.learning.making.shown_actions import JudgedAction
-from motiondb.learning.taken_words import leave_unknown, replace_unknown
+from motiondb.learning.taken_words import leave_unknown, nearest_suggested, replace_unknown
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words.nearby.taking import Taking, hints_of
 from motiondb.words.question.known import KnownQuestion, hinted, with_hints
@@ -232,13 +232,14 @@ def generate(
     with session.reading():
         if settings.exact:
             learned, takings = leave_unknown(session.learned, words, nearby_table())
+            instead: dict[str, str] = {}
         else:
-            learned, takings = _replace_unknown(session.learned, words, settings.anyway)
+            learned, takings, instead = _replace_unknown(session.learned, words, settings.anyway)
         for variant in range(number):
             rng = np.random.default_rng([seed, variant] if variant else seed)
             generated = make_motion(
                 learned, session.takes,
-                MotionRequest(words, settings.method, settings.anyway), rng, used,
+                MotionRequest(words, settings.method, settings.anyway, instead), rng, used,
             )  # fmt: skip
             used.update(enumerate(generated.captures))
             motions.append(
@@ -249,24 +250,29 @@ def generate(
 
 def _replace_unknown(
     learned: Learned, words: str, anyway: bool
-) -> tuple[Learned, dict[str, Taking]]:
+) -> tuple[Learned, dict[str, Taking], dict[str, str]]:
     """Unknown words as known ones; words of speed stay, since the tempo can be changed.
+
+    Also, for each word that is made as the nearest known one although it may not be taken so, that
+    known word.
 
     Raises
     ------
     QueryError
-        Where no word is known or taken, unless a motion is made all the same.
+        Where no word is known or taken, unless a motion is made all the same and a nearest known
+        word is suggested.
     """
     try:
         replaced, takings = replace_unknown(learned, words, nearby_table())
     except QueryError:
-        if anyway:
-            return learned, {}
-        raise
+        instead = nearest_suggested(learned, words, nearby_table()) if anyway else {}
+        if not instead:
+            raise
+        return replace(learned, synonyms={**learned.synonyms, **instead}), {}, instead
     speeds = {word for word in takings if speed_of(word)}
     synonyms = {w: s for w, s in replaced.synonyms.items() if w not in speeds}
     kept = {word: taking for word, taking in takings.items() if word not in speeds}
-    return replace(replaced, synonyms=synonyms), kept
+    return replace(replaced, synonyms=synonyms), kept, {}
 
 
 def _to_generated(

@@ -260,11 +260,12 @@ class WithoutSources:
         return float(probability(sure.log_odds(self.cues(scores, word))))
 
     def likeliest(self, scores: FloatArray, n_words: int) -> list[tuple[int, float]]:
-        """The words of the largest z, with their probabilities."""
+        """The words of the largest z, the most probable first."""
         known = np.flatnonzero(self.n_captures >= 1.0)
         order = known[np.argsort(-scores[known], kind="stable")][:n_words]
         likely = [(int(w), self.probability(scores, int(w))) for w in order]
-        return [(word, p) for word, p in likely if p is not None]
+        told = [(word, p) for word, p in likely if p is not None]
+        return sorted(told, key=lambda pair: -pair[1])
 
 
 def judge_without(

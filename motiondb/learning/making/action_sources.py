@@ -25,18 +25,20 @@ somersault is used for a plain word only where no plain capture shows it, and th
 jump is not used as the jump.
 
 Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
-as directions, which are measured in the motion (:mod:`motiondb.generate.direction`).
+as directions, which are measured in the motion (:mod:`motiondb.generate.direction`). A direction
+that nearly all captions say with the action belongs to it: where they say "stand up", "stand" goes
+up.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
-from motiondb.generate.direction import directions_of
+from motiondb.generate.direction import ACTIONS, FULL, directions_of
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.learning.making.source_costs import (
@@ -72,6 +74,9 @@ APART = 1.0
 hand."""
 SPEED_SAID = 1.0
 """Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
+USUAL = 0.7
+"""Share of the captures of an action whose captions say a direction with it, from which on the
+direction belongs to it. Chosen by hand; not tuned."""
 MOST_WORDS = 8
 """Words of an action of which all parts are tried; further ones are left out. Chosen by hand."""
 DIRECTIONS = SIDES | {
@@ -94,7 +99,7 @@ class ActionSources:
     not_used : tuple of NotUsed
         Words that were left out.
     directions : tuple of str
-        Words of direction of the action as it was asked for.
+        Measured words of the action as it was asked for, or the directions that belong to it.
     """
 
     action: PlannedAction
@@ -142,7 +147,25 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
     words = _numbers(learned, action.words)
     sources_found = against_rivals(learned, with_rarity(learned, sources_found), words)
     sources = tuple(with_distance(learned, sources_found))
+    directions = directions or usual_directions(learned.word_numbers, sources)
     return ActionSources(action, sources, tuple(left_out), directions)
+
+
+def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:
+    """Directions that at least ``USUAL`` of the sources say in one action with the asked words.
+
+    Parameters
+    ----------
+    word_numbers : dict
+        Word -> its number.
+    sources : sequence of Source
+        Captures that can show the action.
+    """
+    fewest = max(USUAL * len(sources), 1.0)
+    directions = set(FULL) - {*ACTIONS, "back", "around"}  # "bend back" goes nowhere
+    numbers = {d: word_numbers.get(d, -1) for d in sorted(directions)}
+    said = {d: sum(number in s.beside for s in sources) for d, number in numbers.items()}
+    return tuple(d for d, count in said.items() if count >= fewest)
 
 
 def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:
@@ -249,11 +272,12 @@ def _source(
             unwanted = np.maximum(evidence[:, words].mean(axis=1), 0.0)
             values = values - EXCLUDED_WEIGHT * unwanted
     all_said = frozenset().union(*actions)
-    others = all_said - {word for words in asked for word in words}
-    cost = apart + UNASKED_WEIGHT * min(len(others), MOST_UNASKED)
+    every = {word for words in asked for word in words}
+    cost = apart + UNASKED_WEIGHT * min(len(all_said - every), MOST_UNASKED)
     if action.speed and all_said & _speed_words(learned, action.speed):
         cost -= SPEED_SAID
-    return Source(capture, rows, starts, ends, values, cost, is_placed)
+    beside = frozenset().union(*(said for said in actions if every <= said)) - every
+    return Source(capture, rows, starts, ends, values, cost, is_placed, beside)
 
 
 def _speed_words(learned: Learned, speed: str) -> frozenset[int]:

@@ -1,9 +1,9 @@
-"""Excerpts cut by measurements of the motion: words of direction, usual poses at both ends.
+"""Excerpts cut by what happens in the motion: measured words, and poses to begin and end with.
 
-Where an action has a word of direction that its captures can show ("stand up"), every excerpt is
-cut to the part of its stretch that goes furthest that way, and falling short of the full amount is
-a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is extended to a
-more usual one near by.
+Where an action has a measured word that its captures can show ("stand up", "stop"), every excerpt
+is cut to the part of its stretch that goes furthest that way, and what is missing of the full
+amount is a cost. An excerpt that would begin or end in an unusual pose, such as upside down, is
+extended to a more usual one near by.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ REACHED = 0.5
 honoured. Chosen by hand; not tuned."""
 DIRECTION_WEIGHT = 3.0
 """Cost of an excerpt that does not go in the direction at all, nats. Chosen by hand; not tuned."""
+_AHEAD = {"stop": 1.0, "start": 0.0}
+"""Share of the time that a short part is extended by which lies before it. A stop is not followed
+by what comes after it, nor a start preceded by what came before."""
 MARGIN = 12
 """Frames (0.4 s) before and after the part that goes in the direction. Chosen by hand."""
 FURTHER = 36
@@ -70,8 +73,10 @@ def _cut(excerpt: Excerpt, path: FloatArray, direction: str, longest: int) -> Ex
     first, behind = furthest_part(path[low:high], direction, longest)
     start, end = max(low + first - MARGIN, 0), min(low + behind + MARGIN, len(path))
     missing = max(SHORTEST - (end - start), 0)
-    start = max(start - missing // 2, 0)
-    return replace(excerpt, start=start, end=min(max(end, start + SHORTEST), len(path)))
+    start = max(start - round(missing * _AHEAD.get(direction, 0.5)), 0)
+    if direction != "stop":
+        end = max(end, start + SHORTEST)
+    return replace(excerpt, start=start, end=min(end, len(path)))
 
 
 def complete(excerpt: Excerpt, unusual: FloatArray) -> Excerpt:

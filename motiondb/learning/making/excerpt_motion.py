@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.generate import contact, stitching, tempo
+from motiondb.generate.direction import ONCE
 from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.directed_excerpts import complete, direct
 from motiondb.learning.making.excerpts import (
@@ -78,7 +79,7 @@ class ShownExcerpt:
         Mean speed of the joints of the excerpt as recorded, and the least and largest of all
         excerpts of the action, m/s; None where no speed was asked for.
     directions : tuple of str
-        Words of direction that its captures can show.
+        Measured words that its captures can show.
     """
 
     action: PlannedAction
@@ -152,8 +153,9 @@ def excerpt_motion(
         excerpt = replace(
             excerpts[number][n], start=int(candidate.starts[i]), end=int(candidate.ends[i])
         )
-        one = _lay_out(material, actions[number].action, excerpt, speeds[number])
-        one = replace(one, directions=directed[number][1])
+        one = _lay_out(
+            material, actions[number].action, excerpt, speeds[number], directed[number][1]
+        )
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
@@ -224,7 +226,7 @@ def _longest(action: PlannedAction) -> int:
 def _direct(
     material: _Material, of: ActionSources, excerpts: Sequence[Excerpt]
 ) -> tuple[list[Excerpt], tuple[str, ...]]:
-    """Excerpts that go in the directions of an action and begin and end in usual poses."""
+    """Excerpts that do what the measured words of an action say, and begin and end as usual."""
     directed, honoured = direct(excerpts, material.paths, of.directions, _longest(of.action))
     every = np.concatenate(list(material.vectors.values()))
     centre = every.mean(axis=0)
@@ -305,7 +307,11 @@ def edges_of(vectors: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _lay_out(
-    material: _Material, action: PlannedAction, excerpt: Excerpt, speeds: FloatArray
+    material: _Material,
+    action: PlannedAction,
+    excerpt: Excerpt,
+    speeds: FloatArray,
+    directions: tuple[str, ...],
 ) -> ShownExcerpt:
     """Play an excerpt at the tempo, as often and as long as its action asks for."""
     rate, range_of = 1.0, None
@@ -322,5 +328,6 @@ def _lay_out(
         path = tempo.resample(*material.paths[excerpt.capture], rate)
         vectors = pose_vectors_of(path, material.means)
         span = round(span[0] / rate), min(round(span[1] / rate), len(vectors))
-    layout = lay_out(action, span, vectors[:, 4:], edges_of(vectors, material.scale))
-    return ShownExcerpt(action, excerpt, layout, rate, range_of)
+    is_once = any(word in ONCE for word in directions)
+    layout = lay_out(action, span, vectors[:, 4:], edges_of(vectors, material.scale), is_once)
+    return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)

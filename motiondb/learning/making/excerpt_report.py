@@ -126,7 +126,8 @@ def _report_speed(shown: ShownExcerpt) -> tuple[list[str], list[NotUsed]]:
 
 
 def _within(seconds: float, asked: Amount) -> bool:
-    """Whether a duration is near enough to what was asked for."""
-    if seconds < asked.least * (1.0 - NEAR_ENOUGH):
+    """Whether a duration is near enough to what was asked for; "at least" is meant strictly."""
+    short = 0.0 if asked.most is None else NEAR_ENOUGH
+    if seconds < asked.least * (1.0 - short) - 0.5 / MOTION_FPS:
         return False
     return asked.most is None or seconds <= max(asked.most, 0.1) * (1.0 + NEAR_ENOUGH)

@@ -183,7 +183,11 @@ class Layout:
 
 
 def lay_out(
-    action: PlannedAction, span: tuple[int, int], poses: FloatArray, edges: FloatArray
+    action: PlannedAction,
+    span: tuple[int, int],
+    poses: FloatArray,
+    edges: FloatArray,
+    is_once: bool = False,
 ) -> Layout:
     """Repeat an excerpt as often and as long as an action asks for.
 
@@ -197,22 +201,27 @@ def lay_out(
         Poses of the whole capture, for its period.
     edges : array (frames + 1, values)
         Poses and velocities of the whole capture, as compared at seams.
+    is_once : bool, optional
+        Whether the movement is over when it is done, so that it is lengthened only where the action
+        asks for a duration.
     """
     start, end = span
     period = find_period(poses[start:end])
     if action.times is not None:
         return _times(max(round(action.times.wanted), 1), span, period, poses, edges)
     least = action.seconds.wanted * MOTION_FPS if action.seconds is not None else 0.0
-    wanted = round(max(least, LEAST_CYCLIC if period and not least else 0.0))
+    lengthened = period and not least and not is_once
+    wanted = round(max(least, LEAST_CYCLIC if lengthened else 0.0))
     if wanted <= end - start:
         return Layout(((start, start + wanted if least else end),))
     missing = wanted - (end - start)
     inside = edges[start : end + 1]
-    loop = _fitting_loop(inside, period, missing, wanted)
+    is_least = action.seconds is not None and action.seconds.most is None
+    loop = _fitting_loop(inside, period, missing, 0.0 if is_least else TOLERANCE * wanted)
     if loop is None:
         return Layout((span,))
     more = -(-missing // loop.length)
-    if period is None:  # nothing is cut off
+    if period is None and not is_least:  # nothing is cut off
         more = max(round(missing / loop.length), 0)
     parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
     excess = sum(b - a for a, b in parts) - wanted
@@ -223,12 +232,15 @@ def lay_out(
     return Layout(tuple(parts), said)
 
 
-def _fitting_loop(edges: FloatArray, period: int | None, missing: int, wanted: int) -> Loop | None:
-    """The loop that lengthens an excerpt: whole cycles, or a part that fills the missing time."""
+def _fitting_loop(edges: FloatArray, period: int | None, missing: int, short: float) -> Loop | None:
+    """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing.
+
+    It may be shorter than that by ``short`` frames.
+    """
     if period is not None:
         return best_loop(edges, period)
-    near = TOLERANCE * wanted
-    return best_loop(edges, SHORTEST_LOOP, (missing - near, missing + near)) or best_loop(
+    more = TOLERANCE * (len(edges) - 1 + missing)
+    return best_loop(edges, SHORTEST_LOOP, (missing - short, missing + more)) or best_loop(
         edges, max(round(LEAST_LOOP * (len(edges) - 1)), 1)
     )
 

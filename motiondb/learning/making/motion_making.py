@@ -9,8 +9,8 @@ making it (:mod:`motiondb.learning.making.shown_actions`).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -110,11 +110,15 @@ class MotionRequest:
         One of ``METHODS``.
     anyway : bool
         Whether to make the rest of the motion if nothing in the database shows an action.
+    instead : dict
+        Word that no caption says -> the nearest known word, which is made in its place and does not
+        count as showing it.
     """
 
     text: str
     method: str = "stitched"
     anyway: bool = False
+    instead: Mapping[str, str] = field(default_factory=dict)
 
 
 def make_motion(
@@ -149,7 +153,7 @@ def make_motion(
     method = request.method
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    wanted = _understand(learned, request.text, rng, request.anyway)
+    wanted = _understand(learned, request, rng)
     with one_blas_thread():  # the same sums on any machine
         if method != "stitched":
             return _from_symbols(learned, takes, wanted, rng, method)
@@ -158,8 +162,9 @@ def make_motion(
         return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
 
-def _understand(learned: Learned, text: str, rng: np.random.Generator, anyway: bool) -> _Wanted:
+def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generator) -> _Wanted:
     """Read a sentence; words of speed count as known."""
+    text, anyway = request.text, request.anyway
     counts = dict.fromkeys(SPEED_NAMES, 1)
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
@@ -178,7 +183,13 @@ def _understand(learned: Learned, text: str, rng: np.random.Generator, anyway: b
     lost = tuple(
         JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
         for words in missing
-    )
+    ) + tuple(
+        JudgedAction(
+            (word,), 0, 0, False, 0.0,
+            reason=f"no caption says it; {near!r}, the nearest known word, was made instead",
+        )
+        for word, near in request.instead.items()
+    )  # fmt: skip
     return _Wanted(question, actions, lost, decided, (*question.not_used, *left))
 
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from motiondb.generate.direction import gone
+from motiondb.generate.direction import gone, say_not_gone
 from motiondb.learning.judging.motion_judge import (
     WithoutSources,
     judge_without,
@@ -157,10 +157,10 @@ def judge_motion(
 
 
 def _against_direction(shown: JudgedAction, asked: Asked, path: FloatArray) -> JudgedAction:
-    """The judge's answer, or "not shown" if the motion does not go in a requested direction."""
+    """The judge's answer, or "not shown" if the motion does not do what a measured word says."""
     for direction in asked.directions:
         if gone(path[asked.start : asked.end], direction) < REACHED:
-            return replace(shown, shown=False, reason=f"it does not go {direction}")
+            return replace(shown, shown=False, reason=say_not_gone(direction))
     return shown
 
 

@@ -47,6 +47,7 @@ _AT_MOST = (
 )
 _ABOUT = r"about|around|approximately|approx\.?|roughly|almost|nearly|exactly|precisely|some"
 _LIMIT = rf"(?:(?P<more>{_AT_LEAST})|(?P<fewer>{_AT_MOST})|{_ABOUT})"
+_COUNT_LIMIT = _LIMIT.replace("|around", "")  # "turn around twice" is not to turn about twice
 _RANGE = r"\s?(?:to|or|-|–|and)\s?"
 _UNIT = (
     r"(?P<unit>milliseconds?|msecs?|ms|seconds?|secs?|s|minutes?|mins?|min|hours?|hrs?|h)"
@@ -65,7 +66,7 @@ _DURATION_PATTERN = rf"""
 
 _TIMES = r"(?:times\b(?!\s+as\b)|×|x(?![\w]))"
 _COUNT_PATTERN = rf"""
-    (?:\b(?:{_LIMIT})\s+)?
+    (?:\b(?:{_COUNT_LIMIT})\s+)?
     (?:(?P<adverb>\b(?:once|twice|thrice)\b)(?:\s+or\s+(?P<adverb2>twice|thrice|three\s+times))?
       |(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?\s?
        (?:{_TIMES}|(?:repetitions|repetition|reps|rep|repeats)\b(?:\s+of\b)?

@@ -14,6 +14,7 @@ import motiondb
 from motiondb import MotionDB
 from motiondb.cli.main import app
 from motiondb.errors import QueryError
+from motiondb.learning.making.shown_actions import Asked, judge_motion
 from motiondb.records import MOTION_FPS
 
 
@@ -117,6 +118,36 @@ def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
         (("walk",), True), (("moonwlak",), False)
     ]  # fmt: skip
     assert not made.shows_all
+
+
+def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -> None:
+    with pytest.raises(QueryError, match=r"found wlak\. Did you mean walk\?"):
+        db.generate("wlak")
+    made = db.generate("wlak", anyway=True)
+    assert [(one.words, one.shown) for one in made.shown] == [
+        (("walk",), True), (("wlak",), False)
+    ]  # fmt: skip
+    assert made.shown[1].reason == (
+        "no caption says it; 'walk', the nearest known word, was made instead"
+    )
+    assert not made.shows_all
+    with pytest.raises(QueryError, match="expected a known word, found zzzzzzzzzz"):
+        db.generate("zzzzzzzzzz", anyway=True)
+
+
+def test_a_motion_that_does_not_do_a_measured_word_does_not_show_it(db: MotionDB) -> None:
+    made = db.generate("kick for half a second, then stand up", seed=0)
+    path = made.motion
+    asked = Asked((("jump",),), (), *made.spans[0], directions=("jump",))
+    judged = judge_motion(db.learned, path, [asked], [])[0]
+    assert (judged.shown, judged.reason) == (False, "it does not jump")
+
+
+def test_at_least_some_seconds_are_no_fewer(db: MotionDB) -> None:
+    for words in ("sit down for at least six seconds", "kick for at least seven seconds"):
+        made = db.generate(words, seed=0)
+        least = 6.0 if "six" in words else 7.0
+        assert made.motion.n_frames / MOTION_FPS >= least or made.not_used
 
 
 def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
