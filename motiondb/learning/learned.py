@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.caption_evidence import caption_evidence, interval_evidence
+from motiondb.learning.caption_evidence import caption_evidence, interval_evidence, whole_vectors
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import (
     Counted,
@@ -51,7 +51,7 @@ from motiondb.search.questions import by_words
 from motiondb.search.questions.bounds import TakeExtremes, take_extremes
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
-from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
+from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
@@ -286,13 +286,9 @@ class Learned(LearnedModel):
     @cached_property
     def suggested_captions(self) -> FloatArray:
         """Captions that the motion of every capture suggests: array (captures, words)."""
-        ends, words = self.segments.ends, self.caption_map
-        starts, zero = self.segments.starts, np.zeros(1)
-        vectors = [
-            interval_vectors(self.standardised[r], starts[r], ends[r], zero, ends[r][-1:])
-            for r in self.rows.values()
-        ]
-        return np.zeros((len(vectors), 0)) if words is None else words.suggested(np.vstack(vectors))
+        captions = self.caption_map
+        vectors = whole_vectors(self.standardised, self.segments, self.rows)
+        return np.zeros((len(vectors), 0)) if captions is None else captions.suggested(vectors)
 
     @cached_property
     def segment_probabilities(self) -> FloatArray:

@@ -34,7 +34,7 @@ def test_check_counts_clips_and_names_what_has_none(
     command: Any, learned_file: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "new.grammar"
-    file.write_text('start S\nS -> a | b\na := "dribble"\nb := "juggle"\n')
+    file.write_text('start S\nS -> a | b\na := "dribble"\nb := "yodel"\n')
     ended = command("scene", "grammar", "check", file, "--db", learned_file)
     assert "no clips for b: caption captures that show them" in ended.out
     facts = json.loads(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,7 +31,16 @@ from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon.vocabulary import nearest_words
 from motiondb.words.question.known import KnownQuestion, hold_to_known
 from motiondb.words.question.parse import parse
-from motiondb.words.question.tree import Action, AnyOf, Node, NotUsed, Question, Without, parts_of
+from motiondb.words.question.tree import (
+    Action,
+    AnyOf,
+    Node,
+    NotUsed,
+    Question,
+    Without,
+    map_actions,
+    parts_of,
+)
 from motiondb.words.translation import decoding
 
 METHODS = ("stitched", "trajectory", "montecarlo")
@@ -170,7 +179,7 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
         if count > 0:
             counts[word] = int(count)
     read = parse(text, learned.synonyms, learned.lemmas)
-    question = hold_to_known(read, counts)
+    question = _each_word_once(hold_to_known(read, counts))
     missing = _missing(read, counts)
     actions, decided, left = plan_sentence(question.tree, rng)
     if not actions:
@@ -191,6 +200,12 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
         for word, near in request.instead.items()
     )  # fmt: skip
     return _Wanted(question, actions, lost, decided, (*question.not_used, *left))
+
+
+def _each_word_once(question: KnownQuestion) -> KnownQuestion:
+    """Drop words of an action that mean the same as an earlier one ("walk on tiptoes")."""
+    tree = map_actions(question.tree, lambda one: replace(one, words=(*dict.fromkeys(one.words),)))
+    return replace(question, tree=tree)
 
 
 def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:

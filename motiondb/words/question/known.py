@@ -92,14 +92,12 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
     >>> known.understood, known.unknown
     ('sit', {'wlak': ('walk',), 'moonwalk': ('walk',)})
-    >>> hold_to_known(parse("walk, walk"), {"walk": 4}).understood
-    'walk, then walk'
     """
     unknown: dict[str, tuple[str, ...]] = {}
     not_used = list(question.not_used)
 
     def known(action: Action) -> Action | None:
-        words = tuple(dict.fromkeys(word for word in action.words if word in counts))
+        words = tuple(word for word in action.words if word in counts)
         manners = []
         for word in action.words:
             if word not in counts and word not in unknown:

@@ -128,12 +128,12 @@ def instants(clips: SceneClips, capture: str) -> set[int]:
 def test_a_terminal_without_clips_is_named_with_its_phrases(base: motiondb.MotionDB) -> None:
     text = (
         'grammar odd\nstart S\nS -> a | b | c\na := "walk"\n'
-        'b := "juggle", "throw up" without "ball"\nc := "moonwalk"\n'
+        'b := "yodel", "throw up" without "ball"\nc := "moonwalk"\n'
     )
     with pytest.raises(SceneError) as error:
         scene_clips(base.session, read_motion_grammar(text, "odd.grammar"))
     assert str(error.value) == (
-        "odd: expected captures for every terminal, found none for 2 terminals: b ('juggle',"
+        "odd: expected captures for every terminal, found none for 2 terminals: b ('yodel',"
         " 'throw up' without 'ball'); c ('moonwalk'). Add captures whose words say so, one action"
         " a caption (motiondb words set CAPTURE), or change the phrases in the grammar's file."
     )
