@@ -76,8 +76,8 @@ def note_taken(
     for word, taking in suggested.items():
         if word in unknown and taking.words:
             typer.echo(f"{taking.sentence()}; left out", err=True)
-    with_suggestions = {word for word, taking in suggested.items() if taking.words}
-    note_unknown({word: near for word, near in unknown.items() if word not in with_suggestions})
+    listed = {word for word, taking in suggested.items() if taking.words}
+    note_unknown({word: near for word, near in unknown.items() if word not in listed})
 
 
 def note_filter(db: MotionDB, where: str, exact: bool) -> None:
@@ -174,8 +174,8 @@ def note_sources(sources: Sequence[WordSource]) -> None:
         if source.own_captions and source.start_captions:
             typer.echo(source.sentence(), err=True)
         elif source.start_captions:
-            with_suggestions = alone.setdefault(source.start, [])
-            with_suggestions.append(f"{source.word} ({source.start_captions})")
+            listed = alone.setdefault(source.start, [])
+            listed.append(f"{source.word} ({source.start_captions})")
     for start, words in alone.items():
         typer.echo(
             f"known from the start {start} alone (captions there): {', '.join(words)}", err=True

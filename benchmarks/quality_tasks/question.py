@@ -199,7 +199,9 @@ def _chances(kind: str, hit: QuestionHit, sure: Certainties) -> tuple[float, flo
     of_kind = sure.either if kind == "a or b" else sure.without
     told = chances_of_kind(of_kind, (asked[0], 0.0), (excluded[0], 0.0) if excluded else None)
     part = told.parts[0]
-    return (0.5, 0.5) if told.whole is None or part is None else (told.whole, part.probability)
+    if told.whole is None or part is None or part.probability is None:
+        return 0.5, 0.5
+    return told.whole, part.probability
 
 
 def _by_sum(

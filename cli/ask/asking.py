@@ -277,9 +277,8 @@ def describe(
         answer = base.describe(example, start, end)
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
         unchecked = base.why_unchecked(word for d in answer for word, p in d.words if p is None)
-    if not json:
-        note_sources(sources)
-        note_unchecked(unchecked)
+    note_sources(sources)
+    note_unchecked(unchecked)
     if json:
         print_json(
             [

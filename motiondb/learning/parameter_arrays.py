@@ -13,12 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.learning.certainty.certainties import certainties_from, certainty_arrays
+from motiondb.learning.certainty.certainties import Certainties, certainties_from, certainty_arrays
 from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.judging.motion_judge import MotionJudge
 from motiondb.learning.learned import LearnedModel
 from motiondb.learning.places.place_fitting import Places
+from motiondb.learning.start.checking import LEAST_CHECKING
 from motiondb.learning.start.knowledge import Origin, Started
 from motiondb.learning.start.knowledge_arrays import (
     knowledge_arrays,
@@ -92,7 +93,10 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
     )
     if COUNTED_NAME not in arrays:
         return model
-    return replace(model, counted=_counted(arrays, model))
+    counted = _counted(arrays, model)
+    if model.started is not None and counted.counts.moments.n < LEAST_CHECKING:
+        model = replace(model, certainties=Certainties())  # older versions stored the start's
+    return replace(model, counted=counted)
 
 
 def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:

@@ -154,7 +154,7 @@ def _likely_words(base: QuestionVerbs, capture_id: int, low: int, high: int) -> 
     if not inside.any():
         return []
     mean = inside @ learned.segment_probabilities[rows] / inside.sum()
-    mean = np.where(learned.is_known(), mean, 0.0)
+    mean = np.where(learned.is_known() & learned.checked, mean, 0.0)
     order = np.argsort(-mean, kind="stable")[:2]
     return [learned.association.words[w] for w in order if mean[w] > LIKELY]
 

@@ -49,16 +49,17 @@ def divide(task: Task, state: State) -> State:
         A state that no division improves; the given one if there is none.
     """
     while True:
-        divided = [
+        divided = (  # one at a time: each holds a table of distances
             one
             for k in range(len(state.medoids))
             for cell in _cells_of(task, state, k)
             for first, second in parts_of(task, cell)
             if (one := _division(task, state, k, first, second)) is not None
-        ]
-        if not divided:
+        )
+        best = min(divided, key=lambda one: one.cost, default=None)
+        if best is None:
             return state
-        state = min(divided, key=lambda one: one.cost)
+        state = best
 
 
 def _cells_of(task: Task, state: State, k: int) -> list[int]:

@@ -40,15 +40,15 @@ class PartChance:
 
     Attributes
     ----------
-    probability : float
-        Probability with the evidence of captions.
+    probability : float or None
+        Probability with the evidence of captions; None if own captions have not checked it.
     by_motion : float
-        Probability by the motion alone.
+        Probability by the motion alone; not calibrated where ``probability`` is None.
     by_caption : bool
         Whether captions have the words of the part.
     """
 
-    probability: float
+    probability: float | None
     by_motion: float
     by_caption: bool
 
@@ -94,7 +94,12 @@ def chances(
     sure = learned.word_certainty
     unknown = Chances(None, (None,) * len(reading.parts))
     asked_words = {w for each in readings for w in words_of_reading(each)}
-    if sure is None or any(map(counts_or_lasts, readings)) or not is_checked(learned, asked_words):
+    if any(map(counts_or_lasts, readings)):
+        return unknown
+    if not is_checked(learned, asked_words):
+        return Chances(None, tuple(_of_part(None, hit, reading, k, why)
+                                   for k in range(len(reading.parts))))  # fmt: skip
+    if sure is None:
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
     asked = reasons.by_action(why)
@@ -179,23 +184,30 @@ def chances_of_kind(
 
 
 def _of_part(
-    sure: certainty.Certainty,
+    sure: certainty.Certainty | None,
     hit: QuestionHit,
     reading: Reading,
     k: int,
     why: Sequence[reasons.WordReason],
 ) -> PartChance | None:
-    """The certainty that a capture shows part k; None if it asks for nothing."""
+    """The certainty that a capture shows part k, unchecked without ``sure``.
+
+    None if the part asks for nothing.
+    """
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     of_part = {n for n in asked if hit.statements[n].part == k}
     odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
     if not reading.parts[k].actions or not odds_of_part:
         return None
+    by_caption = all(reason.written > 0.0 for reason in why if reason.action in of_part)
+    if sure is None:
+        seen = prod(_probability(odds - said) for odds, said in odds_of_part)
+        return PartChance(None, seen, by_caption)
     by_motion = [float(sure.log_odds(np.array([odds - said]))) for odds, said in odds_of_part]
     return PartChance(
         prod(_probability(h + said) for h, (_, said) in zip(by_motion, odds_of_part)),
         prod(map(_probability, by_motion)),
-        all(reason.written > 0.0 for reason in why if reason.action in of_part),
+        by_caption,
     )
 
 

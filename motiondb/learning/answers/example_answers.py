@@ -210,11 +210,12 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
-    """The likeliest words of a stored interval, if the database knows words at all."""
+    """The likeliest words of a stored interval whose probabilities own captions have checked."""
     if learned.fitted_word_map is None:
         return ()
     take = learned.takes[capture]
     inside = (take.starts < end) & (take.ends > start)
-    odds = np.where(learned.is_known(), take.windows[inside].mean(axis=0), -np.inf)
+    given = learned.is_known() & learned.checked
+    odds = np.where(given, take.windows[inside].mean(axis=0), -np.inf)
     order = np.argsort(-odds, kind="stable")[:3]
     return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)

@@ -111,13 +111,16 @@ def place_answer(
     sure = [None if one is None else one.probability for one in said]
     placed = _placed(learned, capture, reading, written)
     if placed is None:
-        return tuple(PartPlace(*span, p) for span, p in zip(hit.parts, sure))
+        return tuple(
+            _unplaced(learned, capture, part, span, one, written)
+            for part, span, one in zip(reading.parts, hit.parts, said)
+        )
     ends = int(placed.starts[0]), int(placed.ends[-1])
     places = []
     for k, (first, behind) in enumerate(placed.spans):
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
         part = reading.parts[k]
-        right = None if said[k] is None else _right(learned, capture, placed, part, k)
+        right = None if sure[k] is None else _right(learned, capture, placed, part, k)
         labelled = written and _is_labelled(learned, capture, part)
         unknown = (
             not labelled
@@ -235,6 +238,26 @@ def _placed(
     if said is not None:
         take = replace(take, windows=take.windows + said)
     return by_question.place_reading(take, reading, learned.word_numbers)
+
+
+def _unplaced(
+    learned: Learned,
+    capture: int,
+    part: Part,
+    span: tuple[int, int],
+    said: PartChance | None,
+    written: bool,
+) -> PartPlace:
+    """The interval of an answer without evidence of places.
+
+    It is unknown where only a caption of the whole capture has the words, and own captions have not
+    checked what the motion says.
+    """
+    unchecked = said is not None and said.probability is None and _only_by_caption(said)
+    if unchecked and not (written and _is_labelled(learned, capture, part)):
+        take = learned.takes[capture]
+        return PartPlace(int(take.starts[0]), int(take.ends[-1]), None, None, True)
+    return PartPlace(*span, None if said is None else said.probability)
 
 
 def _right(
