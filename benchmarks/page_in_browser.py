@@ -97,6 +97,24 @@ def served(database: Path) -> Iterator[str]:
             server.terminate()
 
 
+@contextmanager
+def opened_browser(db: Path | None) -> Iterator[tuple[Any, str]]:
+    """A browser and the address of a server of a copy of ``db``, or of the learned sample data."""
+    from playwright.sync_api import sync_playwright
+
+    with tempfile.TemporaryDirectory() as place:
+        database = Path(place) / "motions.duckdb"
+        if db:
+            shutil.copy(db, database)
+        else:
+            make_sample_database(database)
+        program = shutil.which("chromium") or shutil.which("google-chrome")
+        with served(database) as address, sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)
+            yield browser, address
+            browser.close()
+
+
 def make_sample_database(database: Path) -> None:
     """Add the sample data and learn from it."""
     with motiondb.open(database) as db:
@@ -226,23 +244,12 @@ def player(browser: Any, address: str) -> None:
 
 def main() -> None:
     """Serve a database and measure one thing."""
-    from playwright.sync_api import sync_playwright
-
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("what", choices=("catalogue", "search", "board", "player"))
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
     chosen = options.parse_args()
-    with tempfile.TemporaryDirectory() as place:
-        database = Path(place) / "motions.duckdb"
-        if chosen.db:
-            shutil.copy(chosen.db, database)
-        else:
-            make_sample_database(database)
-        program = shutil.which("chromium") or shutil.which("google-chrome")
-        with served(database) as address, sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)
-            globals()[chosen.what](browser, address)
-            browser.close()
+    with opened_browser(chosen.db) as (browser, address):
+        globals()[chosen.what](browser, address)
 
 
 if __name__ == "__main__":

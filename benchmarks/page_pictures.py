@@ -12,12 +12,10 @@ from __future__ import annotations
 import argparse
 import io
 import json
-import shutil
-import tempfile
 from pathlib import Path
 from typing import Any
 
-from page_in_browser import SWITCHES, WAIT, make_sample_database, served
+from page_in_browser import WAIT, opened_browser
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -172,24 +170,13 @@ def views(browser: Any, address: str, out: Path) -> None:
 
 def main() -> None:
     """Serve a database and make pictures."""
-    from playwright.sync_api import sync_playwright
-
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("what", choices=("board", "views"))
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
     options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
     chosen = options.parse_args()
-    with tempfile.TemporaryDirectory() as place:
-        database = Path(place) / "motions.duckdb"
-        if chosen.db:
-            shutil.copy(chosen.db, database)
-        else:
-            make_sample_database(database)
-        program = shutil.which("chromium") or shutil.which("google-chrome")
-        with served(database) as address, sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=program, args=SWITCHES)
-            {"board": board, "views": views}[chosen.what](browser, address, chosen.out)
-            browser.close()
+    with opened_browser(chosen.db) as (browser, address):
+        {"board": board, "views": views}[chosen.what](browser, address, chosen.out)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ import numpy as np
 
 import motiondb
 from motiondb.learning import counting
-from motiondb.learning.answers.caption_suggestions import whole_vectors
+from motiondb.learning.caption_evidence import whole_vectors
 from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray, IntArray
 from motiondb.words.maps.word_moments import solve_word_map, word_moments
@@ -58,7 +58,10 @@ def load_captures(learned: Learned) -> Captures:
     for d in described:
         presence[ids.index(d.capture_id), [number[w] for w in d.words]] = True
     performers = np.array([learned.captures[c].tags.get("performer", "") for c in ids])
-    return Captures(whole_vectors(learned, ids), presence, performers)
+    return Captures(
+        whole_vectors(learned.standardised, learned.segments, {n: learned.rows[n] for n in ids}),
+        presence, performers,
+    )  # fmt: skip
 
 
 def average_precisions(truth: np.ndarray, scores: FloatArray) -> FloatArray:

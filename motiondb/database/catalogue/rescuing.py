@@ -10,6 +10,7 @@ from __future__ import annotations
 import glob
 import os
 import re
+import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -79,7 +80,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         )
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
         _sweep(output)
-        draft = output.with_name(f".{output.name}.{os.getpid()}.rescue")
+        draft = output.with_name(f".{output.name}.{os.getpid()}-{threading.get_ident()}.rescue")
         log = draft.with_name(f"{draft.name}.wal")
         delete_all(draft, log)  # of an earlier process of the same number
         try:
@@ -109,7 +110,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
 def _sweep(output: Path) -> None:
     """Delete what killed processes left that were to make this file."""
     for left in output.parent.glob(f".*{glob.escape(output.name)}.*.rescue*"):
-        maker = re.search(r"\.(\d+)\.rescue", left.name)
+        maker = re.search(r"\.(\d+)(?:-\d+)?\.rescue", left.name)
         if maker is not None and not is_running(int(maker[1])):
             delete_all(left)
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learning import counting
+from motiondb.learning.caption_evidence import whole_vectors
 from motiondb.learning.learned import Learned
-from motiondb.records import FloatArray
-from motiondb.search.vectors import score_vectors
 from motiondb.words import suggestion
 
 
@@ -54,26 +53,14 @@ def suggest_captions(learned: Learned, limit: int = 10) -> list[CaptionSuggestio
     bare = [capture for capture in sorted(learned.rows) if capture not in with_words]
     if not bare:
         return []
-    vectors = whole_vectors(learned, bare)
+    rows = {capture: learned.rows[capture] for capture in bare}
+    vectors = whole_vectors(learned.standardised, learned.segments, rows)
     number = {word: n for n, word in enumerate({w for d in described for w in d.words})}
     known = np.zeros((0, vectors.shape[1]))
     if described:
         known = counting.training_rows(learned.segments, described, learned.score_space, number)[0]
     chosen = suggestion.suggest(vectors, known, limit)
     return [_explained(learned, bare, rank, one) for rank, one in enumerate(chosen, start=1)]
-
-
-def whole_vectors(learned: Learned, captures: list[int]) -> FloatArray:
-    """Score vectors of whole captures: array (captures, symbols + columns)."""
-    vectors = []
-    for capture in captures:
-        rows = learned.rows[capture]
-        starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
-        whole = np.array([0.0]), np.array([float(ends[-1])])
-        vectors.append(
-            score_vectors.interval_vectors(learned.standardised[rows], starts, ends, *whole)[0]
-        )
-    return np.array(vectors)
 
 
 def _explained(

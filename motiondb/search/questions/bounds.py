@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import FloatArray, IntArray
-from motiondb.search.questions.by_words import TakeScores
+from motiondb.search.questions.by_words import TakeScores, all_hold
 from motiondb.words.question.readings import Reading
 
 AT_ONCE = 4096
@@ -104,7 +104,7 @@ def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, i
     ]
     elsewhere = {word for part in reading.parts for action in part.actions for word in action}
     excluded = [
-        -_joint(
+        -all_hold(
             [
                 _of_action(
                     extremes.lowest, extremes.whole, action, number,
@@ -115,7 +115,7 @@ def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, i
         )
         for exclusion in reading.exclusions
     ]  # fmt: skip
-    return _joint([*asked, *excluded])
+    return all_hold([*asked, *excluded])
 
 
 def _of_action(
@@ -126,13 +126,3 @@ def _of_action(
     inside, outside = near[:, columns].mean(axis=1), whole[:, columns].mean(axis=1)
     bound: FloatArray = share * inside + (1.0 - share) * outside
     return bound
-
-
-def _joint(log_odds: Sequence[FloatArray]) -> FloatArray:
-    """Log-odds that independent statements all hold, as ``by_words.joint_log_odds``."""
-    if len(log_odds) == 1:
-        return log_odds[0]
-    log_p = -np.logaddexp(0.0, -np.stack(log_odds)).sum(axis=0)
-    log_p = np.minimum(log_p, -1e-300)  # certain, as far as numbers go
-    joint: FloatArray = log_p - np.log(-np.expm1(log_p))
-    return joint

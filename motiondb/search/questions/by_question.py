@@ -33,6 +33,7 @@ import numpy as np
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.questions.by_words import (
     TakeScores,
+    all_hold,
     joint_log_odds,
     place_parts,
     split_segments,
@@ -303,14 +304,7 @@ class _Seen:
 
     def together(self, exclusion: Exclusion) -> FloatArray:
         """Log-odds that all actions of an exclusion are seen: array (segments,)."""
-        each = np.stack([self.action(action) for action in exclusion.actions])
-        if len(each) == 1:
-            first: FloatArray = each[0]
-            return first
-        log_p = -np.logaddexp(0.0, -each).sum(axis=0)
-        log_p = np.minimum(log_p, -1e-300)  # certain, up to floating point
-        together: FloatArray = log_p - np.log(-np.expm1(log_p))
-        return together
+        return all_hold([self.action(action) for action in exclusion.actions])
 
     def asked(
         self,

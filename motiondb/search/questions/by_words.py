@@ -117,6 +117,22 @@ def written_evidence(
     return evidence
 
 
+def all_hold(log_odds: Sequence[FloatArray]) -> FloatArray:
+    """Log-odds that independent statements all hold, element by element.
+
+    Parameters
+    ----------
+    log_odds : sequence of arrays
+        Log-odds of each statement, of one shape; at least one. A single one is returned as it is.
+    """
+    if len(log_odds) == 1:
+        return log_odds[0]
+    log_p = -np.logaddexp(0.0, -np.stack(log_odds)).sum(axis=0)
+    log_p = np.minimum(log_p, -1e-300)  # certain, up to floating point
+    joint: FloatArray = log_p - np.log(-np.expm1(log_p))
+    return joint
+
+
 def joint_log_odds(log_odds: Sequence[float]) -> float:
     """Log-odds that several independent statements all hold.
 
