@@ -109,7 +109,7 @@ def _value(compiled: CompiledGrammar, symbol: int, x: FloatArray, weights: Float
 
 
 def least_solution(
-    compiled: CompiledGrammar, terminal_value: float, inside: BoolArray
+    compiled: CompiledGrammar, terminal_value: float | BoolArray, inside: BoolArray
 ) -> FloatArray:
     """Return the least solution x (S,) over the symbols ``inside`` (S,), 0 at the others.
 
@@ -117,8 +117,9 @@ def least_solution(
     ----------
     compiled : CompiledGrammar
         The grammar.
-    terminal_value : float
-        1 for the probability that a symbol ends, 0 that it becomes empty.
+    terminal_value : float or array (terminals,)
+        1 for the probability that a symbol ends, 0 that it becomes empty. An array with True for
+        some terminals gives the probability that a symbol ends with these terminals only.
     inside : array (S,)
         The symbols with a solution.
     """

@@ -1,7 +1,7 @@
 """Complete a pattern by the sentences of a grammar that match it.
 
-The grammar is intersected with the deterministic automaton of the pattern (:mod:`.intersection`,
-whose W and V are used here). The probability of the pattern is the sum of W(S, 0, t) over accepting
+The grammar is intersected with the automaton of the pattern (:mod:`.intersection`, whose W and V
+are used here). The probability of the pattern is the sum of W(S, 0, t) over accepting
 states t.
 
 Trees that match are drawn from the root down by W: this is the distribution of the grammar, given

@@ -2,11 +2,18 @@
 
 A *place* takes one terminal of a set. A *gap* takes any number of terminals, or none. The strings
 that match a pattern are those that a small automaton reads: state k means that k places are filled,
-and a gap is a step from a state to itself. The automaton is made deterministic (by sets of states),
-so that each string is read in one way only and its probability is counted once.
+and a gap is a step from a state to itself.
 
-Source: J. E. Hopcroft and J. D. Ullman, "Introduction to Automata Theory, Languages, and
-Computation" (1979), section 2.3, for automata over sets of states.
+Each string must be read in one way only, so that its probability is counted once. Up to the last
+gap the automaton is made deterministic (by sets of states). A set holds no state below its highest
+gap, because what can be read from there can be read from the gap too. The places after the last gap
+are the last terminals of the string. So they need no sets: one state for each is enough, although
+the automaton that is read from the left (:class:`Acceptor`) is then not deterministic.
+
+Sources: J. E. Hopcroft and J. D. Ullman, "Introduction to Automata Theory, Languages, and
+Computation" (1979), section 2.3, for automata over sets of states; R. Book, S. Even, S. Greibach
+and G. Ott, "Ambiguity in Graphs and Expressions", IEEE Transactions on Computers C-20 (1971), for
+automata that read each string in one way.
 """
 
 from __future__ import annotations
@@ -16,6 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from motiondb.grammar.cfg.closure import strong_components
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, IntArray
 
@@ -23,8 +31,8 @@ GAP, ANY = "...", "?"
 """The notation for any number of terminals, and for any one terminal."""
 
 MOST_STATES = 200
-"""Largest number of states of the automaton. The time of a completion grows with their third
-power."""
+"""Largest number of states of an automaton. The time of a completion grows with their third
+power at most."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,26 @@ class Automaton:
     accepting: BoolArray
 
 
+@dataclass(frozen=True, eq=False)
+class Acceptor:
+    """An automaton that reads each string in one way at most, from state 0.
+
+    Attributes
+    ----------
+    steps : array (states, terminals, states)
+        Whether a terminal leads from the first state to the second.
+    accepting : array (states,)
+        Whether a string may end in each state.
+    bounds : array (blocks + 1,)
+        Block b holds the states from ``bounds[b]`` to ``bounds[b + 1] - 1``. Steps lead to the same
+        or a later block, and the states of a block lead to each other.
+    """
+
+    steps: BoolArray
+    accepting: BoolArray
+    bounds: IntArray
+
+
 def read_pattern(words: Sequence[Place | str]) -> Pattern:
     """Return the pattern of a list of places, terminals, ``?`` and ``...``.
 
@@ -166,21 +194,86 @@ def automaton_of(
         row = []
         for terminal in terminals:
             known = allowed is None or terminal in allowed
-            after = frozenset(
-                target for k in states for target in _targets(pattern, k, terminal) if known
-            )
+            reached = {t for k in states for t in _targets(pattern, k, terminal) if known}
+            highest = max((k for k in reached if pattern.gaps[k]), default=0)
+            after = frozenset(k for k in reached if k >= highest)
             if after and after not in number:
                 number[after] = len(number)
                 waiting.append(after)
             row.append(number[after] if after else -1)
         steps.append(row)
-        if len(number) > MOST_STATES:
-            raise GrammarError(
-                f"pattern: expected one that needs at most {MOST_STATES} states, found more in"
-                f" {pattern.text!r}. Give fewer places after a gap."
-            )
+        _check_size(pattern, len(number))
     accepting = [n in states for states in waiting]
     return Automaton(np.array(steps, dtype=np.int64), np.array(accepting, dtype=np.bool_))
+
+
+def _check_size(pattern: Pattern, n_states: int) -> None:
+    if n_states > MOST_STATES:
+        raise GrammarError(
+            f"pattern: expected one that needs at most {MOST_STATES} states, found more in"
+            f" {pattern.text!r}. Give fewer places after a gap."
+        )
+
+
+def acceptor_of(
+    pattern: Pattern, terminals: Sequence[str], allowed: frozenset[str] | None = None
+) -> Acceptor:
+    """Return the automaton of a pattern that reads each string in one way at most.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        The pattern.
+    terminals : sequence of str
+        The terminals that the automaton reads, by number.
+    allowed : frozenset of str, optional
+        Terminals that a string may hold; all unless given.
+
+    Raises
+    ------
+    GrammarError
+        The pattern needs more than ``MOST_STATES`` states.
+
+    >>> made = acceptor_of(read_pattern(["a", "...", "b", "?"]), ["a", "b"])
+    >>> made.bounds.tolist(), made.accepting.tolist()
+    ([0, 1, 2, 3, 4], [False, False, False, True])
+    >>> [made.steps[:, k].nonzero()[1].tolist() for k in (0, 1)]
+    [[1, 1, 3], [1, 2, 3]]
+    """
+    last = max((k for k, gap in enumerate(pattern.gaps) if gap), default=0)
+    head = Pattern(pattern.places[:last], (*pattern.gaps[:last], pattern.gaps[last]))
+    tail = pattern.places[last:]
+    made = automaton_of(head, terminals, allowed)
+    n_head = len(made.steps)
+    n = n_head + len(tail)
+    _check_size(pattern, n)
+    order, bounds = _blocks(made)
+    place = np.empty(n_head, dtype=np.int64)
+    place[order] = np.arange(n_head)
+    steps = np.zeros((n, len(terminals), n), dtype=np.bool_)
+    states, read = np.nonzero(made.steps >= 0)
+    steps[place[states], read, place[made.steps[states, read]]] = True
+    ends = np.zeros(n, dtype=np.bool_)
+    ends[place[made.accepting]] = True
+    for k, one in enumerate(tail, start=n_head):
+        fits = [
+            number
+            for number, t in enumerate(terminals)
+            if (one.terminals is None or t in one.terminals) and (allowed is None or t in allowed)
+        ]
+        steps[np.flatnonzero(ends)[:, None], fits, k] = True
+        ends[:] = False
+        ends[k] = True
+    return Acceptor(steps, ends, np.concatenate((bounds, np.arange(n_head + 1, n + 1))))
+
+
+def _blocks(automaton: Automaton) -> tuple[IntArray, IntArray]:
+    """Return the states in an order that all steps follow except within blocks, and the bounds."""
+    sources, read = np.nonzero(automaton.steps >= 0)
+    starts = np.searchsorted(sources, np.arange(len(automaton.steps) + 1))
+    label = strong_components(starts.astype(np.int64), automaton.steps[sources, read])
+    order = np.argsort(-label, kind="stable")
+    return order, np.concatenate(([0], np.cumsum(np.bincount(label)[::-1])))
 
 
 def _targets(pattern: Pattern, state: int, terminal: str) -> list[int]:

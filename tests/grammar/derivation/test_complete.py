@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
-from motiondb.grammar.cfg.parse import log_probability
+from motiondb.grammar.cfg.parse import compiled_form, log_probability
 from motiondb.grammar.derivation.complete import complete, sample_completion
-from motiondb.grammar.derivation.intersection import intersect
-from motiondb.grammar.derivation.pattern import Place, automaton_of, read_pattern
+from motiondb.grammar.derivation.intersection import intersect, weights_of
+from motiondb.grammar.derivation.pattern import Place, acceptor_of, automaton_of, read_pattern
+from tests.grammar.random_grammars import grammars
 
 FINITE = read_grammar(
     "S -> a A b [0.5] | A B [0.3] | c [0.2]\nA -> x [0.6] | x y [0.3] | empty [0.1]\nB -> b | y b"
@@ -45,6 +46,69 @@ def test_the_automaton_reads_what_the_pattern_matches(tokens, string):
     for symbol in string:
         state = -1 if state < 0 else int(made.steps[state, "abxy".index(symbol)])
     assert (state >= 0 and bool(made.accepting[state])) == matches(tokens, string)
+
+
+@settings(max_examples=80, deadline=None)
+@given(TOKENS, st.text("abxy", max_size=6), st.sampled_from([None, frozenset("abx")]))
+def test_the_acceptor_reads_each_string_that_matches_in_one_way(tokens, string, allowed):
+    made = acceptor_of(read_pattern(tokens), "abxy", allowed)
+    ways = np.zeros(len(made.steps), dtype=int)
+    ways[0] = 1
+    for symbol in string:
+        ways = ways @ made.steps[:, "abxy".index(symbol)]
+    expected = matches(tokens, string) and (allowed is None or allowed.issuperset(string))
+    assert ways[made.accepting].sum() == int(expected)
+
+
+@settings(max_examples=80, deadline=None)
+@given(TOKENS)
+def test_steps_of_an_acceptor_lead_to_the_same_or_a_later_block(tokens):
+    made = acceptor_of(read_pattern(tokens), "abxy")
+    block = np.repeat(np.arange(len(made.bounds) - 1), np.diff(made.bounds))
+    sources, _, targets = made.steps.nonzero()
+    assert (block[sources] <= block[targets]).all()
+
+
+def slow_probability(grammar, tokens, allowed):
+    """The probability of a pattern: all items of the deterministic automaton, again and again.
+
+    Also whether the iteration came to an end; at a critical grammar it would take for ever.
+    """
+    compiled = compiled_form(grammar)
+    made = automaton_of(read_pattern(tokens), compiled.names[compiled.terminals], allowed)
+    n = len(made.steps)
+    weights = np.zeros((compiled.n_symbols, n, n))
+    for place, steps in enumerate(made.steps.T):
+        for s in np.flatnonzero(steps >= 0):
+            weights[compiled.terminals.start + place, s, steps[s]] = 1.0
+    for _ in range(3000):
+        before = weights.copy()
+        for symbol in range(compiled.n_symbols):
+            if compiled.left[symbol] >= 0:
+                weights[symbol] = weights[compiled.left[symbol]] @ weights[compiled.right[symbol]]
+            elif symbol < compiled.n_nonterminals:
+                rules = range(compiled.rule_of[symbol], compiled.rule_of[symbol + 1])
+                rights = [(compiled.probabilities[r], compiled.rule_right[r]) for r in rules]
+                weights[symbol] = sum(p * (np.eye(n) if y < 0 else weights[y]) for p, y in rights)
+        if np.abs(weights - before).max() < 1e-15:
+            break
+    return weights[compiled.start, 0, made.accepting].sum(), np.abs(weights - before).max() < 1e-15
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    grammars(),
+    st.lists(st.sampled_from(["...", "?", "a", "b"]), min_size=1, max_size=6),
+    st.sampled_from([None, frozenset("a")]),
+)
+def test_the_probability_of_a_pattern_is_that_of_a_slow_iteration(grammar, tokens, allowed):
+    slow, ended = slow_probability(grammar, tokens, allowed)
+    meeting = intersect(grammar, read_pattern(tokens), allowed)
+    if ended:
+        assert meeting.ends.sum() == pytest.approx(slow, rel=1e-9, abs=1e-12)
+    best = weights_of(meeting.compiled, meeting.automaton, best=True)
+    assert (best <= meeting.sums + 1e-9).all()
+    assert ((best > 0) == (meeting.sums > 0)).all()
 
 
 @settings(max_examples=60, deadline=None)
