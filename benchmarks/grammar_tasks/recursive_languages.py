@@ -63,5 +63,23 @@ DEVELOPMENT = {
         "S -> bow A bow\nA -> W K A [0.5] | W K [0.5]\nW -> step W [0.5] | step [0.5]\n"
         "K -> kick | punch"
     ),
+    "first and last agree": (
+        "S -> left M left [0.5] | right M right [0.5]\n"
+        "M -> step M [0.35] | turn M [0.2] | step [0.45]"
+    ),
+    "loop in an option": (
+        "S -> bow O bow\nO -> wave A clap [0.6] | clap [0.4]\nA -> step A [0.6] | step [0.4]"
+    ),
+    "two loops around a choice": (
+        "S -> A M B\nA -> run A [0.55] | run [0.45]\nM -> jump | duck\n"
+        "B -> hop spin B [0.55] | hop spin [0.45]"
+    ),
+    "counts a b a b": "S -> P P\nP -> a P b [0.5] | a b [0.5]",
+    "mirrored pairs in a list": (
+        "S -> M next S [0.45] | M [0.55]\nM -> x M x [0.25] | y M y [0.25] | z [0.5]"
+    ),
+    "option after a nest": (
+        "S -> N E end\nN -> open N close [0.5] | open close [0.5]\nE -> shake [0.5] | empty [0.5]"
+    ),
 }
 """Languages on which faults of the search and of the evidence were looked for and mended."""

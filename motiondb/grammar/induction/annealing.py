@@ -139,11 +139,11 @@ def _anneal(
     )
     copy_rows(best, current)
     bits = best_bits = bits_of(best, nodes, work.alternatives, logs)
+    alternatives = work.alternatives.copy()  # of the current rules
     for number in range(schedule.tries):
         if current.used[SYMBOLS] > 3 * current.text.size // 4:
             _pack(current)
-        cooled = (schedule.coldest / schedule.warmest) ** (number / schedule.tries)
-        bits_of(current, nodes, work.alternatives, logs)  # for the alternatives
+        work.alternatives[:] = alternatives
         place = change(current, work, laws.loops, rng)
         if place < 0:
             continue
@@ -152,12 +152,14 @@ def _anneal(
             continue
         new_bits = bits_of(tried, nodes, work.alternatives, logs)
         if new_bits > bits:
+            cooled = (schedule.coldest / schedule.warmest) ** (number / schedule.tries)
             temperature = schedule.warmest * cooled
             if rng.random() >= np.exp((bits - new_bits) / temperature):
                 continue
         if not keeps_laws(tried, work.alternatives, laws):
             continue
         copy_rows(tried, current)
+        alternatives[:] = work.alternatives
         bits = new_bits
         if bits < best_bits - 1e-9:
             best_bits = bits

@@ -77,14 +77,16 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     laws : Laws
         The laws that must hold.
     """
+    n = 1  # nonterminals up to the last one that has rules
+    for r in range(table.used[ROWS]):
+        n = max(n, table.rows[r, LEFT] - table.n_terminals + 1)
     if laws.loops:
-        return _keeps_laws_with_loops(table, alternatives, laws)
-    n = alternatives.size
+        return _keeps_laws_with_loops(table, alternatives[:n], laws)
     derived = _Derived(
         np.zeros(n, np.bool_), np.zeros(n, np.bool_), np.zeros(n, np.int64), np.zeros(n, np.int64)
     )
     resolved = np.zeros(table.used[ROWS], np.bool_)
-    missing = alternatives.copy()
+    missing = alternatives[:n].copy()
     seen = np.zeros(n, np.bool_)
     n_resolved = 0
     while n_resolved < table.used[ROWS]:

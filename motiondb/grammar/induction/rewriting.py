@@ -287,9 +287,12 @@ def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: In
     while True:
         count_references(table, numbers)
         alternatives[:] = 0
+        last = 0
         for r in range(table.used[ROWS]):
-            alternatives[table.rows[r, LEFT] - table.n_terminals] += 1
-        idle, once = _idle_nonterminal(table, alternatives, numbers)
+            left = table.rows[r, LEFT] - table.n_terminals
+            alternatives[left] += 1
+            last = max(last, left)
+        idle, once = _idle_nonterminal(table, alternatives, numbers, last)
         if idle == 0:
             return True
         if once:
@@ -303,11 +306,14 @@ def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: In
 
 @compiled
 def _idle_nonterminal(
-    table: RuleTable, alternatives: IntArray, numbers: IntArray
+    table: RuleTable, alternatives: IntArray, numbers: IntArray, last: int
 ) -> tuple[int, bool]:
-    """Return a nonterminal to substitute (0 for none), and whether it has several alternatives."""
+    """Return a nonterminal to substitute (0 for none), and whether it has several alternatives.
+
+    ``last`` is the greatest nonterminal that has rules.
+    """
     idle, once = 0, False
-    for k in range(1, numbers.size):
+    for k in range(1, last + 1):
         if alternatives[k] > 0 and numbers[k] <= (alternatives[k] == 1):
             idle = k
     for r in range(table.used[ROWS]):

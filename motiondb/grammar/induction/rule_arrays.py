@@ -179,14 +179,16 @@ def bits_of(table: RuleTable, nodes: IntArray, alternatives: IntArray, logs: Flo
     nodes[:] = 0
     alternatives[:] = 0
     length = -1
+    last = 0  # most of the nonterminals that the arrays have room for have no rules
     for r in range(table.used[ROWS]):
         left = table.rows[r, LEFT] - table.n_terminals
+        last = max(last, left)
         nodes[left] += table.rows[r, COUNT]
         alternatives[left] += 1
         length += table.rows[r, LENGTH] + 2
     data = 0.0
     n_lefts = 0
-    for k in range(alternatives.size):
+    for k in range(last + 1):
         if alternatives[k] > 0:
             n_lefts += 1
             data += nodes[k] * logs[alternatives[k]]

@@ -8,8 +8,8 @@ the fewest bits.
 The compiled part is a chart over spans, filled component by component of the nonterminals,
 bottom-up. Within a component whose nonterminals derive themselves, spans are filled from the last
 first symbol to the first one, and for each first symbol again until no cost falls: no rule of a
-span needs a span that begins earlier. Costs are not negative and no nonterminal derives itself
-alone, so this ends.
+span needs a span that begins earlier. Only rules that can begin with a nonterminal of the component
+are tried again. Costs are not negative and no nonterminal derives itself alone, so this ends.
 
 Source: D. H. Younger, "Recognition and Parsing of Context-Free Languages in Time n^3", Information
 and Control 10 (1967), for the chart over spans; here right sides have any length.
@@ -17,7 +17,6 @@ and Control 10 (1967), for the chart over spans; here right sides have any lengt
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -27,9 +26,10 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
-from motiondb.grammar.rules.rule_laws import components, recursive_lefts
+from motiondb.grammar.induction.support.parse_costs import Costs, costs_of
+from motiondb.grammar.rules.rule_laws import components
 from motiondb.grammar.rules.rule_set import Right, RuleSet
-from motiondb.records import BoolArray, FloatArray, IntArray
+from motiondb.records import FloatArray, IntArray
 
 _LARGEST_CHART = 20_000_000
 """Cells (nonterminals times spans) beyond which sentences are not parsed: 320 MB of memory."""
@@ -59,30 +59,6 @@ class Reading:
     nodes: IntArray
 
 
-class _Costs(NamedTuple):
-    """Rules with their costs.
-
-    Attributes
-    ----------
-    table : RuleTable
-        The rules, component by component, bottom-up.
-    groups : array (components + 1,)
-        Index of the first rule of each component.
-    recursive : array (components,)
-        Whether the nonterminals of a component derive themselves.
-    bits : array (nonterminals,)
-        Bits of a node of each nonterminal.
-    symbol_bits : float
-        Bits of a symbol of a new rule.
-    """
-
-    table: RuleTable
-    groups: IntArray
-    recursive: BoolArray
-    bits: FloatArray
-    symbol_bits: float
-
-
 class _Chart(NamedTuple):
     """The chart of a sentence of n symbols.
 
@@ -92,12 +68,15 @@ class _Chart(NamedTuple):
         Fewest bits by which a nonterminal derives a span.
     how : array (nonterminals, n + 1, n + 1)
         The row of the rule of this derivation.
+    ends : array (nonterminals, n + 1, 2)
+        Least and greatest end of the spans from a symbol on; the greatest is -1 if there is none.
     reach : array (longest right side + 1, n + 1)
         Work array of :func:`_reach_ends`.
     """
 
     best: FloatArray
     how: IntArray
+    ends: IntArray
     reach: FloatArray
 
 
@@ -140,11 +119,12 @@ def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     lefts = [donor.start, *sorted(left for left in donor.rules if left != donor.start)]
     groups = components(donor.rules)
     rows = [(x, right) for group in groups for x in group for right in sorted(donor.rules[x])]
-    costs = _costs_of(donor, rows, lefts, groups)
+    costs = costs_of(donor, rows, lefts, groups)
     deepest = 1 + max((len(right) for _, right in rows), default=0)
     chart = _Chart(
         np.empty((len(lefts), room, room)),
         np.zeros((len(lefts), room, room), dtype=np.int64),
+        np.empty((len(lefts), room, 2), dtype=np.int64),
         np.empty((deepest, room)),
     )
     text = np.array([symbol for sentence in listed for symbol in sentence], dtype=np.int64)
@@ -161,31 +141,9 @@ def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     return rows, readings
 
 
-def _costs_of(
-    donor: RuleSet, rows: list[tuple[int, Right]], lefts: list[int], groups: list[list[int]]
-) -> _Costs:
-    names = {left: donor.start + k for k, left in enumerate(lefts)}
-    table = np.zeros((len(rows), 5), dtype=np.int64)
-    text = np.zeros(1 + sum(len(right) for _, right in rows), dtype=np.int64)
-    end = 0
-    for r, (left, right) in enumerate(rows):
-        text[end : end + len(right)] = [names.get(symbol, symbol) for symbol in right]
-        table[r, LEFT], table[r, OFFSET], table[r, LENGTH] = names[left], end, len(right)
-        end += len(right)
-    looping = recursive_lefts(donor.rules)
-    sizes = [sum(len(donor.rules[left]) for left in group) for group in groups]
-    return _Costs(
-        RuleTable(table, text, np.array([len(rows), end]), donor.n_terminals),
-        np.cumsum([0, *sizes]).astype(np.int64),
-        np.array([group[0] in looping for group in groups], dtype=np.bool_),
-        np.array([math.log2(max(1, len(donor.rules[left]))) for left in lefts]),
-        math.log2(len(lefts) + donor.n_terminals + 1),
-    )
-
-
 @njit(cache=True)
 def _read_sentences(
-    costs: _Costs, text: IntArray, bounds: IntArray, chart: _Chart
+    costs: Costs, text: IntArray, bounds: IntArray, chart: _Chart
 ) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     """Return the covers and nodes of all sentences, one after another, each with its bounds.
 
@@ -209,10 +167,12 @@ def _read_sentences(
 
 
 @njit(cache=True)
-def _fill(costs: _Costs, sentence: IntArray, chart: _Chart) -> None:
+def _fill(costs: Costs, sentence: IntArray, chart: _Chart) -> None:
     """Fill the chart of a sentence."""
     table, n = costs.table, sentence.size
     chart.best[:, : n + 1, : n + 1] = np.inf
+    chart.ends[:, : n + 1, 0] = n + 1
+    chart.ends[:, : n + 1, 1] = -1
     for g in range(costs.recursive.size):
         first, last = costs.groups[g], costs.groups[g + 1]
         if not costs.recursive[g]:
@@ -222,22 +182,27 @@ def _fill(costs: _Costs, sentence: IntArray, chart: _Chart) -> None:
                     _lower(costs, r, i, sentence, chart)
             continue
         for i in range(n, -1, -1):
-            lowered = True
+            lowered, begun = True, False
             while lowered:
                 lowered = False
                 for r in range(first, last):
-                    if _lower(costs, r, i, sentence, chart):
+                    tried = costs.again[r] or not begun
+                    if tried and _lower(costs, r, i, sentence, chart):
                         lowered = True
+                begun = True
 
 
 @njit(cache=True)
-def _lower(costs: _Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> bool:
+def _lower(costs: Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> bool:
     """Lower the costs of the spans that a rule derives from symbol ``i``; True if any fell."""
     table = costs.table
     left, length = table.rows[r, LEFT] - table.n_terminals, table.rows[r, LENGTH]
     if length > 0:  # most rules do not begin here, which is checked first
         first = table.text[table.rows[r, OFFSET]]
-        if first < table.n_terminals and (i == sentence.size or sentence[i] != first):
+        if first < table.n_terminals:
+            if i == sentence.size or sentence[i] != first:
+                return False
+        elif chart.ends[first - table.n_terminals, i, 1] < 0:
             return False
     low, high = _reach_ends(table, r, chart, sentence, i)
     lowered = False
@@ -246,18 +211,20 @@ def _lower(costs: _Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> 
         if cost < chart.best[left, i, j] - _EQUAL:
             chart.best[left, i, j] = cost
             chart.how[left, i, j] = r
+            chart.ends[left, i, 0] = min(chart.ends[left, i, 0], j)
+            chart.ends[left, i, 1] = max(chart.ends[left, i, 1], j)
             lowered = True
     return lowered
 
 
 @njit(cache=True)
-def _read(costs: _Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, IntArray]:
+def _read(costs: Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, IntArray]:
     """Return the cover of a sentence, empty if it has a tree, and the nodes of its trees."""
     table, n = costs.table, sentence.size
     if chart.best[0, 0, n] < np.inf:
         roots = np.array([[0, 0, n]])
         return np.empty(0, dtype=np.int64), _nodes_of(table, chart, sentence, roots)
-    by_left, by_start = _cheapest_cover(chart.best, costs.symbol_bits, n)
+    by_left, by_start = _cheapest_cover(chart, costs.symbol_bits, n)
     cover = np.empty(n, dtype=np.int64)
     roots = np.empty((n, 3), dtype=np.int64)
     filled, n_roots, j = 0, 0, n
@@ -291,8 +258,7 @@ def _reach_ends(
         if symbol < table.n_terminals:
             low, high = _read_terminal(chart.reach, k, (low, high), sentence, symbol)
         else:
-            below = chart.best[symbol - table.n_terminals]
-            low, high = _read_nonterminal(chart.reach, k, (low, high), below, n)
+            low, high = _read_nonterminal(chart, k, (low, high), symbol - table.n_terminals, n)
         if high < 0:
             return 1, 0
     return low, high
@@ -313,14 +279,14 @@ def _read_terminal(
 
 @njit(cache=True)
 def _read_nonterminal(
-    reach: FloatArray, k: int, span: tuple[int, int], below: FloatArray, n: int
+    chart: _Chart, k: int, span: tuple[int, int], left: int, n: int
 ) -> tuple[int, int]:
     """Fill row k + 1 of ``reach`` from row k by a nonterminal; the least and greatest end."""
-    least, most = n + 1, -1
+    reach, below, least, most = chart.reach, chart.best[left], n + 1, -1
     for i in range(span[0], span[1] + 1):
         if reach[k, i] == np.inf:
             continue
-        for j in range(i, n + 1):
+        for j in range(chart.ends[left, i, 0], chart.ends[left, i, 1] + 1):
             cost = reach[k, i] + below[i, j]
             if cost < reach[k + 1, j]:
                 reach[k + 1, j] = cost
@@ -329,7 +295,7 @@ def _read_nonterminal(
 
 
 @njit(cache=True)
-def _cheapest_cover(best: FloatArray, symbol_bits: float, n: int) -> tuple[IntArray, IntArray]:
+def _cheapest_cover(chart: _Chart, symbol_bits: float, n: int) -> tuple[IntArray, IntArray]:
     """Cover a sentence by symbols of a new rule.
 
     Returns for each end j the nonterminal that ends there in the cheapest cover up to j, -1 for a
@@ -340,9 +306,11 @@ def _cheapest_cover(best: FloatArray, symbol_bits: float, n: int) -> tuple[IntAr
     by_left, by_start = np.full(n + 1, -1), np.arange(n + 1) - 1
     for j in range(1, n + 1):
         cost[j] = cost[j - 1] + symbol_bits
-        for left in range(1, best.shape[0]):
+        for left in range(1, chart.best.shape[0]):
             for i in range(j):
-                changed = cost[i] + symbol_bits + best[left, i, j]
+                if chart.ends[left, i, 0] > j or chart.ends[left, i, 1] < j:
+                    continue
+                changed = cost[i] + symbol_bits + chart.best[left, i, j]
                 if changed < cost[j] - _EQUAL:
                     cost[j] = changed
                     by_left[j], by_start[j] = left, i

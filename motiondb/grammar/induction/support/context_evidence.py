@@ -132,21 +132,33 @@ def unlike_context(
 
 
 def _nodes_of(readings: dict[Right, Reading], sentences: dict[Right, int]) -> _Nodes:
-    tables, weights, pairs, n = [], [], [], 0
-    for sentence, reading in readings.items():
-        nodes = reading.nodes
-        parents = nodes[:, PARENT]
-        above = np.where(parents < 0, _ROOT, nodes[parents, RULE])
-        place = np.where(parents < 0, 0, nodes[:, PLACE])
-        higher = np.where(parents < 0, _ROOT, above[parents])
-        high_place = np.where(parents < 0, 0, place[parents])
-        tables.append(np.column_stack([nodes[:, RULE], above, place, higher, high_place]))
-        weights.append(np.full(len(nodes), sentences[sentence]))
-        same = (parents[:, None] == parents) & (parents >= 0)
-        np.fill_diagonal(same, False)
-        pairs.append(np.argwhere(same) + n)
-        n += len(nodes)
-    return _Nodes(np.concatenate(tables), np.concatenate(weights), np.concatenate(pairs))
+    sizes = [len(reading.nodes) for reading in readings.values()]
+    nodes = np.concatenate([reading.nodes for reading in readings.values()])
+    first = np.repeat(np.cumsum([0, *sizes[:-1]]), sizes)  # of the sentence of each node
+    roots = nodes[:, PARENT] < 0
+    parents = np.where(roots, -1, nodes[:, PARENT] + first)
+    above = np.where(roots, _ROOT, nodes[parents, RULE])
+    place = np.where(roots, 0, nodes[:, PLACE])
+    higher = np.where(roots, _ROOT, above[parents])
+    high_place = np.where(roots, 0, place[parents])
+    table = np.column_stack([nodes[:, RULE], above, place, higher, high_place])
+    weights = np.repeat([sentences[sentence] for sentence in readings], sizes)
+    return _Nodes(table, weights, _siblings(parents))
+
+
+def _siblings(parents: IntArray) -> IntArray:
+    """Return all ordered pairs (pairs, 2) of nodes of one parent."""
+    order = np.argsort(parents, kind="stable")
+    order = order[parents[order] >= 0]
+    pairs = [np.empty((0, 2), dtype=np.int64)]
+    apart = 1
+    while True:
+        one, other = order[:-apart], order[apart:]
+        same = parents[one] == parents[other]
+        if not same.any():
+            return np.concatenate(pairs)
+        pairs += [np.column_stack(pair)[same] for pair in ((one, other), (other, one))]
+        apart += 1
 
 
 def _by_rules_above(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterator[_Doubt]:
@@ -164,7 +176,7 @@ def _by_rules_above(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterato
             keys, counts = _counted(table[:, columns], table[:, 0], weights, len(rows))
             tested = np.ones(len(keys), dtype=np.bool_)
             if len(columns) > 2:
-                inner = np.unique(table[within[members]][:, columns], axis=0)
+                inner, _ = _unique_rows(table[within[members]][:, columns])
                 tested = (keys[:, None] == inner).all(axis=2).any(axis=1)
             chance, c = _least_probable(counts, tested)
             row, place = keys[c, -2:].tolist()
@@ -178,23 +190,32 @@ def _by_rules_beside(nodes: _Nodes, rows: list[Row], loops: BoolArray) -> Iterat
     weights = nodes.weights[nodes.pairs[:, 0]]
     chosen = loops[first[:, 0]] | loops[second[:, 0]]
     first, second, weights = first[chosen], second[chosen], weights[chosen]
-    triples = np.column_stack([first[:, 1], first[:, 2], second[:, 2]])
-    for row, place, other in np.unique(triples, axis=0).tolist():
-        members = (triples == (row, place, other)).all(axis=1)
+    triples, inverse = _unique_rows(np.column_stack([first[:, 1], first[:, 2], second[:, 2]]))
+    for number, (row, place, other) in enumerate(triples.tolist()):
+        members = inverse == number
         keys, counts = _counted(second[members, :1], first[members, 0], weights[members], len(rows))
         chance, c = _least_probable(counts, np.ones(len(keys), dtype=np.bool_))
         (left, right), (_, beside) = rows[row], rows[int(keys[c, 0])]
         yield _Doubt(chance, Context(left, right, place, (other, beside)))
 
 
+def _unique_rows(table: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the different rows of a table in ascending order, and the number of each row."""
+    least = table.min(axis=0, initial=0)
+    widths = table.max(axis=0, initial=0) - least + 1
+    factors = np.append(np.cumprod(widths[:0:-1])[::-1], 1)  # the first column counts most
+    _, index, inverse = np.unique((table - least) @ factors, return_index=True, return_inverse=True)
+    return table[index], inverse
+
+
 def _counted(
     contexts: IntArray, rules: IntArray, weights: IntArray, n_rules: int
 ) -> tuple[IntArray, IntArray]:
     """Return the different contexts, and how often each rule is used in each."""
-    keys, inverse = np.unique(contexts, axis=0, return_inverse=True)
-    counts = np.zeros((len(keys), n_rules), dtype=np.int64)
-    np.add.at(counts, (inverse.ravel(), rules), weights)
-    return keys, counts
+    keys, inverse = _unique_rows(contexts)
+    cells = inverse * n_rules + rules
+    counts = np.bincount(cells, weights=weights, minlength=len(keys) * n_rules)
+    return keys, counts.astype(np.int64).reshape(len(keys), n_rules)
 
 
 def _least_probable(counts: IntArray, tested: BoolArray) -> tuple[float, int]:

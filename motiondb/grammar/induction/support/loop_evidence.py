@@ -127,22 +127,22 @@ def judge_loops(
     rows, readings = parsed
     counts = np.array([sentences[sentence] for sentence in readings])
     lefts = np.array([left for left, _ in rows])
+    nodes = np.concatenate([one.nodes for one in readings.values()])
+    bounds = np.cumsum([0, *(len(one.nodes) for one in readings.values())])
     verdicts: list[Judged] = []
     for group in components(rule_set.rules):
         places = _loop_places(rows, set(group))
         looping = np.flatnonzero(places.any(axis=1)).tolist()
         inside = np.isin(lefts, group)
-        once = places.sum() == 1 and all(
-            _entries(one.nodes, inside, places) <= 1 for one in readings.values()
-        )
+        once = places.sum() == 1 and _most_entries(nodes, bounds, inside, places) <= 1
         least = _LEAST_CHANCE if once else _LEAST_OF_MANY
         of_group = []
         strict = False
         for row in looping:
-            judged = np.array([_rounds(one.nodes, row, places) for one in readings.values()])
-            expanded = lefts == rows[row][0]
-            entered = [bool(expanded[one.nodes[:, RULE]].any()) for one in readings.values()]
-            rounds, above, below = judged[entered].T if any(entered) else np.zeros((3, 1), int)
+            judged = _all_rounds(nodes, bounds, row, places)
+            expanded = (lefts == rows[row][0])[nodes[:, RULE]]
+            entered = np.logical_or.reduceat(expanded, bounds[:-1])
+            rounds, above, below = judged[entered].T if entered.any() else np.zeros((3, 1), int)
             most, bounded = int(rounds.max()), stops_at_bound(rounds, counts[entered], least)
             enough = most >= asked
             strict = strict or (enough and not bounded)
@@ -166,14 +166,21 @@ def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:
 
 
 @njit(cache=True)
-def _entries(nodes: IntArray, inside: BoolArray, places: BoolArray) -> int:
-    """Return how often a tree enters a component from outside; ``inside`` (rules,) marks it."""
-    number = 0
-    for k in range(nodes.shape[0]):
-        parent = nodes[k, PARENT]
-        within = parent >= 0 and places[nodes[parent, RULE], nodes[k, PLACE]]
-        number += int(inside[nodes[k, RULE]] and not within)
-    return number
+def _most_entries(nodes: IntArray, bounds: IntArray, inside: BoolArray, places: BoolArray) -> int:
+    """Return how often a tree enters a component from outside, at most.
+
+    ``inside`` (rules,) marks the component. The nodes of tree k lie between ``bounds[k]`` and
+    ``bounds[k + 1]``.
+    """
+    most = 0
+    for tree in range(bounds.size - 1):
+        number, first = 0, bounds[tree]
+        for k in range(first, bounds[tree + 1]):
+            parent = nodes[k, PARENT]
+            within = parent >= 0 and places[nodes[first + parent, RULE], nodes[k, PLACE]]
+            number += int(inside[nodes[k, RULE]] and not within)
+        most = max(most, number)
+    return most
 
 
 def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LEAST_CHANCE) -> bool:
@@ -199,6 +206,16 @@ def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LE
     stopped = int(counts[rounds < most].sum())
     chance = (1.0 - went_on / max(went_on + stopped, 1)) ** at_bound
     return at_bound >= _FEWEST_AT_BOUND and chance < least_chance
+
+
+@njit(cache=True)
+def _all_rounds(nodes: IntArray, bounds: IntArray, row: int, places: BoolArray) -> IntArray:
+    """Return what :func:`_rounds` says of each tree (trees, 3)."""
+    judged = np.empty((bounds.size - 1, 3), dtype=np.int64)
+    for tree in range(bounds.size - 1):
+        most, above, below = _rounds(nodes[bounds[tree] : bounds[tree + 1]], row, places)
+        judged[tree, 0], judged[tree, 1], judged[tree, 2] = most, above, below
+    return judged
 
 
 @njit(cache=True)

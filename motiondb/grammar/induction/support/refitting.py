@@ -58,14 +58,16 @@ def _refitted(parsed: Parsed, flat: RuleSet) -> RuleSet | None:
     """Return the rules that the trees use; None if they break the laws."""
     sentences = flat.rules[flat.start]
     rows, readings = parsed
-    derived = np.zeros(len(rows), dtype=np.int64)  # uses by sentences that the rules derive
-    covered = np.zeros(len(rows), dtype=np.int64)  # uses by the covers of others
     new: dict[Right, list[Right]] = {}
+    used: tuple[list[IntArray], list[IntArray]] = ([], [])  # by derived sentences, and by covers
+    weights: tuple[list[int], list[int]] = ([], [])
     for sentence, reading in readings.items():
-        uses = covered if reading.cover else derived
-        np.add.at(uses, reading.nodes[:, RULE], sentences[sentence])
-        if reading.cover:
+        is_cover = bool(reading.cover)
+        used[is_cover].append(reading.nodes[:, RULE])
+        weights[is_cover].append(sentences[sentence])
+        if is_cover:
             new.setdefault(reading.cover, []).append(sentence)
+    derived, covered = (_uses(*of_kind, len(rows)) for of_kind in zip(used, weights, strict=True))
     refitted = _counted(flat, rows, derived + covered)
     for cover, same_cover in new.items():
         refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
@@ -75,6 +77,15 @@ def _refitted(parsed: Parsed, flat: RuleSet) -> RuleSet | None:
     for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
         plain.add(plain.start, sentence, sentences[sentence])
     return plain if plain.lawful() else None
+
+
+def _uses(used: list[IntArray], weights: list[int], n_rules: int) -> IntArray:
+    """Return how often each rule is used by sentences, each with its weight."""
+    if not used:
+        return np.zeros(n_rules, dtype=np.int64)
+    repeated = np.repeat(weights, [len(rules) for rules in used])
+    counts = np.bincount(np.concatenate(used), weights=repeated, minlength=n_rules)
+    return counts.astype(np.int64)
 
 
 def _counted(flat: RuleSet, rows: list[tuple[int, Right]], uses: IntArray) -> RuleSet:
