@@ -91,7 +91,8 @@ among the best rules: languages without loops then take less time. Chosen by han
 
 _WORTH_REFITTING = 1.05
 """Rules with loops of more than this many times the bits of those that are perturbed further are
-dropped at once: refitting rarely saves so much. Chosen by hand."""
+dropped at once, also while their loops are written out: refitting rarely saves so much. Chosen by
+hand."""
 
 _NEW_LOOPS = 0.5
 """Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
@@ -209,10 +210,12 @@ class Search:
         annealed = anneal(begun, self.rng, tries=tries, warmest=warmest, new_loops=new_loops)
         bits = round(annealed.bits(), 6)
         key = bits, _n_empty(annealed)
-        if key not in self.judged and bits < _WORTH_REFITTING * max(sorted(pool)[:_ELITE]):
+        worst = _WORTH_REFITTING * max(sorted(pool)[:_ELITE])
+        if key not in self.judged and bits < worst:
             self.judged.add(key)
             fitted, parsed = refit_and_read(annealed, self.flat)
-            kept = keep_supported(fitted, self.flat, self.rounds, parsed)
+            most = worst if len(pool) >= _ELITE else math.inf
+            kept = keep_supported(fitted, self.flat, self.rounds, parsed, most)
             if kept is not None:
                 _keep(pool, kept)
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
+from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable, compiled
 from motiondb.grammar.induction.support.parse_costs import Costs, costs_of
 from motiondb.grammar.rules.rule_laws import components
 from motiondb.grammar.rules.rule_set import Right, RuleSet
@@ -166,13 +166,11 @@ def _read_sentences(
     return covers[: cover_bounds[n]], cover_bounds, nodes, node_bounds
 
 
-@njit(cache=True)
+@compiled
 def _fill(costs: Costs, sentence: IntArray, chart: _Chart) -> None:
     """Fill the chart of a sentence."""
     table, n = costs.table, sentence.size
-    chart.best[:, : n + 1, : n + 1] = np.inf
-    chart.ends[:, : n + 1, 0] = n + 1
-    chart.ends[:, : n + 1, 1] = -1
+    _clear(chart, n)
     for g in range(costs.recursive.size):
         first, last = costs.groups[g], costs.groups[g + 1]
         if not costs.recursive[g]:
@@ -192,7 +190,17 @@ def _fill(costs: Costs, sentence: IntArray, chart: _Chart) -> None:
                 begun = True
 
 
-@njit(cache=True)
+@compiled
+def _clear(chart: _Chart, n: int) -> None:
+    """Empty the chart for a sentence of n symbols."""
+    for left in range(chart.best.shape[0]):
+        for i in range(n + 1):
+            chart.ends[left, i, 0], chart.ends[left, i, 1] = n + 1, -1
+            for j in range(n + 1):
+                chart.best[left, i, j] = np.inf
+
+
+@compiled
 def _lower(costs: Costs, r: int, i: int, sentence: IntArray, chart: _Chart) -> bool:
     """Lower the costs of the spans that a rule derives from symbol ``i``; True if any fell."""
     table = costs.table
@@ -239,7 +247,7 @@ def _read(costs: Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, In
     return cover[:filled][::-1].copy(), _nodes_of(table, chart, sentence, roots[:n_roots])
 
 
-@njit(cache=True)
+@compiled
 def _reach_ends(
     table: RuleTable, r: int, chart: _Chart, sentence: IntArray, start: int
 ) -> tuple[int, int]:
@@ -249,11 +257,13 @@ def _reach_ends(
     is none.
     """
     n, offset = sentence.size, table.rows[r, OFFSET]
-    chart.reach[0, : n + 1] = np.inf
+    for j in range(n + 1):
+        chart.reach[0, j] = np.inf
     chart.reach[0, start] = 0.0
     low = high = start
     for k in range(table.rows[r, LENGTH]):
-        chart.reach[k + 1, : n + 1] = np.inf
+        for j in range(n + 1):
+            chart.reach[k + 1, j] = np.inf
         symbol = table.text[offset + k]
         if symbol < table.n_terminals:
             low, high = _read_terminal(chart.reach, k, (low, high), sentence, symbol)
@@ -264,7 +274,7 @@ def _reach_ends(
     return low, high
 
 
-@njit(cache=True)
+@compiled
 def _read_terminal(
     reach: FloatArray, k: int, span: tuple[int, int], sentence: IntArray, symbol: int
 ) -> tuple[int, int]:
@@ -277,17 +287,17 @@ def _read_terminal(
     return least, most
 
 
-@njit(cache=True)
+@compiled
 def _read_nonterminal(
     chart: _Chart, k: int, span: tuple[int, int], left: int, n: int
 ) -> tuple[int, int]:
     """Fill row k + 1 of ``reach`` from row k by a nonterminal; the least and greatest end."""
-    reach, below, least, most = chart.reach, chart.best[left], n + 1, -1
+    reach, least, most = chart.reach, n + 1, -1
     for i in range(span[0], span[1] + 1):
         if reach[k, i] == np.inf:
             continue
         for j in range(chart.ends[left, i, 0], chart.ends[left, i, 1] + 1):
-            cost = reach[k, i] + below[i, j]
+            cost = reach[k, i] + chart.best[left, i, j]
             if cost < reach[k + 1, j]:
                 reach[k + 1, j] = cost
                 least, most = min(least, j), max(most, j)

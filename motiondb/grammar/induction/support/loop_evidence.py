@@ -24,6 +24,7 @@ way wherever they stand (:mod:`.context_evidence`).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -253,7 +254,11 @@ def _rounds(nodes: IntArray, row: int, places: BoolArray) -> tuple[int, int, int
 
 
 def keep_supported(
-    rule_set: RuleSet, flat: RuleSet, asked: int, parsed: Parsed | None = None
+    rule_set: RuleSet,
+    flat: RuleSet,
+    asked: int,
+    parsed: Parsed | None = None,
+    most: float = math.inf,
 ) -> RuleSet | None:
     """Write out the loops that the sentences do not support.
 
@@ -267,12 +272,14 @@ def keep_supported(
         Rounds that some sentence must have.
     parsed : Parsed, optional
         The sentences parsed by the rule set, if that is known.
+    most : float, optional
+        Bits beyond which rules are of no use.
 
     Returns
     -------
     RuleSet or None
         The rule set itself if all its loops are supported; None if writing loops out makes too many
-        rules.
+        rules, or rules of too many bits.
     """
     current = rule_set
     for _ in range(_MOST_LOOPS):
@@ -296,6 +303,8 @@ def keep_supported(
         if refitted is None:
             return None
         current, parsed = refit_and_read(refitted, flat)
+        if current.bits() > most:
+            return None
     return None
 
 

@@ -54,8 +54,11 @@ def _parsed(donor: RuleSet, flat: RuleSet) -> Parsed | None:
     return read_all(donor, flat.rules[flat.start])
 
 
-def _refitted(parsed: Parsed, flat: RuleSet) -> RuleSet | None:
-    """Return the rules that the trees use; None if they break the laws."""
+def _refitted(parsed: Parsed, flat: RuleSet, lawful: bool = False) -> RuleSet | None:
+    """Return the rules that the trees use; None if they break the laws.
+
+    If the donor is ``lawful``, so are those of its rules that trees of the start symbol use.
+    """
     sentences = flat.rules[flat.start]
     rows, readings = parsed
     new: dict[Right, list[Right]] = {}
@@ -71,7 +74,7 @@ def _refitted(parsed: Parsed, flat: RuleSet) -> RuleSet | None:
     refitted = _counted(flat, rows, derived + covered)
     for cover, same_cover in new.items():
         refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
-    if refitted.lawful():
+    if (lawful and not new) or refitted.lawful():
         return refitted
     plain = _counted(flat, rows, derived)
     for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
@@ -103,7 +106,7 @@ def refit_fully(donor: RuleSet, flat: RuleSet) -> RuleSet:
     Parameters
     ----------
     donor : RuleSet
-        Rules that derive all sentences.
+        Rules that derive all sentences and keep the laws.
     flat : RuleSet
         One rule for each sentence, and the laws.
 
@@ -121,7 +124,7 @@ def refit_and_read(donor: RuleSet, flat: RuleSet) -> tuple[RuleSet, Parsed | Non
     Parameters
     ----------
     donor : RuleSet
-        Rules that derive all sentences.
+        Rules that derive all sentences and keep the laws.
     flat : RuleSet
         One rule for each sentence, and the laws.
 
@@ -135,7 +138,7 @@ def refit_and_read(donor: RuleSet, flat: RuleSet) -> tuple[RuleSet, Parsed | Non
     best, bits = donor, donor.bits()
     for _ in range(_MOST_REFITS):
         parsed = _parsed(best, flat)
-        refitted = None if parsed is None else _refitted(parsed, flat)
+        refitted = None if parsed is None else _refitted(parsed, flat, lawful=True)
         if refitted is None or refitted.bits() > bits - _SAVED:
             return best, parsed
         best, bits = refitted, refitted.bits()
