@@ -236,7 +236,7 @@ def _refusal(takings: Mapping[str, Taking]) -> str:
         if near
         else "`motiondb words` lists the words that are known."
     )
-    return f"query: expected a known word, found {', '.join(takings)}. {hint}"
+    return f"query: expected a known word, found {', '.join(map(repr, takings))}. {hint}"
 
 
 def with_taken(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
