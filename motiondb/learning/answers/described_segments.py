@@ -55,13 +55,17 @@ def segment_words(learned: Learned, capture: int) -> SegmentWords:
     vectors = interval_vectors(
         learned.standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
     )
-    probabilities = word_probabilities(learned, vectors) * learned.is_known()
+    probabilities = learned.widened(word_probabilities(learned, vectors)) * learned.is_known()
     aligned = np.zeros(probabilities.shape, dtype=bool)
+    said = learned.said_places.get(capture)
+    labelled = np.zeros(probabilities.shape[1], dtype=bool)
+    if said is not None:
+        labelled = said.max(axis=0) > 0.0
+        probabilities[:, labelled] = said[:, labelled] > 0.0
     if learned.places is not None and capture in learned.places.words:
-        listed = list(learned.places.words[capture])
-        shown, by_motion = learned.places.shown[capture], probabilities[:, listed]
-        said = learned.said_places.get(capture)
-        labelled = np.zeros(len(listed), bool) if said is None else said.max(axis=0)[listed] > 0.0
-        probabilities[:, listed] = np.where(labelled, shown, np.maximum(shown, by_motion))
-        aligned[:, listed] = ~labelled & (shown > by_motion)
+        words = np.array(learned.places.words[capture])
+        shown, by_motion = learned.places.shown[capture], probabilities[:, words]
+        by_interval = labelled[words]
+        probabilities[:, words] = np.where(by_interval, shown, np.maximum(shown, by_motion))
+        aligned[:, words] = ~by_interval & (shown > by_motion)
     return SegmentWords(probabilities, aligned)
