@@ -47,6 +47,7 @@ from motiondb.records import (
 )
 from motiondb.search import certainty
 from motiondb.search.examples import extents
+from motiondb.search.examples.resemblance import MeaningSpace, emphasis_of, meaning_space
 from motiondb.search.questions import by_words
 from motiondb.search.questions.bounds import TakeExtremes, take_extremes
 from motiondb.search.questions.by_words import WINDOW_MARGIN
@@ -201,6 +202,22 @@ class Learned(LearnedModel):
                 "take over words of other captures (motiondb learn --start cmu)."
             )
         return self.fitted_word_map
+
+    @cached_property
+    def meaning_space(self) -> MeaningSpace:
+        """What captures are compared with an example by, where words were learned.
+
+        Raises
+        ------
+        NotLearnedError
+            When no capture had words when the database learned.
+        """
+        return meaning_space(
+            self.word_map,
+            n_posture_and_travel=self.n_posture_and_travel,
+            emphasis=emphasis_of(self.association.words),
+            pooled=self.pooled,
+        )
 
     @cached_property
     def has_words(self) -> bool:
