@@ -24,7 +24,7 @@ from motiondb.learning.making.segment_material import Takes
 from motiondb.learning.parameter_arrays import from_stored
 from motiondb.learning.recognition import recognise_capture
 from motiondb.learning.symbol_fitting import FeaturePool
-from motiondb.pose.features import N_FEATURES, recognition_features
+from motiondb.pose.features import N_FEATURES, features_of_motions
 from motiondb.records import SegmentTable
 
 T = TypeVar("T")
@@ -52,6 +52,7 @@ class Session:
         self._lock = threading.RLock()
         self._revision = -1
         self._kept: dict[Hashable, Any] = {}
+        self._loading: dict[Hashable, threading.RLock] = {}
 
     def close(self) -> None:
         """Close the file; a second call does nothing."""
@@ -71,20 +72,36 @@ class Session:
         key : hashable
             Names the value.
         load : callable
-            Loads it; called in a ``reading`` block. Nothing is kept where it raises, within a
-            transaction, or while a block reads an earlier revision than the newest one read.
+            Loads it; called in a ``reading`` block. It may ask for other values, but not for those
+            that are loaded with this one. Other threads that ask for the same value wait for it.
+            Nothing is kept where it raises, within a transaction, or while a block reads an earlier
+            revision than the newest one read.
         """
         with store.reading(self.store) as revision:
             if self.store.in_transaction:  # it may yet be undone
                 return load()
             with self._lock:
                 if revision > self._revision:
-                    self._revision, self._kept = revision, {}
-                if revision == self._revision:
-                    if key not in self._kept:
-                        self._kept[key] = load()
+                    self._revision, self._kept, self._loading = revision, {}, {}
+                is_newest = revision == self._revision
+                if is_newest and key in self._kept:
                     return cast(T, self._kept[key])
-            return load()
+                loading = self._loading.setdefault(key, threading.RLock())
+            if not is_newest:
+                return load()
+            with loading:  # of this value only: a long load keeps nobody from other values
+                return self._loaded(key, revision, load)
+
+    def _loaded(self, key: Hashable, revision: int, load: Callable[[], T]) -> T:
+        """The value that another thread has loaded meanwhile, or a new one, which is kept."""
+        with self._lock:
+            if revision == self._revision and key in self._kept:
+                return cast(T, self._kept[key])
+        value = load()
+        with self._lock:
+            if revision == self._revision:
+                self._kept[key] = value
+        return value
 
     @property
     def learned(self) -> Learned:
@@ -152,7 +169,7 @@ def load_features(opened: store.Store) -> FeaturePool:
 
     def build() -> dict[str, np.ndarray]:
         pool = store.load_motion_pool(opened)
-        parts = [recognition_features(pool.motion(int(c))) for c in pool.capture_ids]
+        parts = features_of_motions([pool.motion(int(c)) for c in pool.capture_ids])
         bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
         none = np.zeros((0, N_FEATURES), dtype=np.float32)
         return {

@@ -67,11 +67,18 @@ class HeldDatabase:
             database_facts(db)
 
     def warm(self) -> None:
-        """Load the data that questions need, so that the first user does not wait for it."""
+        """Load the data that questions need, so that the first user does not wait for it.
+
+        Last the features of all captures, which examples are compared by: they take longest, and
+        are computed anew after every change of the captures (``store.cached_arrays``).
+        """
         self.warm_view()
         with suppress(MotionDBError), self.use() as db:
             if db.is_learned() and db.learned.has_words:
                 db.search(db.vocabulary()[0], limit=1)
+        with suppress(MotionDBError), self.use() as db:
+            if db.is_learned():
+                _ = db.session.features
 
     def close(self) -> None:
         """Close the file."""
