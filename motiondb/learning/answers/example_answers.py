@@ -12,6 +12,7 @@ from motiondb.learning.answers.word_answers import mark_generated, reaches, to_s
 from motiondb.learning.answers.word_sources import why_unchecked
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
+from motiondb.learning.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import Float32Array, FloatArray, Match, Motion
@@ -37,8 +38,8 @@ class ExampleAnswer(Sequence[Match]):
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
     unchecked : str
-        Why the answers carry no probabilities, where the database learned with a start and its own
-        captions have not checked them; otherwise "" (``learning.start.checking``).
+        Why the answers carry no probabilities, where words were learned and captions have not
+        sufficed to learn or to check them (``learning.start.checking``); otherwise "".
     """
 
     matches: tuple[Match, ...]
@@ -115,8 +116,18 @@ def search_motion(
         matches,
         max((alike for alike, _ in sure), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
-        why_unchecked(learned, ()) if known is None else "",
+        _why_no_probabilities(learned),
     )
+
+
+def _why_no_probabilities(learned: Learned) -> str:
+    """The reason why answers to examples have no probabilities.
+
+    "" where they have, and where no words were learned, so that none are expected.
+    """
+    if learned.example_certainty is not None or not learned.has_words:
+        return ""
+    return why_unchecked(learned, ()) or NO_EXAMPLES_CHECKED
 
 
 def _how_sure(

@@ -33,6 +33,13 @@ LEAST_CHECKING = 50
 smallest number at which the probabilities across studios are no further off with a start than
 without one, in both directions (docs/start.md)."""
 
+NO_EXAMPLES_CHECKED = (
+    "no probabilities: for examples they are learned from captions that name the same actions for "
+    "several performers, and these did not suffice when the database learned; caption more "
+    "captures, and run motiondb learn"
+)
+"""The reason where answers to words may have probabilities, but answers to examples have none."""
+
 
 def checked_certainty(
     own_certainty: Certainty | None, first: Certainty | None, n_own: float

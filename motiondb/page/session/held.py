@@ -16,6 +16,9 @@ from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift
 
+EXAMPLE = 2.0
+"""Longest example, in seconds, by which the data for examples are loaded. Chosen by hand."""
+
 
 def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
     """Return what ``info`` and ``drift`` give, computed once a revision; drift may be None."""
@@ -69,16 +72,18 @@ class HeldDatabase:
     def warm(self) -> None:
         """Load the data that questions need, so that the first user does not wait for it.
 
-        Last the features of all captures, which examples are compared by: they take longest, and
-        are computed anew after every change of the captures (``store.cached_arrays``).
+        Last an example is asked for, which needs the features of all captures. They take longest,
+        and are computed anew after every change of the captures (``store.cached_arrays``).
         """
         self.warm_view()
         with suppress(MotionDBError), self.use() as db:
             if db.is_learned() and db.learned.has_words:
                 db.search(db.vocabulary()[0], limit=1)
         with suppress(MotionDBError), self.use() as db:
-            if db.is_learned():
-                _ = db.session.features
+            learned = db.learned
+            if learned.rows:
+                first = learned.captures[min(learned.rows)]
+                db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)
 
     def close(self) -> None:
         """Close the file."""

@@ -1,0 +1,36 @@
+"""What the server loads before it is asked for."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import motiondb
+from motiondb.page.session.held import HeldDatabase
+
+
+def cached(database: Path) -> set[str]:
+    """Kinds of arrays in the cache beside a database."""
+    folder = database.with_name(f"{database.name}.cache")
+    return {path.name.split("-")[0] for path in folder.glob("*.json")}
+
+
+def test_what_examples_need_is_computed_before_the_first_example(learned_copy: Path) -> None:
+    shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
+    held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
+    held.warm_view()
+    assert "features" not in cached(learned_copy)
+    held.warm()
+    assert "features" in cached(learned_copy)
+    with held.use() as db:
+        assert db.like("ana/bow_1", limit=1)[0].capture == "ana/bow_1"
+    held.close()
+
+
+def test_nothing_is_loaded_where_nothing_was_learned(tmp_path: Path) -> None:
+    path = tmp_path / "new.duckdb"
+    motiondb.open(path).close()
+    held = HeldDatabase(path, read_only=True, wait=0.0)
+    held.warm()
+    assert cached(path) == set()
+    held.close()
