@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from motiondb.database import MotionDB
+from motiondb.database.session import feature_arrays
 from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift
 
@@ -70,20 +71,30 @@ class HeldDatabase:
             database_facts(db)
 
     def warm(self) -> None:
-        """Load the data that questions need, so that the first user does not wait for it.
-
-        Last an example is asked for, which needs the features of all captures. They take longest,
-        and are computed anew after every change of the captures (``store.cached_arrays``).
-        """
+        """Load the data that questions need, so that the first user does not wait for it."""
         self.warm_view()
-        with suppress(MotionDBError), self.use() as db:
-            if db.is_learned() and db.learned.has_words:
-                db.search(db.vocabulary()[0], limit=1)
-        with suppress(MotionDBError), self.use() as db:
-            learned = db.learned
-            if learned.rows:
-                first = learned.captures[min(learned.rows)]
-                db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)
+        with suppress(MotionDBError):
+            self._warm_features()
+            with self.use() as db:
+                learned = db.learned
+                if learned.has_words:
+                    db.search(db.vocabulary()[0], limit=1)
+                if learned.rows:
+                    first = learned.captures[min(learned.rows)]
+                    db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)
+
+    def _warm_features(self) -> None:
+        """Compute the features of all captures, while the file is free.
+
+        Of all data they take longest, and they are computed anew after every change of captures.
+        """
+        with self.use() as db:
+            needed = db.is_learned() and not db.session.has_features()
+            motions = db.session.motions if needed else None
+        if motions is not None:
+            arrays = feature_arrays(motions)
+            with self.use() as db:
+                db.session.keep_features(motions, arrays)
 
     def close(self) -> None:
         """Close the file."""
