@@ -17,12 +17,7 @@ from numpy.typing import NDArray
 from motiondb.errors import NotLearnedError
 from motiondb.learning.caption_evidence import caption_evidence, interval_evidence, whole_vectors
 from motiondb.learning.certainty.certainties import Certainties
-from motiondb.learning.counting import (
-    Counted,
-    Described,
-    capture_rows,
-    described_intervals,
-)
+from motiondb.learning.counting import Counted, Described, capture_rows, described_intervals
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.judging.motion_judge import MotionJudge, said_words
 from motiondb.learning.performer_groups import performers_of
@@ -205,19 +200,9 @@ class Learned(LearnedModel):
 
     @cached_property
     def meaning_space(self) -> MeaningSpace:
-        """What captures are compared with an example by, where words were learned.
-
-        Raises
-        ------
-        NotLearnedError
-            When no capture had words when the database learned.
-        """
-        return meaning_space(
-            self.word_map,
-            n_posture_and_travel=self.n_posture_and_travel,
-            emphasis=emphasis_of(self.association.words),
-            pooled=self.pooled,
-        )
+        """What captures are compared with an example by; NotLearnedError without words."""
+        last, emphasis = self.n_posture_and_travel, emphasis_of(self.association.words)
+        return meaning_space(self.word_map, last, emphasis, self.pooled)
 
     @cached_property
     def has_words(self) -> bool:

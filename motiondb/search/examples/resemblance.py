@@ -112,7 +112,6 @@ class MeaningSpace:
 
 def meaning_space(
     words: WordMap,
-    *,
     n_posture_and_travel: int = 0,
     emphasis: FloatArray | None = None,
     pooled: PooledMap | None = None,
@@ -176,12 +175,7 @@ def resemblance(
     """
     if words is None:
         return np.asarray(vectors @ vector)
-    space = meaning_space(
-        words,
-        n_posture_and_travel=n_posture_and_travel,
-        emphasis=emphasis,
-        dtype=np.float64,
-    )
+    space = meaning_space(words, n_posture_and_travel, emphasis, dtype=np.float64)
     return np.asarray(space.rows(vectors) @ space.rows(vector))
 
 
