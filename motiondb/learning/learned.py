@@ -1,8 +1,7 @@
 """The learned model: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
 
 Both are frozen and hold no store. A :class:`Learned` is complete: the model, the catalogue and the
-captions, all of one revision of the store. Values that depend only on these arrays are computed at
-first use and kept with the record.
+captions, all of one revision. Values that depend only on these are computed at first use and kept.
 """
 
 from __future__ import annotations
@@ -45,7 +44,6 @@ from motiondb.search.examples import extents
 from motiondb.search.examples.resemblance import MeaningSpace, emphasis_of, meaning_space
 from motiondb.search.questions import by_words
 from motiondb.search.questions.bounds import TakeExtremes, take_extremes
-from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
@@ -275,7 +273,7 @@ class Learned(LearnedModel):
         starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
         return {
             capture: by_words.motion_log_odds(
-                fit, self.standardised[rows], starts[rows], ends[rows], WINDOW_MARGIN
+                fit, self.standardised[rows], starts[rows], ends[rows], by_words.WINDOW_MARGIN
             )
             for capture, rows in self.rows.items()
         }

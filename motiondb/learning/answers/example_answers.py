@@ -38,8 +38,8 @@ class ExampleAnswer(Sequence[Match]):
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
     unchecked : str
-        Why the answers carry no probabilities, where words were learned and captions have not
-        sufficed to learn or to check them (``learning.start.checking``); otherwise "".
+        Why the answers carry no probabilities, where captions have not sufficed to learn or to
+        check them (``learning.start.checking``); otherwise "".
     """
 
     matches: tuple[Match, ...]
@@ -121,13 +121,10 @@ def search_motion(
 
 
 def _why_no_probabilities(learned: Learned) -> str:
-    """The reason why answers to examples have no probabilities.
-
-    "" where they have, and where no words were learned, so that none are expected.
-    """
-    if learned.example_certainty is not None or not learned.has_words:
+    """The reason why answers to examples have no probabilities; "" where they have."""
+    if learned.example_certainty is not None:
         return ""
-    return why_unchecked(learned, ()) or NO_EXAMPLES_CHECKED
+    return why_unchecked(learned, ()) or (NO_EXAMPLES_CHECKED if learned.has_words else "")
 
 
 def _how_sure(
