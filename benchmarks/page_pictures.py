@@ -5,6 +5,7 @@ not depend on how fast the machine is. Without ``--db`` the sample data is added
 
     python benchmarks/page_pictures.py board
     python benchmarks/page_pictures.py views --db motions.duckdb
+    python benchmarks/page_pictures.py real --db cmu.duckdb  # learned from CMU captures
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -144,16 +146,26 @@ def board(browser: Any, address: str, out: Path) -> None:
     print(*told, f"{len(film.frames)} frames", flush=True)
 
 
-def views(browser: Any, address: str, out: Path) -> None:
-    """Screenshots of the views that need nothing but a learned database."""
-    for name, place, seen, size, scheme in (
-        ("catalogue", "catalogue?capture=ana/walk_1", ".details .block", (1280, 800), "light"),
-        ("search", "search?q=walk, turn left, sit down", ".answer .block", (1280, 860), "light"),
-        ("generate", "generate?q=a person walks then kicks&variants=2", ".variant",
-         (1280, 720), "light"),
-        ("symbols", "symbols", "svg circle", (1280, 780), "light"),
-        ("board-narrow", "board?board=give-and-go", ".board-list li", (390, 844), "dark"),
-    ):  # fmt: skip
+VIEWS = (
+    ("catalogue", "catalogue?capture=ana/walk_1", ".details .block", (1280, 800), "light"),
+    ("search", "search?q=walk, turn left, sit down", ".answer .block", (1280, 860), "light"),
+    ("generate", "generate?q=a person walks then kicks&variants=2", ".variant",
+     (1280, 720), "light"),
+    ("symbols", "symbols", "svg circle", (1280, 780), "light"),
+    ("board-narrow", "board?board=give-and-go", ".board-list li", (390, 844), "dark"),
+)  # fmt: skip
+"""Views of a database of the sample data: name of the picture, address, an element to wait for,
+size of the window, colours."""
+REAL_VIEWS = (
+    ("generate-real", "generate?q=a person walks forward then kicks, then runs&seed=0", ".variant",
+     (1280, 990), "dark"),
+)  # fmt: skip
+"""Views of a database of the CMU captures."""
+
+
+def views(browser: Any, address: str, out: Path, chosen: Sequence[Any] = VIEWS) -> None:
+    """Screenshots of views that need nothing but a learned database."""
+    for name, place, seen, size, scheme in chosen:
         page = browser.new_context(
             viewport={"width": size[0], "height": size[1]}, color_scheme=scheme,
             reduced_motion="reduce",
@@ -168,15 +180,22 @@ def views(browser: Any, address: str, out: Path) -> None:
         page.context.close()
 
 
+def real_views(browser: Any, address: str, out: Path) -> None:
+    """Screenshots of the views of real captures."""
+    views(browser, address, out, REAL_VIEWS)
+
+
 def main() -> None:
     """Serve a database and make pictures."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("what", choices=("board", "views"))
+    options.add_argument("what", choices=("board", "views", "real"))
     options.add_argument("--db", type=Path, help="an existing database; it is copied")
     options.add_argument("--out", type=Path, default=ROOT / "docs" / "page")
     chosen = options.parse_args()
     with opened_browser(chosen.db) as (browser, address):
-        {"board": board, "views": views}[chosen.what](browser, address, chosen.out)
+        {"board": board, "views": views, "real": real_views}[chosen.what](
+            browser, address, chosen.out
+        )
 
 
 if __name__ == "__main__":

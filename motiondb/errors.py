@@ -65,6 +65,10 @@ class QueryError(MotionDBError):
     """A question that cannot be answered as asked (unknown name, empty query, bad filter)."""
 
 
+class UnknownWordsError(QueryError):
+    """A question whose words no caption of the database holds."""
+
+
 class SceneError(MotionDBError):
     """A motion grammar, a tactics diagram or a scene that cannot be used."""
 

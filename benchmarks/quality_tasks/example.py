@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.examples.resemblance import (
     emphasis_of,
-    meaning_rows,
+    meaning_space,
     resemblance,
     with_feedback,
 )
@@ -57,6 +57,8 @@ VERBS = {
     "signal": "signal", "crouch": "crouch",
 }  # fmt: skip
 """Main verb of a capture: the first of these words in its captions."""
+N_WORDS = 150
+"""Words when times are measured, about as many as the captions of CMU hold."""
 CCA_AXES = 16
 """Axes of the canonical correlation. Chosen by hand; not tuned."""
 Scores = Callable[[], FloatArray]
@@ -160,10 +162,11 @@ def _with_words(
         if len(np.unique(groups)) > 20:
             groups = groups % 10
         fit = word_map.fit_word_map(seen.vectors[known], words[known], groups)
-        second = None
-        if pooled:
-            second = fit_pooled_map(statistics[known], words[known]).evidence(statistics)
-        rows = meaning_rows(fit, seen.vectors, BEARING, emphasis_of(names), second)
+        second = fit_pooled_map(statistics[known], words[known]) if pooled else None
+        space = meaning_space(
+            fit, n_posture_and_travel=BEARING, emphasis=emphasis_of(names), pooled=second
+        )
+        rows = space.rows(seen.vectors, statistics)
         for query in np.flatnonzero(queries):
             there = question.allowed[query].copy()
             there[query] = False
@@ -313,22 +316,20 @@ def _times(
     """Median milliseconds of processor time to compare one query with all captures; their vectors,
     meanings and features are there."""
     some = range(0, len(whitened), max(len(whitened) // 40, 1))
-    fit_columns = seen.vectors.shape[1]
-    fit = word_map.WordMap(
-        np.ones((fit_columns, 150)), np.ones(150), np.ones(150), np.ones(150), np.ones(3)
-    )
-    weights = np.ones(150)
+    rng = np.random.default_rng(0)  # times do not depend on the values
+    weights, any_word = rng.normal(size=(seen.vectors.shape[1], N_WORDS)), rng.normal(size=N_WORDS)
+    fit = word_map.WordMap(weights, any_word, any_word, any_word, np.ones(3))
     rows = unit(pooled)
-    second = fit_pooled_map(pooled, np.ones((len(pooled), 150), dtype=bool))
-    evidence = second.evidence(pooled)
-    meanings = meaning_rows(fit, seen.vectors, BEARING, weights, evidence)
+    space = meaning_space(
+        fit,
+        n_posture_and_travel=BEARING,
+        emphasis=np.ones(N_WORDS),
+        pooled=fit_pooled_map(pooled, rng.random((len(pooled), N_WORDS)) < 0.1),
+    )
+    meanings = space.rows(seen.vectors, pooled)
     base.warping_row(whitened[0], whitened[:1])
     actions: dict[str, Callable[[int], object]] = {
-        OURS: lambda q: with_feedback(
-            meanings
-            @ meaning_rows(fit, seen.vectors[q], BEARING, weights, second.evidence(pooled[q])),
-            meanings,
-        ),
+        OURS: lambda q: with_feedback(meanings @ space.rows(seen.vectors[q], pooled[q]), meanings),
         "motiondb, motion alone": lambda q: resemblance(seen.vectors[q], seen.vectors),
         "pooled, cosine": lambda q: rows @ rows[q],
         "DTW, whitened features": lambda q: base.warping_row(whitened[q], whitened),

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb import store
 from motiondb.errors import NotLearnedError
@@ -24,10 +25,12 @@ from motiondb.learning.making.segment_material import Takes
 from motiondb.learning.parameter_arrays import from_stored
 from motiondb.learning.recognition import recognise_capture
 from motiondb.learning.symbol_fitting import FeaturePool
-from motiondb.pose.features import N_FEATURES, recognition_features
+from motiondb.pose.features import N_FEATURES, features_of_motions
 from motiondb.records import SegmentTable
 
 T = TypeVar("T")
+FEATURES = "features"
+"""Name of the features of all captures in the cache of the database."""
 
 
 class Session:
@@ -52,6 +55,7 @@ class Session:
         self._lock = threading.RLock()
         self._revision = -1
         self._kept: dict[Hashable, Any] = {}
+        self._loading: dict[Hashable, threading.RLock] = {}
 
     def close(self) -> None:
         """Close the file; a second call does nothing."""
@@ -71,20 +75,36 @@ class Session:
         key : hashable
             Names the value.
         load : callable
-            Loads it; called in a ``reading`` block. Nothing is kept where it raises, within a
-            transaction, or while a block reads an earlier revision than the newest one read.
+            Loads it; called in a ``reading`` block. It may ask for other values, but not for those
+            that are loaded with this one. Other threads that ask for the same value wait for it.
+            Nothing is kept where it raises, within a transaction, or while a block reads an earlier
+            revision than the newest one read.
         """
         with store.reading(self.store) as revision:
             if self.store.in_transaction:  # it may yet be undone
                 return load()
             with self._lock:
                 if revision > self._revision:
-                    self._revision, self._kept = revision, {}
-                if revision == self._revision:
-                    if key not in self._kept:
-                        self._kept[key] = load()
+                    self._revision, self._kept, self._loading = revision, {}, {}
+                is_newest = revision == self._revision
+                if is_newest and key in self._kept:
                     return cast(T, self._kept[key])
-            return load()
+                loading = self._loading.setdefault(key, threading.RLock())
+            if not is_newest:
+                return load()
+            with loading:  # of this value only: a long load keeps nobody from other values
+                return self._loaded(key, revision, load)
+
+    def _loaded(self, key: Hashable, revision: int, load: Callable[[], T]) -> T:
+        """The value that another thread has loaded meanwhile, or a new one, which is kept."""
+        with self._lock:
+            if revision == self._revision and key in self._kept:
+                return cast(T, self._kept[key])
+        value = load()
+        with self._lock:
+            if revision == self._revision:
+                self._kept[key] = value
+        return value
 
     @property
     def learned(self) -> Learned:
@@ -118,10 +138,33 @@ class Session:
         return self.kept("features", lambda: load_features(self.store))
 
     @property
+    def motions(self) -> store.MotionPool:
+        """Motions of all captures."""
+        return self.kept("motions", lambda: store.load_motion_pool(self.store))
+
+    @property
     def takes(self) -> Takes:
         """Motions of all captures, as generation needs them."""
-        pool = self.kept("motions", lambda: store.load_motion_pool(self.store))
-        return Takes(self.features, pool.motion)
+        return Takes(self.features, self.motions.motion)
+
+    def has_features(self) -> bool:
+        """Whether the features of all captures are in the cache of the database."""
+        with self.reading():
+            return store.is_cached(self.store, FEATURES)
+
+    def keep_features(self, motions: store.MotionPool, arrays: dict[str, NDArray[Any]]) -> None:
+        """Keep features that were computed while the file was free, unless the database changed.
+
+        Parameters
+        ----------
+        motions : MotionPool
+            The value of :attr:`motions` from which they were computed.
+        arrays : dict of str to array
+            As :func:`feature_arrays` made them.
+        """
+        with self.reading():
+            if self.motions is motions:
+                self.kept("features", lambda: load_features(self.store, arrays))
 
 
 def load_learned(opened: store.Store) -> Learned:
@@ -147,22 +190,42 @@ def load_learned(opened: store.Store) -> Learned:
         )
 
 
-def load_features(opened: store.Store) -> FeaturePool:
-    """Features of all motions; computed once, then memory-mapped from the cache of the database."""
+def load_features(
+    opened: store.Store, arrays: dict[str, NDArray[Any]] | None = None
+) -> FeaturePool:
+    """Features of all motions; computed once, then memory-mapped from the cache of the database.
 
-    def build() -> dict[str, np.ndarray]:
-        pool = store.load_motion_pool(opened)
-        parts = [recognition_features(pool.motion(int(c))) for c in pool.capture_ids]
-        bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
-        none = np.zeros((0, N_FEATURES), dtype=np.float32)
-        return {
-            "capture_ids": pool.capture_ids,
-            "bounds": bounds,
-            "features": np.concatenate(parts) if parts else none,
-            "lengths": np.diff(pool.offsets),
-        }
+    Parameters
+    ----------
+    opened : Store
+        The open database.
+    arrays : dict of str to array, optional
+        Features of its motions (:func:`feature_arrays`), if they are there already.
+    """
 
-    return FeaturePool(**store.cached_arrays(opened, "features", build))
+    def build() -> dict[str, NDArray[Any]]:
+        return arrays or feature_arrays(store.load_motion_pool(opened))
+
+    return FeaturePool(**store.cached_arrays(opened, FEATURES, build))
+
+
+def feature_arrays(pool: store.MotionPool) -> dict[str, NDArray[Any]]:
+    """The arrays of a :class:`FeaturePool` by name.
+
+    Parameters
+    ----------
+    pool : MotionPool
+        All motions.
+    """
+    parts = features_of_motions([pool.motion(int(c)) for c in pool.capture_ids])
+    bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+    none = np.zeros((0, N_FEATURES), dtype=np.float32)
+    return {
+        "capture_ids": pool.capture_ids,
+        "bounds": bounds,
+        "features": np.concatenate(parts) if parts else none,
+        "lengths": np.diff(pool.offsets),
+    }
 
 
 def _with_generated(opened: store.Store, learned: Learned) -> Learned:

@@ -1,8 +1,7 @@
 """The learned model: :class:`LearnedModel` as ``learn`` derives it, :class:`Learned` for questions.
 
 Both are frozen and hold no store. A :class:`Learned` is complete: the model, the catalogue and the
-captions, all of one revision of the store. Values that depend only on these arrays are computed at
-first use and kept with the record.
+captions, all of one revision. Values that depend only on these are computed at first use and kept.
 """
 
 from __future__ import annotations
@@ -17,12 +16,7 @@ from numpy.typing import NDArray
 from motiondb.errors import NotLearnedError
 from motiondb.learning.caption_evidence import caption_evidence, interval_evidence, whole_vectors
 from motiondb.learning.certainty.certainties import Certainties
-from motiondb.learning.counting import (
-    Counted,
-    Described,
-    capture_rows,
-    described_intervals,
-)
+from motiondb.learning.counting import Counted, Described, capture_rows, described_intervals
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.judging.motion_judge import MotionJudge, said_words
 from motiondb.learning.performer_groups import performers_of
@@ -47,9 +41,9 @@ from motiondb.records import (
 )
 from motiondb.search import certainty
 from motiondb.search.examples import extents
+from motiondb.search.examples.resemblance import MeaningSpace, emphasis_of, meaning_space
 from motiondb.search.questions import by_words
 from motiondb.search.questions.bounds import TakeExtremes, take_extremes
-from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors import movement
 from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
@@ -203,6 +197,12 @@ class Learned(LearnedModel):
         return self.fitted_word_map
 
     @cached_property
+    def meaning_space(self) -> MeaningSpace:
+        """What captures are compared with an example by; NotLearnedError without words."""
+        last, emphasis = self.n_posture_and_travel, emphasis_of(self.association.words)
+        return meaning_space(self.word_map, last, emphasis, self.pooled)
+
+    @cached_property
     def has_words(self) -> bool:
         """Whether words were learned, and some capture still has words."""
         return self.fitted_word_map is not None and bool(self.association.counts.any())
@@ -273,7 +273,7 @@ class Learned(LearnedModel):
         starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
         return {
             capture: by_words.motion_log_odds(
-                fit, self.standardised[rows], starts[rows], ends[rows], WINDOW_MARGIN
+                fit, self.standardised[rows], starts[rows], ends[rows], by_words.WINDOW_MARGIN
             )
             for capture, rows in self.rows.items()
         }

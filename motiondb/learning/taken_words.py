@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.errors import QueryError
+from motiondb.errors import UnknownWordsError
 from motiondb.learning.learned import Learned
 from motiondb.learning.written_words import WrittenWord, with_written
 from motiondb.records import Association, FloatArray
@@ -226,7 +226,7 @@ def _check_known(learned: Learned, text: str, takings: Mapping[str, Taking]) -> 
     asked = _asked_forms(learned, text)
     nothing_known = asked.keys().isdisjoint(learned.known_words)
     if takings and nothing_known and not any(t.is_taken for t in takings.values()):
-        raise QueryError(_refusal(takings))
+        raise UnknownWordsError(_refusal(takings))
 
 
 def _refusal(takings: Mapping[str, Taking]) -> str:

@@ -11,7 +11,12 @@ from motiondb.store.catalogue.annotations import (
     save_synonyms,
     save_tags,
 )
-from motiondb.store.catalogue.cache import MotionPool, cached_arrays, load_motion_pool
+from motiondb.store.catalogue.cache import (
+    MotionPool,
+    cached_arrays,
+    is_cached,
+    load_motion_pool,
+)
 from motiondb.store.catalogue.captures import (
     load_capture,
     load_captures,
@@ -126,6 +131,7 @@ __all__ = [
     "count_rows",
     "digest",
     "finish_run",
+    "is_cached",
     "is_learned",
     "learning_is_current",
     "load_association",

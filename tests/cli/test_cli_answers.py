@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+import motiondb
+from motiondb import store
+from motiondb.learning.parameter_arrays import from_stored, to_stored
+from motiondb.learning.start.checking import NO_EXAMPLES_CHECKED
 
 
 def answer(ended: Any) -> Any:
@@ -251,6 +257,22 @@ def test_nothing_matches_is_said_above_the_nearest(command: Any, learned_file: P
     assert (ended.code, ended.out) == (
         0, "understood: kick\nnothing in this database matches\n",
     )  # fmt: skip
+
+
+def test_examples_without_probabilities_say_why(command: Any, learned_copy: Path) -> None:
+    """The certainty of answers to words was learned, that of answers to examples was not."""
+    with motiondb.open(learned_copy) as db, store.transaction(db.store):
+        model = from_stored(store.load_learning(db.store))
+        certainties = replace(model.certainties, example=None)
+        store.save_learning(db.store, to_stored(replace(model, certainties=certainties)))
+    asked = ("like", "boris/kick_1", "--limit", 2, "--db", learned_copy)
+    ended = command(*asked)
+    assert (ended.code, ended.err) == (0, f"note: {NO_EXAMPLES_CHECKED}\n")
+    assert [line.split()[5] for line in ended.out.splitlines()] == ["probability", "-", "-"]
+    told = answer(command(*asked, "--json"))
+    assert told["unchecked"] == NO_EXAMPLES_CHECKED
+    assert {m["probability"] for m in told["matches"]} == {None}
+    assert command("search", "kick", "--db", learned_copy).err == ""
 
 
 def test_answers_by_symbols_carry_their_certificate(command: Any, learned_file: Path) -> None:

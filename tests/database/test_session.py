@@ -127,6 +127,50 @@ def test_values_are_kept_for_one_revision(db: MotionDB) -> None:
     assert [db.session.kept("x", load) for _ in range(2)] == [4, 4]
 
 
+def test_a_long_load_keeps_nobody_from_other_values(db: MotionDB) -> None:
+    assert db.session.kept("short", lambda: 1) == 1
+    loading, seen = threading.Event(), threading.Event()
+
+    def load() -> int:
+        loading.set()
+        assert seen.wait(60)  # ends only after the others were answered
+        return 2
+
+    with ThreadPoolExecutor(2) as pool:
+        long = [pool.submit(db.session.kept, "long", load) for _ in range(2)]
+        assert loading.wait(60)
+        assert db.session.kept("short", lambda: 3) == 1
+        assert db.session.kept("new", lambda: 4) == 4
+        assert db.learned.has_words
+        seen.set()
+        assert [asked.result() for asked in long] == [2, 2]
+
+
+def test_a_value_is_loaded_once_for_all_threads(db: MotionDB) -> None:
+    loads: list[int] = []
+
+    def load() -> int:
+        loads.append(1)
+        return len(loads)
+
+    with ThreadPoolExecutor(N_THREADS) as pool:
+        values = list(pool.map(lambda _: db.session.kept("x", load), range(N_THREADS)))
+    assert values == [1] * N_THREADS
+
+
+def test_a_value_of_a_revision_that_ended_while_it_was_loaded_is_not_kept(few: Path) -> None:
+    with motiondb.open(few) as one, motiondb.open(few) as two:
+
+        def load() -> str:
+            two.set_words("ana/bow_1", "bow, kick")
+            with ThreadPoolExecutor(1) as other:  # reads the new revision while this one loads
+                assert other.submit(one.session.kept, "y", lambda: "new").result() == "new"
+            return "old"
+
+        assert one.session.kept("x", load) == "old"
+        assert one.session.kept("x", lambda: "new") == "new"
+
+
 def test_what_an_undone_change_showed_is_forgotten(db: MotionDB) -> None:
     def change() -> None:
         with store.transaction(db.store):

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from page_tools import wait_for, wait_for_figure
 
+ALL_PLAY = """() => [...document.querySelectorAll('.variant .timeline-cursor')]
+    .every((cursor) => parseFloat(cursor.style.left) > 5)"""
 ASKED = "#/generate?q=a+person+walks+then+kicks&seed=7"
 
 
@@ -36,11 +40,21 @@ def test_variants_have_their_own_seeds_and_play_together(asked_server, new_page)
     page.get_by_text("seed 3").wait_for()
     page.get_by_text("seed 4").wait_for()
     page.get_by_role("button", name="Play together").click()
-    wait_for(
-        page,
-        """() => [...document.querySelectorAll('.variant .timeline-cursor')]
-            .every((cursor) => parseFloat(cursor.style.left) > 5)""",
-    )
+    wait_for(page, ALL_PLAY)
+
+
+def test_variants_play_together_however_late_their_motion_comes(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate")
+    held: list[Any] = []
+    page.route("**/api/motion?*", lambda request: held.append(request))
+    page.goto(f"{asked_server}#/generate?q=walk&seed=3&variants=2")
+    page.get_by_text("seed 4").wait_for()
+    page.get_by_role("button", name="Play together").click()
+    page.wait_for_timeout(500)  # some frames are drawn without a motion
+    for request in held:
+        request.continue_()
+    wait_for(page, ALL_PLAY)
+    assert page.get_by_role("button", name="Pause: walk, seed 3").count() == 1
 
 
 def test_the_next_seed_makes_another_motion(asked_server, new_page):
@@ -68,3 +82,11 @@ def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server,
     page = new_page(f"{asked_server}#/generate?q=frobnicate&seed=0")
     fault = page.get_by_role("alert").filter(has_text="frobnicate")
     fault.wait_for()
+    page.locator(".known-words button").first.wait_for()
+
+
+def test_known_words_are_offered_for_unknown_words_alone(asked_server, new_page):
+    page = new_page(f"{asked_server}#/generate?q=not+walk&seed=0")
+    page.get_by_role("alert").filter(has_text="expected an action to show").wait_for()
+    page.wait_for_load_state("networkidle")
+    assert page.locator(".known-words button").count() == 0

@@ -336,6 +336,24 @@ def test_the_stage_shows_the_path_and_the_region(grammar_server, new_page):
     assert page.locator(".plan-region polyline").count() == 1
 
 
+def test_an_emptied_player_keeps_no_picture(grammar_server, new_page):
+    page = made(new_page(f"{grammar_server}#/grammar?name=play"))
+    wait_for_figure(page, ".editor .player-canvas")
+    page.evaluate("() => { location.hash = '#/grammar?name=play' }")
+    page.locator(".editor").first.wait_for(state="hidden")
+    page.route("**/api/motion?*", lambda request: None)  # the next motion does not come
+    made(page, 3)
+    wait_for(
+        page,
+        """() => {
+            const canvas = document.querySelector('.editor .player-canvas');
+            const { width, height } = canvas;
+            const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+            return data.every((value, i) => value === data[i % 4]);
+        }""",
+    )
+
+
 @pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm ci")
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(grammar_server, new_page, scheme):

@@ -159,3 +159,40 @@ def test_features_hold_the_joints_in_the_frame_of_the_heading(make_motion: Motio
             np.testing.assert_allclose(
                 values[frame // 2, 3 * joint : 3 * joint + 3], expected, atol=1e-5
             )
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=8), st.integers(1, 60))
+def test_features_of_many_motions_are_those_of_each(
+    make_motion: MotionMaker, lengths: list[int], block: int
+) -> None:
+    motions = [make_motion(length, seed) for seed, length in enumerate(lengths)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(features, "BLOCK", block)
+        together = features.features_of_motions(motions)
+    assert len(together) == len(motions)
+    for motion, actual in zip(motions, together):
+        np.testing.assert_array_equal(actual, features.recognition_features(motion))
+
+
+@pytest.mark.parametrize("length", [1, 2, 3, 40])
+def test_features_are_those_of_the_whole_motion(make_motion: MotionMaker, length: int) -> None:
+    """Twin: velocities by `velocity` of all frames, then every second frame."""
+    motion = make_motion(length, 1)
+    positions, rotations = retarget.motion_positions(motion)
+    heading = features.headings(rotations)
+    facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -heading)
+    local = rotation.rotate(facing[:, None], positions - positions[:, :1] * [1.0, 0.0, 1.0])
+    root = rotation.rotate(facing, features.velocity(positions[:, 0], 30.0))
+    parts = [
+        local,
+        0.6 * features.velocity(local, 30.0) / 3.0,
+        2.0 * root / 3.0,
+        2.0 * features.velocity(heading, 30.0) / 3.0,
+    ]
+    expected = np.concatenate([part.reshape(length, -1) for part in parts], axis=1)[::2]
+    np.testing.assert_allclose(features.recognition_features(motion), expected, atol=1e-5)
+
+
+def test_no_motions_have_no_features() -> None:
+    assert features.features_of_motions([]) == []

@@ -12,9 +12,10 @@ from motiondb.learning.answers.word_answers import mark_generated, reaches, to_s
 from motiondb.learning.answers.word_sources import why_unchecked
 from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
+from motiondb.learning.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import FEATURE_STEP, recognition_features
-from motiondb.records import Float32Array, Match, Motion
+from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search import certainty
 from motiondb.search.examples import by_motion, extents
 from motiondb.search.examples.resemblance import emphasis_of
@@ -37,8 +38,8 @@ class ExampleAnswer(Sequence[Match]):
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
     unchecked : str
-        Why the answers carry no probabilities, where the database learned with a start and its own
-        captions have not checked them; otherwise "" (``learning.start.checking``).
+        Why the answers carry no probabilities, where captions have not sufficed to learn or to
+        check them (``learning.start.checking``); otherwise "".
     """
 
     matches: tuple[Match, ...]
@@ -115,8 +116,15 @@ def search_motion(
         matches,
         max((alike for alike, _ in sure), default=None),
         None if known is None or np.isnan(known.threshold) else known.threshold,
-        why_unchecked(learned, ()) if known is None else "",
+        _why_no_probabilities(learned),
     )
+
+
+def _why_no_probabilities(learned: Learned) -> str:
+    """The reason why answers to examples have no probabilities; "" where they have."""
+    if learned.example_certainty is not None:
+        return ""
+    return why_unchecked(learned, ()) or (NO_EXAMPLES_CHECKED if learned.has_words else "")
 
 
 def _how_sure(
@@ -131,25 +139,29 @@ def _how_sure(
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
     clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
-    certainties = []
-    for c in candidates:
-        rows = learned.rows[c.capture]
-        vector = score_vectors.interval_vectors(
-            learned.standardised[rows], learned.segments.starts[rows], learned.segments.ends[rows],
-            np.array([c.start * FEATURE_STEP]), np.array([c.end * FEATURE_STEP]),
-        )  # fmt: skip
-        alike = by_motion.resemblance(
-            query.vector,
-            vector,
-            learned.word_map,
-            n_posture_and_travel=learned.n_posture_and_travel,
-            emphasis=query.emphasis,
-        )[0]
-        chance = float(certainty.probability(sure.log_odds(np.array([alike, clear]))))
-        certainties.append(
-            (by_motion.same_motion(float(alike), c.warp), by_motion.same_motion(chance, c.warp))
-        )
-    return certainties
+    vectors = [_interval_vector(learned, c) for c in candidates]
+    alike = by_motion.resemblance(
+        query.vector,
+        np.array(vectors).reshape(len(candidates), len(query.vector)),
+        learned.word_map,
+        n_posture_and_travel=learned.n_posture_and_travel,
+        emphasis=emphasis_of(learned.association.words),
+    )
+    log_odds = sure.log_odds(np.column_stack([alike, np.full(len(alike), clear)]))
+    chances = certainty.probability(log_odds)
+    return [
+        (by_motion.same_motion(float(a), c.warp), by_motion.same_motion(float(chance), c.warp))
+        for c, a, chance in zip(candidates, alike, chances)
+    ]
+
+
+def _interval_vector(learned: Learned, candidate: by_motion.Candidate) -> FloatArray:
+    """Vector of the interval of a candidate: array (columns,)."""
+    rows = learned.rows[candidate.capture]
+    return score_vectors.interval_vectors(
+        learned.standardised[rows], learned.segments.starts[rows], learned.segments.ends[rows],
+        np.array([candidate.start * FEATURE_STEP]), np.array([candidate.end * FEATURE_STEP]),
+    )[0]  # fmt: skip
 
 
 def _find_motion(
@@ -201,12 +213,8 @@ def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_mo
     weights = (ends - starts) / max(int((ends - starts).sum()), 1)
     whole = np.array([0.0]), np.array([float(len(seen.features))])
     vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
-    words = learned.word_map if meaning else None
-    emphasis = emphasis_of(learned.association.words)
-    return by_motion.Query(
-        seen.features, seen.symbols, weights, vector, words, learned.n_posture_and_travel, emphasis,
-        learned.pooled,
-    )  # fmt: skip
+    space = learned.meaning_space if meaning else None
+    return by_motion.Query(seen.features, seen.symbols, weights, vector, space)
 
 
 def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:

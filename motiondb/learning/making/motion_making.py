@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from motiondb.errors import QueryError
+from motiondb.errors import QueryError, UnknownWordsError
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.action_sources import ActionSources, all_sources, find_sources
 from motiondb.learning.making.excerpt_motion import ExcerptMotion, excerpt_motion
@@ -189,7 +189,7 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
             "Say what the motion is to show."
         )
     if missing and not anyway:
-        raise QueryError(_nothing_shows(missing, learned))
+        raise UnknownWordsError(_nothing_shows(missing, learned))
     lost = tuple(
         JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
         for words in (*missing, *_lost_verbs(read, counts))

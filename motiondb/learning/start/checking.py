@@ -38,6 +38,13 @@ smallest number at which the probabilities across studios are no further off wit
 without one, in both directions; without a start, they are off by half as much as with 25 in one of
 two studios, and by two thirds in the other (docs/start.md)."""
 
+NO_EXAMPLES_CHECKED = (
+    "no probabilities: for examples they are learned from captions that name the same actions for "
+    "several performers, and these did not suffice when the database learned; caption more "
+    "captures, and run motiondb learn"
+)
+"""The reason where answers to words may have probabilities, but answers to examples have none."""
+
 
 def checked_certainty(
     own_certainty: Certainty | None, first: Certainty | None, n_own: float

@@ -13,8 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from motiondb.database import MotionDB
+from motiondb.database.session import feature_arrays
 from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift
+
+EXAMPLE = 2.0
+"""Longest example, in seconds, by which the data for examples are loaded. Chosen by hand."""
 
 
 def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
@@ -69,9 +73,28 @@ class HeldDatabase:
     def warm(self) -> None:
         """Load the data that questions need, so that the first user does not wait for it."""
         self.warm_view()
-        with suppress(MotionDBError), self.use() as db:
-            if db.is_learned() and db.learned.has_words:
-                db.search(db.vocabulary()[0], limit=1)
+        with suppress(MotionDBError):
+            self._warm_features()
+            with self.use() as db:
+                learned = db.learned
+                if learned.has_words:
+                    db.search(db.vocabulary()[0], limit=1)
+                if learned.rows:
+                    first = learned.captures[min(learned.rows)]
+                    db.like(first.name, 0.0, min(first.duration, EXAMPLE), limit=1)
+
+    def _warm_features(self) -> None:
+        """Compute the features of all captures, while the file is free.
+
+        Of all data they take longest, and they are computed anew after every change of captures.
+        """
+        with self.use() as db:
+            needed = db.is_learned() and not db.session.has_features()
+            motions = db.session.motions if needed else None
+        if motions is not None:
+            arrays = feature_arrays(motions)
+            with self.use() as db:
+                db.session.keep_features(motions, arrays)
 
     def close(self) -> None:
         """Close the file."""

@@ -32,10 +32,9 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.examples import alignment, extents, warping
-from motiondb.search.examples.resemblance import meaning_rows, resemblance, with_feedback
+from motiondb.search.examples.resemblance import MeaningSpace, resemblance, with_feedback
 from motiondb.search.vectors.score_vectors import interval_vectors
-from motiondb.words.maps.pooled_map import PooledMap, pooled_statistics
-from motiondb.words.maps.word_map import WordMap
+from motiondb.words.maps.pooled_map import statistics_of_intervals
 
 WARP_WEIGHT = 0.5
 """Weight of the warping distance. Chosen by hand; not tuned."""
@@ -62,24 +61,16 @@ class Query:
         Share of each segment in the duration; the sum is 1.
     vector : array (columns,)
         Its vector, of length 1.
-    words : WordMap, optional
-        The word map. None: words are not used in the comparison.
-    n_posture_and_travel : int
-        Number of the vector's last columns that are posture and travel.
-    emphasis : array (words,), optional
-        Weights of the words in the comparison; 1 where they are not given.
-    pooled : PooledMap, optional
-        Second opinion on the words, from pooled statistics; takes part with ``words`` only.
+    meaning : MeaningSpace, optional
+        What the words of the vectors and of the frames are compared by. None: words are not used in
+        the comparison.
     """
 
     features: Float32Array
     symbols: IntArray
     weights: FloatArray
     vector: FloatArray
-    words: WordMap | None = None
-    n_posture_and_travel: int = 0
-    emphasis: FloatArray | None = None
-    pooled: PooledMap | None = None
+    meaning: MeaningSpace | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,25 +197,22 @@ def _meaning_gains(
     query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
 ) -> FloatArray:
     """Resemblance, with feedback, less cosine of the best window of every capture: (captures,)."""
-    if query.words is None or not scored:
+    if query.meaning is None or not scored:
         return np.zeros(len(scored))
     vectors = np.stack([query.vector, *(windows.vector for windows in scored.values())])
-    second = _pooled_evidence(query, scored, frames_of)
-    rows = meaning_rows(query.words, vectors, query.n_posture_and_travel, query.emphasis, second)
+    rows = query.meaning.rows(vectors, _pooled_statistics(query, scored, frames_of))
     alike = with_feedback(rows[1:] @ rows[0], rows[1:])
     return alike - np.array([windows.cosine for windows in scored.values()])
 
 
-def _pooled_evidence(
+def _pooled_statistics(
     query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
 ) -> FloatArray | None:
-    """Second opinion on the words of the query and of the best windows: (1 + captures, words)."""
-    if query.pooled is None or frames_of is None:
+    """Pooled statistics of the query and of the best windows, if used: (1 + captures, 5 D)."""
+    if query.meaning is None or query.meaning.pooled is None or frames_of is None:
         return None
     best = (frames_of(c, int(w.low[w.best]), int(w.high[w.best])) for c, w in scored.items())
-    return query.pooled.evidence(
-        np.stack([pooled_statistics(frames) for frames in (query.features, *best)])
-    )
+    return statistics_of_intervals([query.features, *best])
 
 
 def refine(

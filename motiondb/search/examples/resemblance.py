@@ -27,12 +27,16 @@ right ("pseudo relevance feedback").
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import DTypeLike
 
-from motiondb.records import FloatArray
+from motiondb.records import Float32Array, FloatArray
 from motiondb.words.lexicon.vocabulary import MODIFIERS
+from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_map import WordMap
 
@@ -57,6 +61,89 @@ Chosen among 0, 5, 10 and 20 in the CMU training parts."""
 FEWEST_OTHERS = 5
 """Smallest number of captures for each one that is assumed to be a right answer. Chosen by hand;
 not tuned."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeaningSpace:
+    """Linear maps from an interval to the row whose dot products are resemblances.
+
+    Made by :func:`meaning_space` once for many comparisons. All arrays have one precision, which is
+    also that of the rows.
+
+    Attributes
+    ----------
+    weights : array (columns, words)
+        u of the word map, times the weights of the words.
+    offsets : array (words,)
+        c of the word map, times the weights of the words.
+    n_moving : int
+        Number of the first columns of a vector that are neither posture nor travel.
+    pooled : PooledMap or None
+        Second opinion on the words, its u times the weights of the words.
+    """
+
+    weights: FloatArray | Float32Array
+    offsets: FloatArray | Float32Array
+    n_moving: int
+    pooled: PooledMap | None
+
+    def rows(
+        self, vectors: FloatArray, statistics: FloatArray | None = None
+    ) -> FloatArray | Float32Array:
+        """Rows whose dot products are resemblances: array (..., columns of a row).
+
+        Parameters
+        ----------
+        vectors : array (..., columns)
+            Vectors of length 1.
+        statistics : array (..., 5 D), optional
+            Pooled statistics of the same intervals. Without them, the second opinion takes no part.
+        """
+        vectors = vectors.astype(self.weights.dtype, copy=False)
+        evidence = vectors @ self.weights + self.offsets
+        moving = vectors[..., : self.n_moving]
+        parts = [(MEANING_SHARE, evidence), (1.0 - MEANING_SHARE, moving)]
+        if self.pooled is not None and statistics is not None:
+            parts[0] = MEANING_SHARE - POOLED_SHARE, evidence
+            second = self.pooled.evidence(statistics.astype(self.weights.dtype, copy=False))
+            parts.append((POOLED_SHARE, second))
+        return np.concatenate([unit(row) * math.sqrt(share) for share, row in parts], axis=-1)
+
+
+def meaning_space(
+    words: WordMap,
+    n_posture_and_travel: int = 0,
+    emphasis: FloatArray | None = None,
+    pooled: PooledMap | None = None,
+    dtype: DTypeLike = np.float32,
+) -> MeaningSpace:
+    """Prepare the rows of many intervals.
+
+    Parameters
+    ----------
+    words : WordMap
+        The word map.
+    n_posture_and_travel : int, optional
+        Number of the last columns of vectors that are posture and travel.
+    emphasis : array (words,), optional
+        Weights of the words (:func:`emphasis_of`); 1 where they are not given.
+    pooled : PooledMap, optional
+        Second opinion on the words.
+    dtype : data type, optional
+        Precision. Single precision halves the memory that a comparison reads, which is most of its
+        time; resemblances then differ from those in double precision by some 1e-7.
+    """
+    weights = np.ones(len(words.offsets)) if emphasis is None else emphasis
+    second = None
+    if pooled is not None:
+        arrays = {**vars(pooled), "weights": pooled.weights * weights}
+        second = PooledMap(**{name: array.astype(dtype) for name, array in arrays.items()})
+    return MeaningSpace(
+        (words.weights * weights).astype(dtype),
+        (words.offsets * weights).astype(dtype),
+        len(words.weights) - n_posture_and_travel,
+        second,
+    )
 
 
 def resemblance(
@@ -88,45 +175,13 @@ def resemblance(
     """
     if words is None:
         return np.asarray(vectors @ vector)
-    rows = meaning_rows(words, vectors, n_posture_and_travel, emphasis)
-    return np.asarray(rows @ meaning_rows(words, vector, n_posture_and_travel, emphasis))
+    space = meaning_space(words, n_posture_and_travel, emphasis, dtype=np.float64)
+    return np.asarray(space.rows(vectors) @ space.rows(vector))
 
 
-def meaning_rows(
-    words: WordMap,
-    vectors: FloatArray,
-    n_posture_and_travel: int = 0,
-    emphasis: FloatArray | None = None,
-    pooled_evidence: FloatArray | None = None,
-) -> FloatArray:
-    """Rows whose dot products are resemblances: array (..., words + columns).
-
-    Without a second opinion, the dot products are the values of :func:`resemblance`. The rows are
-    computed once for many comparisons of the same intervals.
-
-    Parameters
-    ----------
-    words : WordMap
-        The word map.
-    vectors : array (..., columns)
-        Vectors of length 1.
-    n_posture_and_travel : int, optional
-        Number of the last columns that are posture and travel.
-    emphasis : array (words,), optional
-        Weights of the words (:func:`emphasis_of`); 1 where they are not given.
-    pooled_evidence : array (..., words), optional
-        Second opinion on the words of the same intervals.
-    """
-    weights = np.ones(len(words.offsets)) if emphasis is None else emphasis
-    moving = unit(vectors[..., : vectors.shape[-1] - n_posture_and_travel])
-    parts = [(MEANING_SHARE, words.evidence(vectors) * weights), (1.0 - MEANING_SHARE, moving)]
-    if pooled_evidence is not None:
-        parts[0] = MEANING_SHARE - POOLED_SHARE, parts[0][1]
-        parts.append((POOLED_SHARE, pooled_evidence * weights))
-    return np.concatenate([np.sqrt(share) * unit(rows) for share, rows in parts], axis=-1)
-
-
-def with_feedback(alike: FloatArray, rows: FloatArray) -> FloatArray:
+def with_feedback(
+    alike: FloatArray | Float32Array, rows: FloatArray | Float32Array
+) -> FloatArray | Float32Array:
     """Mean of the resemblance to the example and to the captures most like it: array (n,).
 
     Parameters
@@ -134,7 +189,7 @@ def with_feedback(alike: FloatArray, rows: FloatArray) -> FloatArray:
     alike : array (n,)
         Resemblance of every capture to the example.
     rows : array (n, columns)
-        Rows whose dot products are their resemblances (:func:`meaning_rows`).
+        Rows whose dot products are their resemblances (:meth:`MeaningSpace.rows`).
 
     >>> rows = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
     >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()

@@ -127,8 +127,7 @@ def cached_arrays(
     """
     if store.in_transaction:
         return dict(build())  # the transaction may yet be rolled back
-    folder = store.path.with_name(f"{store.path.name}.cache")
-    stem = f"{kind}-{read_meta(store, 'motion_revision')}"
+    folder, stem = _place(store, kind)
     try:
         return _read_arrays(folder, stem)
     except _UNUSABLE:
@@ -137,6 +136,26 @@ def cached_arrays(
         _write_arrays(folder, kind, stem, arrays)
         return _read_arrays(folder, stem)
     return arrays
+
+
+def is_cached(store: Store, kind: str) -> bool:
+    """Whether the cache holds arrays of the current motions; they may yet prove to be damaged.
+
+    Parameters
+    ----------
+    store : Store
+        The open database.
+    kind : str
+        What the arrays are, as in :func:`cached_arrays`.
+    """
+    folder, stem = _place(store, kind)
+    return (folder / f"{stem}.json").is_file()
+
+
+def _place(store: Store, kind: str) -> tuple[Path, str]:
+    """Folder of the cache, and how the names of the files of these arrays begin."""
+    folder = store.path.with_name(f"{store.path.name}.cache")
+    return folder, f"{kind}-{read_meta(store, 'motion_revision')}"
 
 
 def _read_motions(store: Store) -> Arrays:

@@ -15,5 +15,6 @@ def unit(vectors: FloatArray) -> FloatArray:
     vectors : array (..., columns)
         The rows.
     """
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1.0)
+    length = np.sqrt(np.add.reduce(vectors * vectors, axis=-1, keepdims=True))
+    length[~(length > 0.0)] = 1.0
+    return vectors / length

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from motiondb.errors import QueryError
+from motiondb.errors import UnknownWordsError
 from motiondb.words.lexicon.vocabulary import nearest_words, nothing_known
 from motiondb.words.question.manner import adverb_of, known_manner
 from motiondb.words.question.say import say
@@ -85,7 +85,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
 
     Raises
     ------
-    QueryError
+    UnknownWordsError
         No word of the question is known; the message names the nearest known ones.
 
     >>> from motiondb.words.question.parse import parse
@@ -114,7 +114,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     tree = _hold(question.tree, known)
     not_used += [NotUsed(word, reason_unknown(near)) for word, near in unknown.items()]
     if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
-        raise QueryError(nothing_known(question.text, unknown))
+        raise UnknownWordsError(nothing_known(question.text, unknown))
     return KnownQuestion(question.text, tree, unknown, tuple(not_used))
 
 

@@ -17,9 +17,11 @@ from motiondb.database import MotionDB
 from motiondb.database.learn import starting
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
 from motiondb.learning.answers.described_motion import describe
+from motiondb.learning.answers.example_answers import search_motion
 from motiondb.learning.answers.word_answers import search_words
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.parameter_arrays import from_stored, to_stored
+from motiondb.learning.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learning.start.joining import start_weight
 from motiondb.search.certainty import Certainty
 
@@ -135,6 +137,10 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     assert ask("walk or kick") == (reason, {False})
     assert ask("walk then kick") == (reason, {False})
     assert ask("walk but not kick") == (reason, {False})
+    example = started.motion("ana/walk_1")
+    alike = search_motion(learned, started.session.features, example, sorted(learned.rows))
+    assert {m.probability for m in alike} == {None}
+    assert alike.unchecked == NO_EXAMPLES_CHECKED  # the words' certainty says nothing of examples
     said = [pair for d in describe(learned, started.motion("ana/walk_1")) for pair in d.words]
     assert {word for word, p in said if p is not None} == {"walk"}
 

@@ -11,6 +11,7 @@ from motiondb.capture import read_capture
 from motiondb.pose import features, retarget
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.examples import alignment, by_motion, warping
+from motiondb.search.examples.resemblance import meaning_space
 from motiondb.search.vectors import score_vectors
 from motiondb.symbols.feature_space import fit_feature_space
 from motiondb.symbols.segments.segmentation import segment
@@ -134,8 +135,8 @@ def test_the_second_opinion_on_a_window_by_hand() -> None:
     pooled = fit_pooled_map(statistics, np.eye(2, dtype=bool))
     words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
     query = by_motion.Query(
-        frames[7].astype(np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0]), words,
-        pooled=pooled,
+        frames[7].astype(np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0]),
+        meaning_space(words, pooled=pooled),
     )  # fmt: skip
 
     def frames_of(capture: int, first: int, end: int) -> Float32Array:

@@ -80,7 +80,8 @@ def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
     deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
     actual = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
     np.testing.assert_allclose(actual, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
-    rows = resemblance.meaning_rows(deaf_to_second, vectors)
+    space = resemblance.meaning_space(deaf_to_second, dtype=np.float64)
+    rows = space.rows(vectors)
     np.testing.assert_allclose(rows @ rows[0], actual, atol=1e-12)
     moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_posture_and_travel=1)
     np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x

@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.words.maps.pooled_map import RIDGE, fit_pooled_map, pooled_statistics
+from motiondb.words.maps.pooled_map import (
+    RIDGE,
+    fit_pooled_map,
+    pooled_statistics,
+    statistics_of_intervals,
+)
 from motiondb.words.maps.unit_length import unit
 
 
@@ -31,6 +36,15 @@ def test_statistics_are_those_of_numpy(n_frames: int, n_dims: int, seed: int) ->
 def test_statistics_do_not_depend_on_the_order_of_frames() -> None:
     frames = np.random.default_rng(1).normal(size=(20, 2))
     np.testing.assert_array_equal(pooled_statistics(frames), pooled_statistics(frames[::-1]))
+
+
+@given(st.lists(st.integers(1, 6), min_size=1, max_size=60), st.integers(0, 1000))
+@settings(max_examples=30, deadline=None)
+def test_statistics_of_many_intervals_are_those_of_each(lengths: list[int], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    intervals = [rng.normal(size=(length, 3)).astype(np.float32) for length in lengths]
+    expected = np.stack([pooled_statistics(frames) for frames in intervals])
+    np.testing.assert_allclose(statistics_of_intervals(intervals), expected, atol=1e-12)
 
 
 def test_the_map_is_the_ridge_regression_of_captions_of_length_1() -> None:

@@ -13,7 +13,7 @@ export interface StageView {
   readonly canvas: HTMLCanvasElement;
   readonly scene: THREE.Scene;
   readonly camera: THREE.PerspectiveCamera;
-  /** Whether there is nothing to see yet; the canvas then has the colour of the page. */
+  /** Whether there is nothing to see; then nothing is drawn, and the last picture is removed. */
   isEmpty(): boolean;
   /** Called before each frame with the seconds since the last; true: draw this view. */
   update(seconds: number): boolean;
@@ -41,6 +41,8 @@ interface Entry {
   view: StageView;
   visible: boolean;
   stale: boolean;
+  /** Whether its canvas holds a picture. */
+  drawn: boolean;
   /** When it had its last turn, milliseconds. */
   last: number;
   /** When it was last drawn without smoothed edges; null: it has them. */
@@ -147,6 +149,15 @@ export function makeStage(): Stage {
     context?.drawImage(source, 0, source.height - down, across, down, 0, 0, width, height);
   }
 
+  /** Remove the picture of a view that was emptied. */
+  function wipe(entry: Entry): void {
+    const context = entry.view.canvas.getContext("2d", { alpha: false });
+    if (!context || !colours) return;
+    context.fillStyle = `#${colours.background.getHexString()}`;
+    context.fillRect(0, 0, context.canvas.width, context.canvas.height);
+    Object.assign(entry, { drawn: false, stale: true, rough: null });
+  }
+
   function frame(now: number): void {
     if (entries.size === 0) {
       running = false;
@@ -168,11 +179,14 @@ export function makeStage(): Stage {
       }
       const changed = entry.view.update(Math.min((now - entry.last) / 1000, LONGEST_STEP));
       entry.last = now;
-      if (!renderer || entry.view.isEmpty()) continue;
-      if (changed || entry.stale) {
+      if (!renderer) continue;
+      if (entry.view.isEmpty()) {
+        if (entry.drawn) wipe(entry);
+      } else if (changed || entry.stale) {
         entry.stale = false;
         entry.rough = software ? now : null;
         draw(renderer, entry.view, 1);
+        entry.drawn = true;
       } else if (entry.rough !== null && now - entry.rough > STILL) {
         entry.rough = null;
         draw(renderer, entry.view, FINER);
@@ -193,6 +207,7 @@ export function makeStage(): Stage {
         view,
         visible: false,
         stale: true,
+        drawn: false,
         last: performance.now(),
         rough: null,
       });

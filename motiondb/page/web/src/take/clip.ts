@@ -5,7 +5,7 @@ import type { Motions } from "../api/motions.ts";
 import { messageOf } from "../api/client.ts";
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
-import { seek, toggle } from "../player/playback.ts";
+import { seek, toggle, type Playback } from "../player/playback.ts";
 import { steer } from "../player/pointer.ts";
 import { makeScreen, spanOf, type Screen } from "../player/screen.ts";
 import type { Stage } from "../player/stage.ts";
@@ -22,8 +22,12 @@ export interface ClipOptions {
 export interface Clip {
   readonly element: HTMLElement;
   readonly screen: Screen;
+  /** Load what it plays, if that has not begun; ends when it is shown, or cannot be. */
+  ready(): Promise<void>;
+  /** Play from the start. */
+  replay(): void;
   /** Show a time; a time outside the loaded part is loaded first. */
-  seek(time: number): void;
+  seek(time: number): Promise<void>;
   close(): void;
 }
 
@@ -42,8 +46,16 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
   const element = h("div", { class: "clip" }, canvas, message, button);
   let tracks: readonly Track[] = [];
 
+  let begun: Promise<void> | null = null;
+
+  /** Play or pause; before the motion is there, play it as soon as it is. */
   function press(): void {
-    screen.setPlayback(toggle(screen.playback));
+    if (tracks.length > 0) setPlayback(toggle(screen.playback));
+    else void ready().then(() => setPlayback({ ...screen.playback, playing: true }));
+  }
+
+  function setPlayback(playback: Playback): void {
+    screen.setPlayback(playback);
     refresh();
   }
 
@@ -72,15 +84,19 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
   async function begin(): Promise<void> {
     await load(false);
     screen.frameNow();
-    screen.setPlayback({ ...screen.playback, playing: !REDUCED.matches });
-    refresh();
+    setPlayback({ ...screen.playback, playing: !REDUCED.matches });
+  }
+
+  function ready(): Promise<void> {
+    near.disconnect();
+    begun ??= begin();
+    return begun;
   }
 
   const near = new IntersectionObserver(
     (changes) => {
       if (!changes.some((change) => change.isIntersecting)) return;
-      near.disconnect();
-      void begin();
+      void ready();
     },
     { rootMargin: "200px" },
   );
@@ -91,14 +107,16 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
   return {
     element,
     screen,
-    seek(time) {
+    ready,
+    replay() {
+      const { playback } = screen;
+      setPlayback({ ...seek(playback, playback.from), playing: true });
+    },
+    async seek(time) {
+      await ready();
       const [start, end] = spanOf(tracks);
-      const go = (): void => {
-        screen.setPlayback({ ...seek(screen.playback, time), playing: false });
-        refresh();
-      };
-      if (time >= start && time <= end) go();
-      else void load(true).then(go);
+      if (time < start || time > end) await load(true);
+      setPlayback({ ...seek(screen.playback, time), playing: false });
     },
     close() {
       near.disconnect();

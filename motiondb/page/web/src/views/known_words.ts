@@ -7,9 +7,9 @@ import { faultState } from "../parts/states.ts";
 /** Words that are shown; more would be a list to read. Chosen by hand. */
 const MOST = 24;
 
-/** The fault; where it is about the words of a question, also known words to choose from. */
+/** The fault; where no word of a question is known, also known words to choose from. */
 export function faultWithWords(fault: unknown, choose: (word: string) => void): HTMLElement {
-  if (!(fault instanceof ApiError && fault.kind === "QueryError")) return faultState(messageOf(fault));
+  if (!(fault instanceof ApiError && fault.kind === "UnknownWordsError")) return faultState(messageOf(fault));
   const words = h("div", { class: "known-words" });
   void get<{ words: { word: string }[] }>("/api/vocabulary").then(
     (answer) => {

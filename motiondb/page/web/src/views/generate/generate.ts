@@ -50,7 +50,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       class: "button plain",
       type: "button",
       title: "Start all variants at the same moment",
-      on: { click: () => together() },
+      on: { click: () => void together() },
     },
     "Play together",
   );
@@ -108,12 +108,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     );
   });
 
-  /** Play all variants from their start, so that they can be compared. */
-  function together(): void {
-    for (const { clip } of variants) {
-      const { playback } = clip.screen;
-      clip.screen.setPlayback({ ...playback, time: playback.from, playing: true });
-    }
+  /** Play all variants from their start, as soon as all are loaded, so that they can be compared. */
+  async function together(): Promise<void> {
+    const wanted = variants;
+    await Promise.all(wanted.map(({ clip }) => clip.ready()));
+    if (variants === wanted) wanted.forEach(({ clip }) => clip.replay());
   }
 
   function clear(): void {

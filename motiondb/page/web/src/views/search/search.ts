@@ -1,11 +1,11 @@
 /** Search: one box for a question, or an example; answers play side by side. */
 
-import { get, isAbort, messageOf } from "../../api/client.ts";
+import { get, isAbort } from "../../api/client.ts";
 import type { LikeAnswer, SearchAnswer } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState } from "../../parts/states.ts";
 import { sortFiles, upload } from "../../parts/upload.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
@@ -229,9 +229,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       answers.clear();
       understood.replaceChildren();
       const choose = (word: string): void => go(routeTo("search", { q: word }));
-      const asked = wanted.q && !wanted.where; // a filter may be at fault, too
-      const shown = asked ? faultWithWords(fault, choose) : faultState(messageOf(fault));
-      fill(answers.element, notLearned(fault, context) ?? shown);
+      fill(answers.element, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
     busy(false);
   }

@@ -1,0 +1,71 @@
+"""What the server loads before it is asked for."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motiondb
+from motiondb.database.session import feature_arrays
+from motiondb.page.session.held import HeldDatabase
+from motiondb.store import MotionPool
+
+
+def cached(database: Path) -> set[str]:
+    """Kinds of arrays in the cache beside a database."""
+    folder = database.with_name(f"{database.name}.cache")
+    return {path.name.split("-")[0] for path in folder.glob("*.json")}
+
+
+def test_what_examples_need_is_computed_before_the_first_example(learned_copy: Path) -> None:
+    shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
+    held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
+    held.warm_view()
+    assert "features" not in cached(learned_copy)
+    held.warm()
+    assert "features" in cached(learned_copy)
+    with held.use() as db:
+        assert db.like("ana/bow_1", limit=1)[0].capture == "ana/bow_1"
+    held.close()
+
+
+def test_the_file_is_free_while_features_are_computed(
+    learned_copy: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
+    opened: list[int] = []
+
+    def compute(motions: MotionPool) -> dict[str, Any]:
+        code = "import motiondb, sys; motiondb.open(sys.argv[1]).close()"
+        opened.append(subprocess.run([sys.executable, "-c", code, learned_copy]).returncode)
+        return feature_arrays(motions)
+
+    monkeypatch.setattr("motiondb.page.session.held.feature_arrays", compute)
+    held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
+    held.warm()
+    held.warm()  # they are there now
+    assert opened == [0]
+    held.close()
+
+
+def test_features_of_an_earlier_revision_are_not_kept(learned_copy: Path) -> None:
+    with motiondb.open(learned_copy) as db:
+        motions = db.session.motions
+        arrays = feature_arrays(motions)
+        db.remove(["ana/bow_1"])
+        db.session.keep_features(motions, arrays)
+        assert len(db.session.features.capture_ids) == len(arrays["capture_ids"]) - 1
+
+
+def test_nothing_is_loaded_where_nothing_was_learned(tmp_path: Path) -> None:
+    path = tmp_path / "new.duckdb"
+    motiondb.open(path).close()
+    held = HeldDatabase(path, read_only=True, wait=0.0)
+    held.warm()
+    assert cached(path) == set()
+    held.close()
