@@ -250,6 +250,9 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> 
     nothing = "-" if unchecked else ""
     chances = [nothing or _two_digits(m.probability) for m in matches]
     placed = any(m.interval_probability is not None or _is_place_unchecked(m) for m in matches)
+    intervals = [
+        "-" if _is_place_unchecked(m) else _two_digits(m.interval_probability) for m in matches
+    ]
     columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
     columns += ["interval"] * placed
     print_table(
@@ -257,9 +260,9 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> 
         [*columns, "words"] + (["found"] if reasons else []),
         [
             [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
-            + [chance] * sure + ["-" if _is_place_unchecked(m) else _two_digits(m.interval_probability)] * placed
+            + [chance] * sure + [interval] * placed
             + [" ".join(m.words) or nothing] + ([m.reason] if reasons else [])
-            for m, chance in zip(matches, chances)
+            for m, chance, interval in zip(matches, chances, intervals)
         ],
     )  # fmt: skip
 
