@@ -288,7 +288,7 @@ class Learned(LearnedModel):
     @cached_property
     def description_map(self) -> DescriptionMap | None:
         """Map from score vectors to the words told of a motion; None if it was not calibrated."""
-        if self.description_calibration is None or not self.has_words:
+        if self.description_calibration is None:
             return None
         rows = self.segments, self.described, self.score_space, self.word_numbers
         return caption_evidence.map_descriptions(*rows, self.performers)
