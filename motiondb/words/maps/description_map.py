@@ -149,8 +149,8 @@ def fit_description_map(
     target = unit(presence.astype(np.float64))
     centres = vectors[_centre_rows(numbers)]
     with threadpool_limits(1):  # sums of several threads differ in their last bits
-        own = kernel(centres, centres) + JITTER * np.eye(len(centres))
-        factor = np.linalg.cholesky(own)
+        between = kernel(centres, centres) + JITTER * np.eye(len(centres))
+        factor = np.linalg.cholesky(between)
         columns = np.linalg.solve(factor, kernel(centres, vectors)).T
         mean_z = omega @ columns / len(vectors)
         mean_t = omega @ target / len(vectors)
