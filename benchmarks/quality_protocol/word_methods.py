@@ -16,10 +16,11 @@ from motiondb.learning.answers.whole_captions import CAPTION_WEIGHT
 from motiondb.records import FloatArray
 from motiondb.search.questions.by_question import search_order
 from motiondb.words.maps import word_map
-from motiondb.words.maps.caption_map import (
-    fit_share_calibration,
-    share_probabilities,
-    solve_caption_map,
+from motiondb.words.maps.caption_map import solve_caption_map
+from motiondb.words.maps.description_map import (
+    fit_description_calibration,
+    fit_description_map,
+    score_probabilities,
 )
 from motiondb.words.maps.unit_length import unit
 from motiondb.words.maps.word_moments import word_moments
@@ -61,12 +62,12 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
 
 
 def motiondb_answers(
-    seen: Recognised, fold: Fold, as_captions: bool = True, told_as_shares: bool = True
+    seen: Recognised, fold: Fold, as_captions: bool = True, told_by: str = "description map"
 ) -> Answers:
     """The product: word map, then search in every gallery capture.
 
-    Whole captions are written in quotation marks, unless ``as_captions`` is False. Words are told
-    by their shares of captions, unless ``told_as_shares`` is False: then by the word map.
+    Whole captions are written in quotation marks, unless ``as_captions`` is False. ``told_by``: the
+    map that tells words; "caption map" (by the shares of suggested captions) or "word map" instead.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
@@ -89,11 +90,14 @@ def motiondb_answers(
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
     vectors = seen.vectors[fold.gallery]
     asked = ask_quoted if as_captions else ask
-    if not told_as_shares:
+    if told_by == "word map":
         return Answers(words, fit.log_odds(vectors), asked, fit.probabilities(vectors))
-    calibration = fit_share_calibration(seen.vectors[fold.train], fold.words[fold.train], groups)
-    shares = captions.shares(vectors)
-    return Answers(words, shares, asked, share_probabilities(shares, calibration))
+    if told_by == "caption map":
+        return Answers(words, captions.shares(vectors), asked)
+    known = seen.vectors[fold.train], fold.words[fold.train], groups
+    scores = fit_description_map(*known).scores(vectors)
+    told = score_probabilities(scores, fit_description_calibration(*known))
+    return Answers(words, scores, asked, told)
 
 
 def logistic_answers(features: FloatArray, fold: Fold) -> Answers:

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from motiondb.learning.counting import Described
+from motiondb.learning.counting import Described, known_only, training_rows
 from motiondb.learning.places.place_fitting import Written, label_intervals
 from motiondb.records import FloatArray, SegmentTable
 from motiondb.search.questions import by_words
-from motiondb.search.vectors.score_vectors import interval_vectors
+from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
+from motiondb.words.maps.description_map import DescriptionMap, fit_description_map
 from motiondb.words.maps.place_map import LABELLED
 
 
@@ -95,3 +96,33 @@ def whole_vectors(
         interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
         for r in rows.values()
     ])  # fmt: skip
+
+
+def map_descriptions(
+    table: SegmentTable,
+    described: Sequence[Described],
+    scores: ScoreSpace,
+    number: Mapping[str, int],
+    performers: Mapping[int, str],
+) -> DescriptionMap | None:
+    """Map from score vectors to words, from all described intervals; None if there are none.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    described : sequence of Described
+        Described intervals.
+    scores : ScoreSpace
+        Standardisation of scores.
+    number : mapping of str to int
+        Word -> its column; other words are left out.
+    performers : mapping of int to str
+        Capture number -> performer.
+    """
+    known = known_only(list(described), number)
+    if not known:
+        return None
+    vectors, presence, captures = training_rows(table, known, scores, number)
+    groups = np.unique([performers[int(c)] for c in captures], return_inverse=True)[1]
+    return fit_description_map(vectors, presence, groups)

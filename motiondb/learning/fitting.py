@@ -123,7 +123,7 @@ def fit_model(
         judge=judge,
         edges=_fit_edges(frames, pool, table, places, words),
         pooled=_fit_pooled(frames, pool, table, (taught, words)),
-        share_calibration=words.share_calibration,
+        description_calibration=words.description_calibration,
     )
 
 

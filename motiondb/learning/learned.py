@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.learning.caption_evidence import caption_evidence, interval_evidence, whole_vectors
+from motiondb.learning import caption_evidence
 from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import Counted, Described, capture_rows, described_intervals
 from motiondb.learning.drift import DriftBaseline
@@ -49,6 +49,7 @@ from motiondb.search.vectors.score_vectors import ScoreSpace
 from motiondb.symbols.discovery.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.words.maps.caption_map import CaptionMap, solve_caption_map
+from motiondb.words.maps.description_map import DescriptionMap
 from motiondb.words.maps.edge_map import EdgeMap
 from motiondb.words.maps.pooled_map import PooledMap
 from motiondb.words.maps.word_map import WordMap
@@ -112,9 +113,8 @@ class LearnedModel:
     pooled : PooledMap or None
         Second opinion on the words of an interval, for the resemblance to an example; None if no
         words were written, with a start, and in databases of versions that did not learn it.
-    share_calibration : array (2,) or None
-        Calibration of the probabilities of words of a motion (``words.maps.caption_map``); None in
-        the same cases, in which the word map gives these probabilities.
+    description_calibration : array (2,) or None
+        Calibration of words told of a motion; None in the same cases: then the word map tells them.
     """
 
     run_id: int
@@ -139,7 +139,7 @@ class LearnedModel:
     judge: MotionJudge | None = None
     edges: EdgeMap | None = None
     pooled: PooledMap | None = None
-    share_calibration: FloatArray | None = None
+    description_calibration: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,8 +287,16 @@ class Learned(LearnedModel):
     def suggested_captions(self) -> FloatArray:
         """Captions that the motion of every capture suggests: array (captures, words)."""
         captions = self.caption_map
-        vectors = whole_vectors(self.standardised, self.segments, self.rows)
+        vectors = caption_evidence.whole_vectors(self.standardised, self.segments, self.rows)
         return np.zeros((len(vectors), 0)) if captions is None else captions.suggested(vectors)
+
+    @cached_property
+    def description_map(self) -> DescriptionMap | None:
+        """Map from score vectors to the words told of a motion; None if it was not calibrated."""
+        if self.description_calibration is None:
+            return None
+        rows = self.segments, self.described, self.score_space, self.word_numbers
+        return caption_evidence.map_descriptions(*rows, self.performers)
 
     @cached_property
     def segment_probabilities(self) -> FloatArray:
@@ -299,7 +307,8 @@ class Learned(LearnedModel):
     @cached_property
     def written(self) -> dict[int, FloatArray]:
         """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
-        return caption_evidence(self.described, self.segments, self.rows, self.word_numbers)
+        said = self.described, self.segments, self.rows, self.word_numbers
+        return caption_evidence.caption_evidence(*said)
 
     @cached_property
     def seen_takes(self) -> dict[int, by_words.TakeScores]:
@@ -389,7 +398,7 @@ class Learned(LearnedModel):
     def said_places(self) -> dict[int, FloatArray]:
         """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        return interval_evidence(self.segments, self.rows, written)
+        return caption_evidence.interval_evidence(self.segments, self.rows, written)
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

@@ -89,7 +89,7 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
         judge=_judge(arrays),
         edges=_edges(arrays),
         pooled=_pooled(arrays),
-        share_calibration=arrays.get("share_calibration"),
+        description_calibration=arrays.get("description_calibration"),
     )
     if COUNTED_NAME not in arrays:
         return model
@@ -125,8 +125,8 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
     ):  # fmt: skip
         if part is not None:
             arrays |= {f"{prefix}_{name}": np.asarray(v, float) for name, v in vars(part).items()}
-    if model.share_calibration is not None:
-        arrays["share_calibration"] = model.share_calibration
+    if model.description_calibration is not None:
+        arrays["description_calibration"] = model.description_calibration
     if model.counted is not None:
         arrays |= _counted_arrays(model.counted)
     if model.started is not None:

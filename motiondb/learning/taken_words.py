@@ -22,6 +22,7 @@ from motiondb.records import Association, FloatArray
 from motiondb.words.lexicon.lemmas import lemma
 from motiondb.words.lexicon.vocabulary import forms_of, split_actions
 from motiondb.words.maps.caption_map import CaptionMap
+from motiondb.words.maps.description_map import DescriptionMap
 from motiondb.words.nearby.table import NearbyTable
 from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
 
@@ -66,6 +67,11 @@ class LearnedWithTaken(Learned):
     def suggested_captions(self) -> FloatArray:
         """Captions that the motion suggests, of the known words; see :class:`Learned`."""
         return self.base.suggested_captions
+
+    @cached_property
+    def description_map(self) -> DescriptionMap | None:
+        """Map to the learned words told of a motion; see :class:`Learned`."""
+        return self.base.description_map
 
     def widened(self, values: FloatArray) -> FloatArray:
         """Values of all words; those of taken words are weighted means (:class:`Learned`)."""

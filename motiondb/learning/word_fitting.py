@@ -27,7 +27,7 @@ from motiondb.records import Association, Caption, FloatArray, IntArray, Segment
 from motiondb.search.vectors import movement, score_vectors
 from motiondb.words.lexicon import vocabulary
 from motiondb.words.maps import word_map
-from motiondb.words.maps.caption_map import fit_share_calibration
+from motiondb.words.maps.description_map import fit_description_calibration
 from motiondb.words.translation import association
 
 
@@ -70,7 +70,7 @@ class FittedWords:
         Transitions of symbols, with those of the start.
     lengths : dict
         (symbols l, words m) -> number of described intervals, with those of the start.
-    share_calibration : array (2,) or None
+    description_calibration : array (2,) or None
         Calibration of the words told of a motion; None without captions and with a start.
     """
 
@@ -81,7 +81,7 @@ class FittedWords:
     counted: Counted
     transitions: FloatArray
     lengths: Mapping[tuple[int, int], int]
-    share_calibration: FloatArray | None = None
+    description_calibration: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +108,14 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
     shapes = Counter((len(symbols), len(spoken)) for symbols, spoken in pairs)
     reference = counting.make_reference(fitted, shapes, scores, known)
     counts = counting.count(table, taught.captions, taught.synonyms, reference)
-    ridge, calibration, certainties, of_shares = None, None, Certainties(), None
+    ridge, calibration, certainties, told = None, None, Certainties(), None
     if described:
         rows = _training_rows(table, described, scores, number, taught.performers)
         fit = word_map.fit_word_map(rows.vectors, rows.presence, rows.performers)
         ridge, calibration = fit.ridge, fit.calibration
         if counts.moments.n >= LEAST_CHECKING:
             certainties = _certainties(table, described, rows, scores, fit)
-        of_shares = fit_share_calibration(rows.vectors, rows.presence, rows.performers)
+        told = fit_description_calibration(rows.vectors, rows.presence, rows.performers)
     return FittedWords(
         counting.publish_association(counts, reference),
         scores,
@@ -124,7 +124,7 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
         Counted(counts, reference),
         counts.transitions,
         dict(counts.shapes),
-        of_shares,
+        told,
     )
 
 

@@ -23,6 +23,7 @@ from motiondb.records import CaptureInfo, FloatArray
 from motiondb.search.certainty import usual
 from motiondb.search.questions.by_words import UNWRITTEN, WRITTEN
 from motiondb.words.lexicon.vocabulary import words_of
+from motiondb.words.maps.description_map import DescriptionMap
 from motiondb.words.maps.word_map import WordMap, word_spreads
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
@@ -119,6 +120,11 @@ class LearnedWithWritten(Learned):
                 values[:, column] = WRITTEN if capture in word.captures else UNWRITTEN
                 values[in_caption, column] = WRITTEN
         return evidence
+
+    @cached_property
+    def description_map(self) -> DescriptionMap | None:
+        """Map to the learned words told of a motion; see :class:`Learned`."""
+        return self.base.description_map
 
     def widened(self, values: FloatArray) -> FloatArray:
         """Values of all words; 0 for written words, of which the motion says nothing."""

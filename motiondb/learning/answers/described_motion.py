@@ -1,8 +1,8 @@
 """The words of a motion over time, with their probabilities.
 
-The probability of a word comes from its share of the caption that the motion suggests
-(:mod:`motiondb.words.maps.caption_map`). Where the calibration of shares was not learned (with a
-start, and in databases of versions that did not learn it), it is that of the word map.
+The probability of a word comes from a map of its own (:mod:`motiondb.words.maps.description_map`),
+fitted to the captions that the database holds now. Where its calibration was not learned (with a
+start, and in databases of versions that did not learn it), the probability is that of the word map.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from motiondb.learning.learned import Learned
 from motiondb.learning.recognition import recognise
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, FloatArray, Motion
-from motiondb.words.maps.caption_map import share_probabilities
+from motiondb.words.maps.description_map import score_probabilities
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def word_probabilities(learned: Learned, vectors: FloatArray) -> FloatArray:
     NotLearnedError
         When no capture had words when the database learned.
     """
-    words, captions = learned.word_map, learned.caption_map
-    if captions is None or learned.share_calibration is None:
+    words, told = learned.word_map, learned.description_map
+    if told is None or learned.description_calibration is None:
         return words.probabilities(vectors)
-    return share_probabilities(captions.shares(vectors), learned.share_calibration)
+    return score_probabilities(told.scores(vectors), learned.description_calibration)

@@ -1,1 +1,1 @@
-"""Linear maps from motion to words, for whole takes and for places inside takes."""
+"""Maps from motion to words, for whole takes and for places inside takes."""

@@ -11,15 +11,6 @@ likeness of a question with words Q is the cosine of c * r and of the question's
 
 a sum over its words. t does not hold the rarity, so that the sums that the regression needs are
 additive over captures and can be kept exactly (:mod:`motiondb.words.maps.word_moments`).
-
-The same prediction c, without rarity, tells the words of a motion. A word of a short caption has a
-larger share of it and names the motion more surely than one of a long list, which may be shown
-anywhere in a take. One logistic map for all words makes probabilities of the shares,
-
-    P(w) = sigmoid(a c_w + b),
-
-so that words are told in the order of c. It is fitted to predictions without the performer and to
-predictions with other captures of the performer, half and half, as that of the word map.
 """
 
 from __future__ import annotations
@@ -28,11 +19,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import FloatArray
 from motiondb.words.maps.unit_length import unit
-from motiondb.words.maps.word_map import calibrate, left_out, shared_words
 from motiondb.words.maps.word_moments import WordMoments
 
 RIDGE = 0.1
@@ -112,50 +101,3 @@ def solve_caption_map(moments: WordMoments, ridge: float = RIDGE) -> CaptionMap 
         weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
     offsets = mean_t - np.einsum("i,ij->j", mean_v, weights, optimize=False)
     return CaptionMap(weights, offsets, np.log((1.0 + n) / (1.0 + moments.words)))
-
-
-def share_probabilities(shares: FloatArray, calibration: FloatArray) -> FloatArray:
-    """Probabilities of words from their shares of predicted captions: array (n, words).
-
-    Parameters
-    ----------
-    shares : array (n, words)
-        Predicted captions (:meth:`CaptionMap.shares`).
-    calibration : array (2,)
-        a and b of the module's docstring.
-
-    >>> share_probabilities(np.array([[0.5, 0.0]]), np.array([2.0, -1.0])).round(4).tolist()
-    [[0.5, 0.2689]]
-    """
-    slope, constant = calibration
-    log_odds = np.clip(slope * shares + constant, -50.0, 50.0)
-    return np.asarray(1.0 / (1.0 + np.exp(-log_odds)))
-
-
-def fit_share_calibration(
-    vectors: FloatArray, presence: NDArray[np.bool_], groups: IntArray, ridge: float = RIDGE
-) -> FloatArray:
-    """Calibration of the shares of words, a and b of the module's docstring: array (2,).
-
-    Parameters
-    ----------
-    vectors : array (n, columns)
-        One row for each described interval, of length 1; at least two.
-    presence : array (n, words)
-        True where a word was written about the interval.
-    groups : array (n,)
-        Performer of each interval; whole groups are left out.
-    ridge : float
-        The ridge.
-    """
-    if len(np.unique(groups)) < 2:
-        groups = np.arange(len(vectors)) % 5
-    target = presence.astype(np.float64)
-    shared = shared_words(presence, groups)
-    captions = unit(target)
-    without_group = left_out(vectors, captions, groups, ridge)
-    without_part = left_out(vectors, captions, np.arange(len(vectors)) % 10, ridge)
-    shares = np.concatenate([without_group, without_part])[:, shared]
-    truth = np.concatenate([target, target])[:, shared]
-    a, _, b = calibrate(shares, np.zeros_like(shares), truth)
-    return np.array([a, b])

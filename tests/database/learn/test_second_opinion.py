@@ -14,11 +14,17 @@ from motiondb.database import MotionDB
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.learning.answers.described_motion import word_probabilities
 from motiondb.words.lexicon import vocabulary
-from motiondb.words.maps.caption_map import share_probabilities
+from motiondb.words.maps.description_map import score_probabilities
 from motiondb.words.maps.unit_length import unit
 
 SAMPLE = Path(__file__).parents[3] / "sample_data"
-LATER = ("pooled_centre", "pooled_spread", "pooled_mean", "pooled_weights", "share_calibration")
+LATER = (
+    "pooled_centre",
+    "pooled_spread",
+    "pooled_mean",
+    "pooled_weights",
+    "description_calibration",
+)
 
 
 @pytest.fixture
@@ -73,22 +79,24 @@ def test_it_is_fitted_to_the_described_intervals(learned_file: Path) -> None:
     np.testing.assert_allclose(pooled.weights, weights, atol=1e-3)
 
 
-def test_words_are_told_by_their_shares(learned_file: Path) -> None:
+def test_words_are_told_by_the_map_of_descriptions(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         learned = db.learned
         vectors = unit(np.random.default_rng(0).normal(size=(3, len(learned.score_space.mean))))
-        assert learned.share_calibration is not None
-        assert learned.caption_map is not None
+        assert learned.description_calibration is not None
+        assert learned.description_map is not None
         np.testing.assert_array_equal(
             word_probabilities(learned, vectors),
-            share_probabilities(learned.caption_map.shares(vectors), learned.share_calibration),
+            score_probabilities(
+                learned.description_map.scores(vectors), learned.description_calibration
+            ),
         )
 
 
 def test_databases_that_learned_before_answer_as_before(older: Path) -> None:
     with motiondb.open(older, read_only=True) as db:
         learned = db.learned
-        assert (learned.pooled, learned.share_calibration) == (None, None)
+        assert (learned.pooled, learned.description_calibration) == (None, None)
         vectors = unit(np.random.default_rng(0).normal(size=(3, len(learned.score_space.mean))))
         np.testing.assert_array_equal(
             word_probabilities(learned, vectors), learned.word_map.probabilities(vectors)
@@ -108,7 +116,7 @@ def test_adding_and_removing_leave_both_as_they_are(learned_copy: Path, tmp_path
         db.add(again, tmp_path / "words.tsv", AddSettings(jobs=1))
         assert not np.array_equal(
             word_probabilities(db.learned, vectors), told
-        )  # the shares are counted
+        )  # the new caption takes part
         db.remove(["again"])
         after = store.load_learning(db.store).parameters
         np.testing.assert_array_equal(word_probabilities(db.learned, vectors), told)

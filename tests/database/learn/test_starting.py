@@ -332,5 +332,5 @@ def test_a_start_that_does_not_fit_is_told_and_set_aside(
 def test_with_a_start_words_are_told_by_the_joint_word_map(started_file: Path) -> None:
     """A start keeps no sums for captions as wholes, nor pooled statistics."""
     with motiondb.open(started_file, read_only=True) as db:
-        assert (db.learned.pooled, db.learned.share_calibration) == (None, None)
+        assert (db.learned.pooled, db.learned.description_calibration) == (None, None)
         assert db.describe("ana/bow_1")[0].words

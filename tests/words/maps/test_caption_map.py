@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from motiondb.words.maps.caption_map import (
     CaptionMap,
-    fit_share_calibration,
-    share_probabilities,
     solve_caption_map,
 )
 from motiondb.words.maps.unit_length import unit
@@ -74,33 +72,6 @@ def test_without_sums_for_captions_there_is_no_map() -> None:
     assert (old + moments).captions is None
     assert (moments - old).captions is None
     assert (moments - moments).n == pytest.approx(0.0)
-
-
-def test_words_are_told_in_the_order_of_their_shares() -> None:
-    vectors, presence = made_up(60)
-    shares = solved(word_moments(vectors, presence)).shares(vectors)
-    calibration = fit_share_calibration(vectors, presence, np.arange(60) % 6)
-    told = share_probabilities(shares, calibration)
-    assert calibration[0] > 0.0
-    np.testing.assert_array_equal(np.argsort(-told, axis=1), np.argsort(-shares, axis=1))
-    assert ((told > 0.0) & (told < 1.0)).all()
-
-
-def test_probabilities_are_as_large_as_words_are_frequent() -> None:
-    """Maximum likelihood with a constant: on the intervals left out, the sums agree."""
-    vectors, presence = made_up(80, 2)
-    groups = np.arange(80) % 8
-    calibration = fit_share_calibration(vectors, presence, groups, 0.3)
-    told = []
-    for parts in (groups, np.arange(80) % 10):
-        for part in np.unique(parts):
-            rest = parts != part
-            t = unit(presence[rest].astype(float))
-            v = vectors[rest] - vectors[rest].mean(axis=0)
-            weights = np.linalg.solve(v.T @ v + 0.3 * np.eye(6), v.T @ (t - t.mean(axis=0)))
-            constant = t.mean(axis=0) - vectors[rest].mean(axis=0) @ weights
-            told.append(share_probabilities(vectors[~rest] @ weights + constant, calibration))
-    assert np.concatenate(told).sum() == pytest.approx(2.0 * presence.sum(), rel=1e-4)
 
 
 def test_words_of_short_captions_have_larger_shares() -> None:
