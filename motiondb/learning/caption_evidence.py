@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from motiondb.learning.counting import Described
-from motiondb.learning.places.place_fitting import Written, label_intervals
+from motiondb.learning.places.interval_labels import label_intervals
+from motiondb.learning.places.place_fitting import Written
 from motiondb.records import FloatArray, SegmentTable
 from motiondb.search.questions import by_words
 from motiondb.search.vectors.score_vectors import interval_vectors
-from motiondb.words.maps.place_map import LABELLED
+from motiondb.words.maps.listed_takes import LABELLED
 
 
 def caption_evidence(

@@ -13,18 +13,19 @@ regression on y gives the map, and also the evidence for every take from the map
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from motiondb.learning.counting import capture_rows
+from motiondb.learning.places.interval_labels import Actions, complete_labels, label_intervals
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors.score_vectors import interval_vectors
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps.listed_takes import ListedTakes
 from motiondb.words.maps.place_map import (
-    ListedTakes,
     fit_place_map,
     fit_places,
     left_out_evidence,
@@ -32,8 +33,8 @@ from motiondb.words.maps.place_map import (
     take_weights,
 )
 
-Actions = list[list[int]]
-"""Word numbers of every action, in order."""
+LEAST_INFERRED = 0.01
+"""Least y of an inferred word that is kept; less hardly changes the map. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +47,24 @@ class Places:
         Capture number -> numbers of its listed words, rising.
     shown : dict
         Capture number -> array (segments, listed words), y of the module's docstring.
+    inferred : dict
+        Capture number -> words of labels in other takes that its segments resemble, rising. Its own
+        captions do not list them. Only captures that have any.
+    inferred_shown : dict
+        Capture number -> array (segments, inferred words), their y.
     """
 
     words: Mapping[int, tuple[int, ...]]
     shown: Mapping[int, FloatArray]
+    inferred: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    inferred_shown: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def only(self, captures: Container[int]) -> Places:
         """The places of some captures."""
-        kept = [c for c in self.words if c in captures]
-        return Places({c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept})
+        return Places(*(
+            {c: value for c, value in of.items() if c in captures}
+            for of in (self.words, self.shown, self.inferred, self.inferred_shown)
+        ))  # fmt: skip
 
     def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
         """Performer -> numbers of the words that captions of this performer's captures list."""
@@ -134,17 +144,22 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
     captures, takes = listed
     with one_blas_thread():  # many small systems
         fitted = fit_place_map(takes)
-    words, shown = {}, {}
+    places = Places({}, {}, {}, {})
     for capture, inside, actions, further in zip(
         captures, takes.rows(), takes.actions, takes.further
     ):
-        known_words = {word for action in actions for word in action} | set(further)
+        y = fitted.shown[inside]
+        listed = {word for action in actions for word in action} | set(further)
         if takes.labelled is not None:
             said = ~np.isnan(takes.labelled[inside]).all(axis=0)
-            known_words |= set(np.flatnonzero(said).tolist())
-        words[capture] = tuple(sorted(known_words))
-        shown[capture] = fitted.shown[inside][:, list(words[capture])]
-    return Places(words, shown)
+            listed |= set(np.flatnonzero(said).tolist())
+        inferred = set(np.flatnonzero((y > LEAST_INFERRED).any(axis=0)).tolist()) - listed
+        places.words[capture] = tuple(sorted(listed))
+        places.shown[capture] = y[:, list(places.words[capture])]
+        if inferred:
+            places.inferred[capture] = tuple(sorted(inferred))
+            places.inferred_shown[capture] = y[:, list(places.inferred[capture])]
+    return places
 
 
 def listed_takes(
@@ -291,6 +306,8 @@ def placed_takes(
     takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
     for capture, inside in zip(captures, takes.rows()):
         shown[inside, list(places.words[capture])] = places.shown[capture]
+        if capture in places.inferred:
+            shown[inside, list(places.inferred[capture])] = places.inferred_shown[capture]
     return captures, takes, shown
 
 
@@ -326,61 +343,5 @@ def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) ->
     listed = {word for action in order for word in action}
     others = {word for actions in wholes for action in actions for word in action}
     if labelled is not None:
-        _complete_labels(labelled, sorted(others))
+        complete_labels(labelled, [set(action) for actions in wholes for action in actions])
     return _Take(order, sorted(others - listed), labelled)
-
-
-def _complete_labels(labelled: FloatArray, listed: Sequence[int]) -> None:
-    """Set y to 0, in place, where labels imply that a word is not shown.
-
-    A labelled interval lasts from the begin to the end of its action, so that the segments before
-    and after it do not show it; nor does it show other words that captions of the take list.
-    """
-    shown = labelled == 1.0
-    beside = np.zeros_like(shown)
-    beside[1:] |= shown[:-1]
-    beside[:-1] |= shown[1:]
-    labelled[beside & np.isnan(labelled)] = 0.0
-    rows, columns = shown.any(axis=1), np.isin(np.arange(shown.shape[1]), listed)
-    labelled[np.outer(rows, columns) & np.isnan(labelled)] = 0.0
-
-
-def label_intervals(
-    table: SegmentTable,
-    rows: slice,
-    parts: Sequence[tuple[Caption, Actions]],
-    nowhere_else: bool,
-    n_words: int,
-) -> FloatArray | None:
-    """y (segments, words) that captions of intervals give; None without any.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    rows : slice
-        Those of the capture.
-    parts : sequence of (Caption, actions)
-        Its captions of intervals.
-    nowhere_else : bool
-        Whether their words are not shown elsewhere; otherwise y is NaN there.
-    n_words : int
-        Size of the vocabulary.
-    """
-    if not parts:
-        return None
-    starts, ends = table.starts[rows], table.ends[rows]
-    labelled = np.full((len(starts), n_words), np.nan)
-    words = sorted({word for _, actions in parts for action in actions for word in action})
-    if nowhere_else:
-        labelled[:, words] = 0.0
-    for caption, actions in parts:
-        low = (caption.start or 0.0) * MOTION_FPS
-        high = float(ends[-1]) if caption.end is None else caption.end * MOTION_FPS
-        shared = np.minimum(ends, high) - np.maximum(starts, low)
-        inside = 2.0 * shared >= ends - starts
-        if not inside.any():  # shorter than half of every segment that it meets
-            inside = shared == shared.max()
-        for word in {word for action in actions for word in action}:
-            labelled[inside, word] = 1.0
-    return labelled
