@@ -61,10 +61,12 @@ class Places:
 
     def only(self, captures: Container[int]) -> Places:
         """The places of some captures."""
-        return Places(*(
-            {c: value for c, value in of.items() if c in captures}
-            for of in (self.words, self.shown, self.inferred, self.inferred_shown)
-        ))  # fmt: skip
+        kept = [c for c in self.words if c in captures]
+        inferred = [c for c in self.inferred if c in captures]
+        return Places(
+            {c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept},
+            {c: self.inferred[c] for c in inferred}, {c: self.inferred_shown[c] for c in inferred},
+        )  # fmt: skip
 
     def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
         """Performer -> numbers of the words that captions of this performer's captures list."""
@@ -144,22 +146,27 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
     captures, takes = listed
     with one_blas_thread():  # many small systems
         fitted = fit_place_map(takes)
-    places = Places({}, {}, {}, {})
-    for capture, inside, actions, further in zip(
-        captures, takes.rows(), takes.actions, takes.further
-    ):
+    words, shown = {}, {}
+    inferred, inferred_shown = {}, {}
+    for n, (capture, inside) in enumerate(zip(captures, takes.rows())):
         y = fitted.shown[inside]
-        listed = {word for action in actions for word in action} | set(further)
-        if takes.labelled is not None:
-            said = ~np.isnan(takes.labelled[inside]).all(axis=0)
-            listed |= set(np.flatnonzero(said).tolist())
-        inferred = set(np.flatnonzero((y > LEAST_INFERRED).any(axis=0)).tolist()) - listed
-        places.words[capture] = tuple(sorted(listed))
-        places.shown[capture] = y[:, list(places.words[capture])]
-        if inferred:
-            places.inferred[capture] = tuple(sorted(inferred))
-            places.inferred_shown[capture] = y[:, list(places.inferred[capture])]
-    return places
+        said = _said_words(takes, n, inside)
+        words[capture] = tuple(sorted(said))
+        shown[capture] = y[:, list(words[capture])]
+        others = set(np.flatnonzero((y > LEAST_INFERRED).any(axis=0)).tolist()) - said
+        if others:
+            inferred[capture] = tuple(sorted(others))
+            inferred_shown[capture] = y[:, list(inferred[capture])]
+    return Places(words, shown, inferred, inferred_shown)
+
+
+def _said_words(takes: ListedTakes, n: int, rows: slice) -> set[int]:
+    """The words of all captions of take n, and those that its labels say are not shown."""
+    said = {word for action in takes.actions[n] for word in action} | set(takes.further[n])
+    if takes.labelled is not None:
+        labelled = ~np.isnan(takes.labelled[rows]).all(axis=0)
+        said |= set(np.flatnonzero(labelled).tolist())
+    return said
 
 
 def listed_takes(
