@@ -28,7 +28,7 @@ def learned(learned_file: Path) -> Learned:
 def with_place(learned: Learned, log_odds: float) -> Learned:
     """The same, every place as likely right as given."""
     sure = Certainty(np.zeros(8), log_odds, float("nan"))
-    return replace(learned, certainties=replace(learned.certainties, place=sure))
+    return replace(learned, certainties=replace(learned.certainties, place=sure, single=None))
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
