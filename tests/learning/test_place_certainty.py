@@ -100,6 +100,7 @@ def test_cues_by_hand() -> None:
     share, size, three = 2 / 5, np.log(5), np.log(4)
     expected = [5, 3, 4, three, share, size, -share, -size]
     assert cues_of(evidence, 2, 4, 3) == pytest.approx(expected)
+    assert cues_of(evidence, 3, 4, 3)[1] == 0.0  # 5 outside is more than 4 inside
     assert cues_of(evidence, 0, 5, 0) == pytest.approx([5, 4, 4, 0, 1, size, -1, -size])
 
 

@@ -20,7 +20,8 @@ probability is given for it.
 Cues of p_several, from the evidence e at the segments of the take:
 
     the largest e in the interval,
-    the largest e in the interval less the largest outside,
+    the largest e in the interval less the largest outside, at least 0 (only the order of a question
+        can put an interval where e is smaller, and joined takes have no such questions),
     the largest e in the interval less the lower quartile of the take,
     log(1 + other performers whose captions hold the words; of several words, the fewest),
     the share of the take that the interval covers,
@@ -195,7 +196,7 @@ def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> Floa
     inside = evidence[first:behind]
     outside = np.concatenate([evidence[:first], evidence[behind:]])
     peak, low = float(inside.max()), lower_quartile(evidence)
-    margin = peak - (float(outside.max()) if len(outside) else low)
+    margin = max(peak - (float(outside.max()) if len(outside) else low), 0.0)
     share = (behind - first) / len(evidence)
     signed = np.array([share, np.log(len(evidence))])
     return np.concatenate([[peak, margin, peak - low, np.log1p(support)], signed, -signed])
