@@ -242,11 +242,14 @@ def _place_facts(match: Match) -> dict[str, Any]:
 
 
 def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> None:
-    """Print a table; probabilities that no own caption has checked are printed as "-"."""
+    """Print a table; probabilities that no own caption has checked are printed as "-".
+
+    So is the probability of an interval that is shown but was never checked for these words.
+    """
     sure = unchecked or any(m.probability is not None for m in matches)
     nothing = "-" if unchecked else ""
     chances = [nothing or _two_digits(m.probability) for m in matches]
-    placed = any(m.interval_probability is not None for m in matches)
+    placed = any(m.interval_probability is not None or _is_place_unchecked(m) for m in matches)
     columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
     columns += ["interval"] * placed
     print_table(
@@ -254,11 +257,17 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> 
         [*columns, "words"] + (["found"] if reasons else []),
         [
             [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
-            + [chance] * sure + [_two_digits(m.interval_probability)] * placed
+            + [chance] * sure + ["-" if _is_place_unchecked(m) else _two_digits(m.interval_probability)] * placed
             + [" ".join(m.words) or nothing] + ([m.reason] if reasons else [])
             for m, chance in zip(matches, chances)
         ],
     )  # fmt: skip
+
+
+def _is_place_unchecked(match: Match) -> bool:
+    """Whether an answer has a probability, but none that its interval is right."""
+    known = match.probability is not None and match.place == "known"
+    return bool(match.parts) and known and match.interval_probability is None
 
 
 def _two_digits(probability: float | None) -> str:

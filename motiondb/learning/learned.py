@@ -394,3 +394,7 @@ class Learned(LearnedModel):
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""
         return np.asarray(self.association.counts > 0)
+
+    def widened(self, values: FloatArray) -> FloatArray:
+        """Values of all words, from those of the learned ones: array (..., words)."""
+        return values

@@ -50,12 +50,12 @@ class LearnedWithTaken(Learned):
     @cached_property
     def motion_log_odds(self) -> dict[int, FloatArray]:
         """Log-odds of all words from the motion alone; see :class:`Learned`."""
-        return {c: self._widened(odds) for c, odds in self.base.motion_log_odds.items()}
+        return {c: self._mixed(odds) for c, odds in self.base.motion_log_odds.items()}
 
     @cached_property
     def written(self) -> dict[int, FloatArray]:
         """Log-odds that captions add; see :class:`Learned`."""
-        return {c: self._widened(odds) for c, odds in self.base.written.items()}
+        return {c: self._mixed(odds) for c, odds in self.base.written.items()}
 
     @cached_property
     def caption_map(self) -> CaptionMap | None:
@@ -67,7 +67,11 @@ class LearnedWithTaken(Learned):
         """Captions that the motion suggests, of the known words; see :class:`Learned`."""
         return self.base.suggested_captions
 
-    def _widened(self, values: FloatArray) -> FloatArray:
+    def widened(self, values: FloatArray) -> FloatArray:
+        """Values of all words; those of taken words are weighted means (:class:`Learned`)."""
+        return self._mixed(self.base.widened(values))
+
+    def _mixed(self, values: FloatArray) -> FloatArray:
         return np.concatenate([values, values @ self.shares], axis=-1)
 
 
@@ -236,7 +240,7 @@ def _refusal(takings: Mapping[str, Taking]) -> str:
         if near
         else "`motiondb words` lists the words that are known."
     )
-    return f"query: expected a known word, found {', '.join(takings)}. {hint}"
+    return f"query: expected a known word, found {', '.join(map(repr, takings))}. {hint}"
 
 
 def with_taken(learned: Learned, takings: Mapping[str, Taking]) -> Learned:

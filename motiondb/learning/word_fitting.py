@@ -20,6 +20,7 @@ from motiondb.learning.certainty.certainties import Certainties, fit_certainties
 from motiondb.learning.counting import Counted
 from motiondb.learning.start import joining
 from motiondb.learning.start.carried_certainty import carry, join_certainties
+from motiondb.learning.start.checking import LEAST_CHECKING
 from motiondb.learning.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learning.start.knowledge import Started
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
@@ -112,7 +113,8 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
         rows = _training_rows(table, described, scores, number, taught.performers)
         fit = word_map.fit_word_map(rows.vectors, rows.presence, rows.performers)
         ridge, calibration = fit.ridge, fit.calibration
-        certainties = _certainties(table, described, rows, scores, fit)
+        if counts.moments.n >= LEAST_CHECKING:
+            certainties = _certainties(table, described, rows, scores, fit)
         of_shares = fit_share_calibration(rows.vectors, rows.presence, rows.performers)
     return FittedWords(
         counting.publish_association(counts, reference),

@@ -84,7 +84,8 @@ class LearnedWithWritten(Learned):
     @cached_property
     def checked(self) -> NDArray[np.bool_]:
         """As for :class:`Learned`; written words are as sure as the captions of the database."""
-        sure = self.started is None or self.word_certainty is not None
+        alone = self.started is None
+        sure = self.base.checked.all() if alone else self.word_certainty is not None
         added = np.full(len(self.added_words), sure, dtype=bool)
         return np.concatenate([self.base.checked, added])
 
@@ -118,6 +119,11 @@ class LearnedWithWritten(Learned):
                 values[:, column] = WRITTEN if capture in word.captures else UNWRITTEN
                 values[in_caption, column] = WRITTEN
         return evidence
+
+    def widened(self, values: FloatArray) -> FloatArray:
+        """Values of all words; 0 for written words, of which the motion says nothing."""
+        added = np.zeros((*values.shape[:-1], len(self.added_words)))
+        return np.concatenate([self.base.widened(values), added], axis=-1)
 
 
 def written_words(learned: Learned) -> dict[str, WrittenWord]:

@@ -99,7 +99,7 @@ def test_an_unknown_word_is_named_with_the_nearest(command: Any, learned_file: P
     ended = command("search", "xyzzy", "--db", learned_file)
     assert (ended.code, ended.out) == (2, "")
     assert ended.err == (
-        "error: query: expected a known word, found xyzzy. "
+        "error: query: expected a known word, found 'xyzzy'. "
         "`motiondb words` lists the words that are known.\n"
     )
 

@@ -86,7 +86,7 @@ def test_exact_leaves_words_out(db: motiondb.MotionDB) -> None:
     assert answer.taken == {}
     assert answer.actions == (("kick",),)
     assert "stroll" in answer.unknown
-    with pytest.raises(QueryError, match="expected a known word, found stroll"):
+    with pytest.raises(QueryError, match="expected a known word, found 'stroll'"):
         db.search("stroll", exact=True)
 
 
@@ -99,10 +99,10 @@ def test_what_is_not_taken_is_left_out_and_named(db: motiondb.MotionDB) -> None:
 
 def test_a_question_without_a_known_word_says_what_may_be_meant(db: motiondb.MotionDB) -> None:
     with pytest.raises(
-        QueryError, match=r"expected a known word, found wlak\. Did you mean walk\?"
+        QueryError, match=r"expected a known word, found 'wlak'\. Did you mean walk\?"
     ):
         unknown_words(db.searchable, "wlak", nearby_table())
-    with pytest.raises(QueryError, match=r"found mortgage\. `motiondb words` lists"):
+    with pytest.raises(QueryError, match=r"found 'mortgage'\. `motiondb words` lists"):
         unknown_words(db.searchable, "the mortgage", nearby_table())
 
 

@@ -111,7 +111,7 @@ def test_exact_generation_leaves_out_what_it_would_take(db: MotionDB) -> None:
     made = db.generate("a person strolls", seed=1)
     assert made.actions == (("walk",),)
     assert list(made.taken) == ["stroll"]
-    with pytest.raises(QueryError, match="expected a known word, found stroll"):
+    with pytest.raises(QueryError, match="expected a known word, found 'stroll'"):
         db.generate("a person strolls", seed=1, exact=True)
     with pytest.raises(QueryError, match="found 'stroll', which nothing in the database shows"):
         db.generate("a person strolls, then kicks", seed=1, exact=True)
@@ -140,4 +140,4 @@ def test_commands_say_where_words_are_written(db: MotionDB, command: Any) -> Non
     assert drawn.code == 0
     made = command("generate", "a person strolls", "--exact", "-o", "x.bvh", "--db", path)
     assert made.code == 2
-    assert "expected a known word, found stroll" in made.err
+    assert "expected a known word, found 'stroll'" in made.err

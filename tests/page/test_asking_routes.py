@@ -90,7 +90,7 @@ def test_what_a_question_does_not_use_is_named(client: TestClient) -> None:
 
 
 def test_a_question_of_unknown_words_is_refused_in_a_sentence(client: TestClient) -> None:
-    assert "expected a known word, found yodel" in refused(client, "/api/search", 400, q="yodel")
+    assert "expected a known word, found 'yodel'" in refused(client, "/api/search", 400, q="yodel")
 
 
 def test_an_example_finds_itself_first(client: TestClient) -> None:

@@ -6,9 +6,11 @@ takes, by the difference
 
     p(word | segments of the terminal) - p(word | all segments).
 
-The probabilities are those that search uses; they include the captions that people wrote. If the
-database has learned motion symbols, a terminal also gets the symbols that cover most of the time
-of its segments. The database therefore keeps a single table of motion symbols.
+The probabilities are those of :mod:`motiondb.learning.answers.described_segments`: by the captions
+that people wrote, and otherwise by the motion. A word whose place only the alignment of a whole
+caption gives has no probability. If the database has learned motion symbols, a terminal also gets
+the symbols that cover most of the time of its segments. The database therefore keeps a single table
+of motion symbols.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
+from motiondb.learning.answers.described_segments import segment_words
 from motiondb.learning.learned import Learned
 from motiondb.records import FloatArray
 
@@ -39,7 +42,8 @@ class Meaning:
     ----------
     words : tuple of (str, float or None)
         Words with their probability in the segments of the terminal, the largest difference first;
-        None where no own caption has checked the probability (``learning.start.checking``).
+        None where no own caption has checked the probability (``learning.start.checking``), and
+        where only the alignment of captions of whole takes says that the segments show the word.
     symbols : tuple of (int, float)
         Motion symbols with their share of the time of the segments, the largest share first.
     """
@@ -81,8 +85,8 @@ def terminal_meanings(
     shares = terminal_shares(learned, grammar, numbers)
     known = learned.association.words if shares.words.size else ()
     return tuple(
-        Meaning(_words(row, shares.usual, known, learned.checked), _symbols(symbols))
-        for row, symbols in zip(shares.words, shares.symbols)
+        Meaning(_words(row, shares.usual, known, learned.checked & ~aligned), _symbols(symbols))
+        for row, aligned, symbols in zip(shares.words, shares.aligned, shares.symbols)
     )
 
 
@@ -94,6 +98,8 @@ class Shares:
     ----------
     words : array (terminals, words)
         Probability of each word in the segments of each terminal; no columns without a word map.
+    aligned : array (terminals, words)
+        Whether more than half of the probability of a word comes from the alignment of captions.
     usual : array (words,)
         Probability of each word in all segments.
     symbols : array (terminals, symbols)
@@ -101,6 +107,7 @@ class Shares:
     """
 
     words: FloatArray
+    aligned: NDArray[np.bool_]
     usual: FloatArray
     symbols: FloatArray
 
@@ -125,6 +132,7 @@ def terminal_shares(
     symbols = np.zeros((n, learned.symbols.n_symbols))
     has_words = learned.fitted_word_map is not None
     words = np.zeros((n, len(learned.association.words) if has_words else 0))
+    by_alignment = np.zeros_like(words)
     frames = np.zeros(n)
     for take, capture in takes.items():
         segments = np.flatnonzero(terminals.takes == take)
@@ -140,11 +148,12 @@ def terminal_shares(
         worn[np.arange(len(starts)), learned.segments.symbols[rows]] = 1.0
         np.add.at(symbols, labels, shared @ worn)
         if has_words:
-            odds = np.clip(learned.takes[capture].windows, -50.0, 50.0)
-            np.add.at(words, labels, shared @ (1.0 / (1.0 + np.exp(-odds))))
+            shown = segment_words(learned, capture)
+            np.add.at(words, labels, shared @ shown.probabilities)
+            np.add.at(by_alignment, labels, shared @ (shown.probabilities * shown.aligned))
     usual = words.sum(axis=0) / max(frames.sum(), 1.0)
     frames = np.maximum(frames, 1.0)[:, None]
-    return Shares(words / frames, usual, symbols / frames)
+    return Shares(words / frames, by_alignment > words / 2.0, usual, symbols / frames)
 
 
 def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...]:
@@ -187,7 +196,7 @@ def _words(
     known : tuple of str
         The words.
     checked : array (words,)
-        Whether own captions have checked the probability of each word.
+        Whether the probability of each word in these segments was checked.
     """
     gain = row - usual
     order = np.argsort(-gain, kind="stable")[:N_WORDS]

@@ -89,7 +89,9 @@ def why_unchecked(learned: Learned, words: Iterable[str]) -> str:
     words : iterable of str
         Words of the vocabulary; others are left out.
     """
-    if learned.started is None or learned.counted is None:
+    if learned.counted is None:
+        return ""
+    if learned.started is None and learned.word_certainty is not None:
         return ""
     number = learned.word_numbers
     asked = [w for w in dict.fromkeys(words) if w in number and not learned.checked[number[w]]]

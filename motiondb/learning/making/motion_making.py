@@ -9,7 +9,7 @@ making it (:mod:`motiondb.learning.making.shown_actions`).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -28,6 +28,7 @@ from motiondb.learning.places.place_fitting import Written
 from motiondb.learning.recognition import recognise
 from motiondb.records import IntArray
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
+from motiondb.words.lexicon.lemmas import VERBS
 from motiondb.words.lexicon.vocabulary import nearest_words
 from motiondb.words.question.known import KnownQuestion, hold_to_known
 from motiondb.words.question.parse import parse
@@ -191,7 +192,7 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
         raise QueryError(_nothing_shows(missing, learned))
     lost = tuple(
         JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
-        for words in missing
+        for words in (*missing, *_lost_verbs(read, counts))
     ) + tuple(
         JudgedAction(
             (word,), 0, 0, False, 0.0,
@@ -210,15 +211,31 @@ def _each_word_once(question: KnownQuestion) -> KnownQuestion:
 
 def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
     """Words of the actions without any word of a caption; one known alternative suffices."""
-    return _missing_below(read.tree, counts)
+
+    def missing(action: Action) -> tuple[str, ...]:
+        return () if any(word in counts for word in action.words) else action.words
+
+    return _in_actions(read.tree, missing)
 
 
-def _missing_below(node: Node, counts: dict[str, int]) -> list[tuple[str, ...]]:
+def _lost_verbs(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
+    """Verbs of the actions of which other words are known, but no verb ("throw a ball")."""
+
+    def lost(action: Action) -> tuple[str, ...]:
+        verbs = tuple(word for word in action.words if word in VERBS)
+        any_known = any(word in counts for word in action.words)
+        return verbs if any_known and not any(word in counts for word in verbs) else ()
+
+    return _in_actions(read.tree, lost)
+
+
+def _in_actions(node: Node, words_of: Callable[[Action], tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The words of every asked action for which there are any, none if an alternative has none."""
     if isinstance(node, Action):
-        known = any(word in counts for word in node.words)
-        return [] if known or not node.words else [node.words]
+        words = words_of(node)
+        return [words] if words else []
     parts = (node.part,) if isinstance(node, Without) else parts_of(node)
-    below = [_missing_below(part, counts) for part in parts]
+    below = [_in_actions(part, words_of) for part in parts]
     if isinstance(node, AnyOf) and not all(below):
         return []
     return [words for part in below for words in part]

@@ -1,4 +1,8 @@
-"""Which probabilities the captions of a database have checked, where it learned with a start.
+"""Which probabilities the captions of a database have checked.
+
+A certainty that was learned from a handful of captions is a guess: with 25 captions the
+probabilities of the first five answers were off by .16 and .32, with 50 by .07 and .19
+(docs/start.md). So none is given before there are LEAST_CHECKING own described intervals.
 
 The calibration of a start was learned from the captures of the start. On captures of another studio
 its probabilities are wrong by about .3 (docs/start.md): the evidence of motion is shifted, words
@@ -12,7 +16,7 @@ A probability is given where both hold:
 * own captions hold the word that it stands beside (:func:`checked_words`). The own certainty was
   learned from questions about such words alone.
 
-Without a start all probabilities come from own captions, and this module has no part in them.
+Without a start all words come from own captions, so that the number of these alone decides.
 """
 
 from __future__ import annotations
@@ -31,7 +35,8 @@ from motiondb.search.certainty import Certainty
 LEAST_CHECKING = 50
 """Own described intervals from which their certainty is used. Among 10, 25, 50 and 100, the
 smallest number at which the probabilities across studios are no further off with a start than
-without one, in both directions (docs/start.md)."""
+without one, in both directions; without a start, they are off by half as much as with 25 in one of
+two studios, and by two thirds in the other (docs/start.md)."""
 
 
 def checked_certainty(
@@ -59,7 +64,9 @@ def checked_words(
     counted: Counted | None,
     certainty: Certainty | None,
 ) -> NDArray[np.bool_]:
-    """Which words have probabilities that own captions have checked; all, without a start.
+    """Which words have probabilities that own captions have checked.
+
+    Without a start these are all words, or none if there are too few captions.
 
     Parameters
     ----------
@@ -77,8 +84,10 @@ def checked_words(
     array (words,)
         True for words with checked probabilities.
     """
-    if started is None or counted is None:
+    if counted is None:  # a version that did not count
         return np.ones(len(association.words), dtype=bool)
+    if started is None:
+        return np.full(len(association.words), counted.counts.moments.n >= LEAST_CHECKING)
     if certainty is None:
         return np.zeros(len(association.words), dtype=bool)
     said = dict(zip(counted.reference.association.words, counted.counts.said.tolist()))

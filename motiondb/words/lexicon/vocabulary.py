@@ -54,7 +54,10 @@ _AFTER = re.compile(r"\bafter\b", re.IGNORECASE)
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
-_PHRASES = ((re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),)
+_PHRASES = (
+    (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
+    (re.compile(r"\b(?:get|gets|getting|got)\s+(?:back\s+)?up\b", re.IGNORECASE), "stand up"),
+)
 _APOSTROPHES = str.maketrans({"’": "'", "`": "'"})
 
 
@@ -133,10 +136,10 @@ def motion_word(
 
 
 def join_phrases(text: str) -> str:
-    """A text with plain apostrophes and with phrases that are one word written as one word.
+    """A text with plain apostrophes, and with phrases in the words that name their movement.
 
-    >>> join_phrases("don’t do a lay-up")
-    "don't do a layup"
+    >>> join_phrases("don’t do a lay-up"), join_phrases("falls and gets back up")
+    ("don't do a layup", 'falls and stand up')
     """
     text = text.translate(_APOSTROPHES)
     for phrase, word in _PHRASES:
@@ -222,7 +225,7 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
     """Return the error for a question without any known word.
 
     >>> nothing_known("wlak", {"wlak": ("walk",)})
-    'query: expected a known word, found wlak. Did you mean walk?'
+    "query: expected a known word, found 'wlak'. Did you mean walk?"
     """
     if not unknown:
         return (
@@ -235,4 +238,4 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
         if near
         else ("`motiondb words` lists the words that are known.")
     )
-    return f"query: expected a known word, found {', '.join(unknown)}. {hint}"
+    return f"query: expected a known word, found {', '.join(map(repr, unknown))}. {hint}"

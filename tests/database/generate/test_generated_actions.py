@@ -120,8 +120,21 @@ def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
     assert not made.shows_all
 
 
+def test_an_action_that_lost_its_verb_is_made_but_not_shown(db: MotionDB) -> None:
+    made = db.generate("swim with a ball", exact=True, seed=0)
+    assert made.actions == (("ball",),)
+    lost = made.shown[-1]
+    assert (lost.words, lost.shown) == (("swim",), False)
+    assert lost.reason == "it was not made: no caption says it"
+    assert not made.shows_all
+    assert [one.words for one in db.generate("kick the ball", exact=True).shown][1:] == []
+    assert [one.words for one in db.generate("swim with a ball, or kick", exact=True).shown][
+        1:
+    ] == []
+
+
 def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -> None:
-    with pytest.raises(QueryError, match=r"found wlak\. Did you mean walk\?"):
+    with pytest.raises(QueryError, match=r"found 'wlak'\. Did you mean walk\?"):
         db.generate("wlak")
     made = db.generate("wlak", anyway=True)
     assert [(one.words, one.shown) for one in made.shown] == [
@@ -131,7 +144,7 @@ def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -
         "no caption says it; 'walk', the nearest known word, was made instead"
     )
     assert not made.shows_all
-    with pytest.raises(QueryError, match="expected a known word, found zzzzzzzzzz"):
+    with pytest.raises(QueryError, match="expected a known word, found 'zzzzzzzzzz'"):
         db.generate("zzzzzzzzzz", anyway=True)
 
 

@@ -48,10 +48,28 @@ def test_one_capture_with_one_caption(tmp_path: Path, some: Path, n_symbols: int
         assert match.capture == "bow_1"
         assert 0.0 <= match.score <= 1.0
         assert db.like("bow_1")[0].capture == "bow_1"
-        assert all(0.0 <= p <= 1.0 for d in db.describe("bow_1") for _, p in d.words)
+        assert all(p is None for d in db.describe("bow_1") for _, p in d.words)
         made = db.generate("bow", 1)
         assert np.isfinite(made.motion.local_rotations).all()
         assert db.check() == []
+
+
+def test_a_handful_of_captions_checks_no_probability(tmp_path: Path, some: Path) -> None:
+    names = {"ana/bow_1": "bow", "ana/jump_1": "jump", "boris/kick_1": "kick, bow"}
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some)
+        for name, words in names.items():
+            db.set_words(name, words)
+        db.learn()
+        answer = db.search("bow")
+        assert answer.unchecked == (
+            "no probabilities: they are checked by at least 50 captions of this database, and it "
+            "has 3"
+        )
+        assert all(m.probability is None for m in answer.matches)
+        assert answer.matches_anything is None
+        assert all(m.probability is None for m in db.like("ana/bow_1"))
+        assert all(p is None for d in db.describe("boris/kick_1") for _, p in d.words)
 
 
 def test_one_symbol_for_many_captures(tmp_path: Path, some: Path) -> None:

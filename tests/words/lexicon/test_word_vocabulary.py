@@ -101,12 +101,13 @@ def test_question_without_a_known_word_is_refused():
     with pytest.raises(QueryError) as error:
         ask("wlak, jmup", ["walk", "jump"])
     assert str(error.value) == (
-        "query: expected a known word, found wlak, jmup. Did you mean walk or jump?"
+        "query: expected a known word, found 'wlak', 'jmup'. Did you mean walk or jump?"
     )
     with pytest.raises(QueryError) as error:
         ask("zzz", ["walk"])
     assert str(error.value) == (
-        "query: expected a known word, found zzz. `motiondb words` lists the words that are known."
+        "query: expected a known word, found 'zzz'. "
+        "`motiondb words` lists the words that are known."
     )
     with pytest.raises(QueryError) as error:
         ask("the ?", ["walk"])

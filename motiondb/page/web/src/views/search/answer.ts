@@ -1,7 +1,7 @@
 /** One answer: it plays the matched interval over the timeline of its take. */
 
 import { get } from "../../api/client.ts";
-import type { CaptureFacts, Match } from "../../api/types.ts";
+import type { CaptureFacts, Match, MatchPart } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -52,6 +52,12 @@ function lanesOf(match: Match): Lane[] {
   return [symbolLane(match.timeline.segments), captionLane(match.timeline.words, match.duration)];
 }
 
+/** How sure the place of a part is; said too where it was not measured for these words. */
+function saidHere(part: MatchPart): string {
+  if (part.interval_probability !== null) return `here ${probability(part.interval_probability)}`;
+  return part.probability !== null && part.place === "known" ? "place not measured" : "";
+}
+
 function foundList(match: Match, seek: (time: number) => void): Child {
   const parts = match.parts ?? [];
   if (parts.length === 0) return match.reason ? h("p", { class: "small" }, match.reason) : null;
@@ -61,7 +67,7 @@ function foundList(match: Match, seek: (time: number) => void): Child {
     parts.map((part) => {
       const certain = [
         part.probability === null ? "" : `shown ${probability(part.probability)}`,
-        part.interval_probability === null ? "" : `here ${probability(part.interval_probability)}`,
+        saidHere(part),
       ]
         .filter(Boolean)
         .join(", ");

@@ -1,0 +1,71 @@
+"""The words of the segments of a capture, from its motion and from its own captions.
+
+Three sources say what a segment shows:
+
+- a caption of an interval, for its words, where the interval lies;
+- the motion, as ``describe`` reads it;
+- the alignment of the words of a caption with the segments of the whole take
+  (:mod:`motiondb.learning.places.place_fitting`), where it says more than the motion. A caption of
+  a whole take does not say where in the take a word belongs, and how often the alignment is right
+  at a single segment was never measured, so its probabilities order words but are not shown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.learning.answers.described_motion import word_probabilities
+from motiondb.learning.learned import Learned
+from motiondb.records import FloatArray
+from motiondb.search.questions.by_words import WINDOW_MARGIN
+from motiondb.search.vectors.score_vectors import interval_vectors
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentWords:
+    """Words of the segments of one capture.
+
+    Attributes
+    ----------
+    probabilities : array (segments, words)
+        Probability that a segment shows a word.
+    aligned : array (segments, words)
+        Whether a probability comes from aligning captions of the whole capture.
+    """
+
+    probabilities: FloatArray
+    aligned: NDArray[np.bool_]
+
+
+def segment_words(learned: Learned, capture: int) -> SegmentWords:
+    """The words of every segment of a capture.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned, words included.
+    capture : int
+        Number of the capture.
+    """
+    rows = learned.rows[capture]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    vectors = interval_vectors(
+        learned.standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
+    )
+    probabilities = learned.widened(word_probabilities(learned, vectors)) * learned.is_known()
+    aligned = np.zeros(probabilities.shape, dtype=bool)
+    said = learned.said_places.get(capture)
+    labelled = np.zeros(probabilities.shape[1], dtype=bool)
+    if said is not None:
+        labelled = said.max(axis=0) > 0.0
+        probabilities[:, labelled] = said[:, labelled] > 0.0
+    if learned.places is not None and capture in learned.places.words:
+        words = np.array(learned.places.words[capture])
+        shown, by_motion = learned.places.shown[capture], probabilities[:, words]
+        by_interval = labelled[words]
+        probabilities[:, words] = np.where(by_interval, shown, np.maximum(shown, by_motion))
+        aligned[:, words] = ~by_interval & (shown > by_motion)
+    return SegmentWords(probabilities, aligned)
