@@ -14,7 +14,6 @@ from motiondb.learning.certainty.joined_takes import JoinedTake, ShortCapture
 from motiondb.learning.learned import Learned
 from motiondb.learning.places.place_fitting import Places, Written, find_places
 from motiondb.records import Caption, FloatArray, SegmentTable
-from motiondb.search.certainty import probability
 from motiondb.words.lexicon import vocabulary
 from quality_protocol.captures import load_bandai, without_copies
 from quality_protocol.learned_database import learned_database
@@ -108,10 +107,7 @@ def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]
         for kind, take in _takes(of_fold, rng):
             judged = place_certainty.judge(take, known)
             unasked += len(joined_takes.questions_of(take)) - len(judged)
-            told[kind] += [
-                Told(float(probability(sure.log_odds(one.cues))), one.right, one.kind)
-                for one in judged
-            ]
+            told[kind] += [Told(sure.probability(one.cues), one.right, one.kind) for one in judged]
     return told, unasked
 
 

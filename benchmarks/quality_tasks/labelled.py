@@ -53,7 +53,8 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         f"those in the long takes (rank {offered[0].rank if offered else '-'} of all parts of the "
         "database), with the times that were suggested and with the true ones. The captions of "
         "the searched take are not used as evidence, because they would give away the labelled "
-        "part; *its own label counts*: it is used for the take that was labelled.",
+        "part. The other takes learn from the label, and the map of the others places its words in "
+        "the labelled take too; *its own label counts*: it is also used directly there.",
         ("labelled", "part", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
         tuple(rows),
     )  # fmt: skip

@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from motiondb.learning.counting import Described, known_only, training_rows
-from motiondb.learning.places.place_fitting import Written, label_intervals
+from motiondb.learning.places.interval_labels import label_intervals
+from motiondb.learning.places.place_fitting import Written
 from motiondb.records import FloatArray, SegmentTable
 from motiondb.search.questions import by_words
 from motiondb.search.vectors.score_vectors import ScoreSpace, interval_vectors
 from motiondb.words.maps.description_map import DescriptionMap, fit_description_map
-from motiondb.words.maps.place_map import LABELLED
+from motiondb.words.maps.listed_takes import LABELLED
 
 
 def caption_evidence(

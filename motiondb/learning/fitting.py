@@ -189,7 +189,9 @@ def _fit_places(
     if places is None:
         return None, words.certainties
     sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
-    return places, replace(words.certainties, place=sure or words.certainties.place)
+    if sure is None:
+        return places, words.certainties
+    return places, replace(words.certainties, place=sure.several, single=sure.single)
 
 
 def _fit_edges(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -164,28 +164,40 @@ def _drift_arrays(baseline: DriftBaseline) -> dict[str, FloatArray]:
 
 
 def _place_arrays(places: Places) -> dict[str, FloatArray]:
-    captures = list(places.words)
-    sizes = [(c, *places.shown[c].shape) for c in captures]
-    flat = [np.zeros(0), *(places.shown[c].ravel() for c in captures)]
     return {
-        "place_takes": np.array(sizes, dtype=float).reshape(-1, 3),
-        "place_words": np.array([w for c in captures for w in places.words[c]], dtype=float),
-        "place_shown": np.concatenate(flat),
+        **_shown_arrays("place", places.words, places.shown),
+        **_shown_arrays("inferred", places.inferred, places.inferred_shown),
+    }
+
+
+def _shown_arrays(
+    name: str, words: Mapping[int, Sequence[int]], shown: Mapping[int, FloatArray]
+) -> dict[str, FloatArray]:
+    sizes = [(c, *shown[c].shape) for c in words]
+    return {
+        f"{name}_takes": np.array(sizes, dtype=float).reshape(-1, 3),
+        f"{name}_words": np.array([w for c in words for w in words[c]], dtype=float),
+        f"{name}_shown": np.concatenate([np.zeros(0), *(shown[c].ravel() for c in words)]),
     }
 
 
 def _places(arrays: Arrays) -> Places | None:
     if "place_takes" not in arrays:
         return None
+    inferred = _shown(arrays, "inferred") if "inferred_takes" in arrays else ({}, {})
+    return Places(*_shown(arrays, "place"), *inferred)
+
+
+def _shown(arrays: Arrays, name: str) -> tuple[dict[int, tuple[int, ...]], dict[int, FloatArray]]:
     words, shown = {}, {}
     word, number = 0, 0
-    for capture, n_segments, n_words in arrays["place_takes"].astype(np.int64).tolist():
-        listed = arrays["place_words"][word : word + n_words]
-        flat = arrays["place_shown"][number : number + n_segments * n_words]
+    for capture, n_segments, n_words in arrays[f"{name}_takes"].astype(np.int64).tolist():
+        listed = arrays[f"{name}_words"][word : word + n_words]
+        flat = arrays[f"{name}_shown"][number : number + n_segments * n_words]
         words[capture] = tuple(listed.astype(np.int64).tolist())
         shown[capture] = flat.reshape(n_segments, n_words)
         word, number = word + n_words, number + n_segments * n_words
-    return Places(words, shown)
+    return words, shown
 
 
 def _edges(arrays: Arrays) -> EdgeMap | None:

@@ -17,14 +17,18 @@ from motiondb.learning.certainty.joined_takes import (
 )
 from motiondb.learning.certainty.place_certainty import (
     Elsewhere,
+    IntervalCues,
     Judged,
+    PlaceCertainty,
     count_performers,
     cues_of,
     fit_certainty,
+    interval_cues,
     judge,
+    single_cues,
     tell_place,
 )
-from motiondb.search.certainty import probability
+from motiondb.search.certainty import Certainty
 from motiondb.words.maps.place_map import PlaceMap
 
 N_WORDS = 4
@@ -96,7 +100,33 @@ def test_cues_by_hand() -> None:
     share, size, three = 2 / 5, np.log(5), np.log(4)
     expected = [5, 3, 4, three, share, size, -share, -size]
     assert cues_of(evidence, 2, 4, 3) == pytest.approx(expected)
+    assert cues_of(evidence, 3, 4, 3)[1] == 0.0  # 5 outside is more than 4 inside
     assert cues_of(evidence, 0, 5, 0) == pytest.approx([5, 4, 4, 0, 1, size, -1, -size])
+
+
+def test_cues_of_a_take_of_one_action_by_hand() -> None:
+    evidence = np.array([0.0, 1.0, 5.0, 4.0, 2.0])
+    size, seconds = np.log(5), np.log(10.0)
+    expected = [size, seconds, 4, -size, -seconds, -4]
+    assert single_cues(evidence, 10.0) == pytest.approx(expected)
+
+
+def test_an_interval_of_a_take_of_one_action_is_right_from_half_of_the_take() -> None:
+    evidence, ends = np.zeros(4), np.array([30, 90, 120, 240])
+    assert not interval_cues(evidence, ends, 0, 2, 1).covers  # 90 of 240 frames
+    assert interval_cues(evidence, ends, 0, 3, 1).covers
+    assert interval_cues(evidence, ends, 3, 4, 1).covers
+    assert not interval_cues(evidence, ends, 1, 3, 1).covers
+    assert interval_cues(evidence, ends, 1, 3, 1).single[1] == pytest.approx(np.log(8.0))
+
+
+def test_the_two_cases_are_mixed() -> None:
+    several = Certainty(np.zeros(8), float(np.log(3.0)), float("nan"))  # 3/4
+    single = Certainty(np.zeros(6), -float(np.log(4.0)), float("nan"))  # 1/5
+    half, none = (IntervalCues(np.zeros(8), np.zeros(6), covers) for covers in (True, False))
+    assert PlaceCertainty(several, single).probability(half) == pytest.approx(0.2 + 0.8 * 0.75)
+    assert PlaceCertainty(several, single).probability(none) == pytest.approx(0.8 * 0.75)
+    assert PlaceCertainty(several, None).probability(none) == pytest.approx(0.75)
 
 
 def test_performers_of_several_words_are_those_of_the_rarest() -> None:
@@ -150,11 +180,18 @@ def test_probabilities_come_true_on_other_draws() -> None:
         rng = np.random.default_rng(seed)
         for take in join_captures(captures(seed), rng):
             told += judge(take, all_known())
-    p = np.array([float(probability(sure.log_odds(one.cues))) for one in told])
+    p = np.array([sure.probability(one.cues) for one in told])
     right = np.array([one.right for one in told])
     assert 0.05 < right.mean() < 0.95
     assert p[right].mean() > p[~right].mean() + 0.05
-    assert (sure.weights >= 0.0).all()
+    assert (sure.several.weights >= 0.0).all()
+    assert sure.single is not None
+    assert (sure.single.weights >= 0.0).all()
+    alone = [one for each in captures(9) for one in judge(join([each]), all_known())]
+    p_alone = np.array([sure.probability(one.cues) for one in alone])
+    covers = np.array([one.cues.covers for one in alone])
+    assert [one.right for one in alone] == covers.tolist()
+    assert p_alone.mean() == pytest.approx(covers.mean(), abs=0.1)
 
 
 def test_too_few_captures_give_none() -> None:

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from motiondb.learning.places.interval_labels import complete_labels, label_intervals
 from motiondb.learning.places.place_fitting import (
     Written,
     find_places,
-    label_intervals,
     listed_takes,
     place_evidence,
+    placed_takes,
     unplaced_evidence,
     window_vectors,
 )
@@ -91,6 +92,52 @@ def test_labels_are_kept_as_people_said_them() -> None:
     assert places.shown[1][:, 0].tolist() == [0.0, 1.0, 0.0, 0.0, 0.0]
     assert places.shown[2][0, 2] == 1.0
     assert places.shown[3] == pytest.approx(1.0)
+
+
+def test_a_label_says_what_is_not_shown_in_and_beside_it() -> None:
+    nan = np.nan
+    labelled = np.full((5, 4), nan)
+    labelled[2, [0]] = 1.0
+    complete_labels(labelled, [{1}, {2, 3}])
+    assert np.array_equal(labelled[2], [1.0, 0.0, 0.0, 0.0])
+    assert np.array_equal(labelled[:, 0], [nan, 0.0, 1.0, 0.0, nan], equal_nan=True)
+    assert np.isnan(labelled[[0, 1, 3, 4], 1:]).all()
+
+
+def test_a_listed_action_with_more_words_may_be_what_the_label_says() -> None:
+    labelled = np.full((3, 4), np.nan)
+    labelled[1, 0] = 1.0  # "twist", and listed are "side twist" and "jog"
+    complete_labels(labelled, [{0, 1}, {2}])
+    assert np.isnan(labelled[1, 1])
+    assert labelled[1, 2] == 0.0
+
+
+def test_the_segments_beside_a_label_may_show_another_action_with_its_words() -> None:
+    labelled = np.full((3, 4), np.nan)
+    labelled[1, [0, 1]] = 1.0  # "raise left", and listed is "raise right"
+    complete_labels(labelled, [{0, 2}])
+    assert np.isnan(labelled[[0, 2], 0]).all()
+    assert labelled[[0, 2], 1].tolist() == [0.0, 0.0]
+    assert labelled[1, 2] == 0.0
+
+
+def test_words_of_labels_in_other_takes_are_inferred_and_not_listed() -> None:
+    table, _ = made_table([4, 4, 4])
+    moves = np.eye(N_COLUMNS)[[0, 1, 2, 3, 0, 4, 1, 5, 3, 5, 4, 2]] + 1e-3
+    said = written(
+        c1=[Caption("walk, sit"), Caption("jump", 2.0, 4.0)], c2=[Caption("walk, sit")],
+        c3=[Caption("sit")],
+    )  # fmt: skip
+    places = find_places(table, moves, said)
+    assert places is not None
+    assert places.words == {1: (0, 1, 2), 2: (0, 1), 3: (1,)}
+    assert places.inferred == {2: (2,)}
+    assert places.inferred_shown[2].shape == (4, 1)
+    assert places.inferred_shown[2][:, 0].argmax() == 2
+    assert places.only({3}).inferred == {}
+    _, _, shown = placed_takes(places, table, moves, 3)
+    assert np.array_equal(shown[4:8, 2], places.inferred_shown[2][:, 0])
+    assert places.listed_by({1: "a", 2: "b", 3: "c"})["b"] == {0, 1}
 
 
 def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learning.learned import Learned
-from motiondb.learning.places.place_fitting import Written, label_intervals, window_vectors
+from motiondb.learning.places.interval_labels import label_intervals
+from motiondb.learning.places.place_fitting import Written, window_vectors
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.words import suggestion
 

@@ -28,11 +28,14 @@ from dataclasses import dataclass, replace
 from math import prod
 
 from motiondb.learning.answers.answer_chances import PartChance
-from motiondb.learning.certainty.place_certainty import count_performers, cues_of
+from motiondb.learning.certainty.place_certainty import (
+    PlaceCertainty,
+    count_performers,
+    interval_cues,
+)
 from motiondb.learning.learned import Learned
 from motiondb.pose.features import FEATURE_STEP
 from motiondb.records import Float32Array, FloatArray
-from motiondb.search import certainty
 from motiondb.search.questions import by_question
 from motiondb.search.questions.by_question import PlacedReading, QuestionHit
 from motiondb.words.maps.edge_map import refine_interval
@@ -272,8 +275,8 @@ def _right(
     support = count_performers(learned.listed_by, _words(learned, part), [performer])
     if sure is None or not support:
         return None
-    cues = cues_of(placed.values[k], *placed.spans[k], support)
-    return float(certainty.probability(sure.log_odds(cues)))
+    cues = interval_cues(placed.values[k], placed.ends, *placed.spans[k], support)
+    return PlaceCertainty(sure, learned.certainties.single).probability(cues)
 
 
 def _only_by_caption(said: PartChance | None) -> bool:

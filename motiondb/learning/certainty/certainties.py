@@ -33,8 +33,11 @@ class Certainties:
     example : Certainty or None
         Of an answer to an example.
     place : Certainty or None
-        Certainty of the interval of an action, given that the capture shows the action
-        (:mod:`motiondb.learning.certainty.place_certainty`).
+        Certainty of the interval of an action, given that the capture shows the action, and
+        several actions (:mod:`motiondb.learning.certainty.place_certainty`).
+    single : Certainty or None
+        That a capture shows an action throughout, where ``place`` was learned; None in databases of
+        versions in which ``place`` covered this case.
     without : KindCertainty
         Of an answer to one action but not another.
     either : KindCertainty
@@ -44,6 +47,7 @@ class Certainties:
     words: Certainty | None = None
     example: Certainty | None = None
     place: Certainty | None = None
+    single: Certainty | None = None
     without: KindCertainty = field(default_factory=KindCertainty)
     either: KindCertainty = field(default_factory=KindCertainty)
 
@@ -65,6 +69,7 @@ def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
         "certainty_words": sure.words,
         "certainty_example": sure.example,
         PLACE_NAME: sure.place,
+        "certainty_single": sure.single,
         "certainty_without": sure.without.whole,
         "certainty_without_part": sure.without.part,
         "certainty_either": sure.either.whole,
@@ -89,6 +94,7 @@ def certainties_from(arrays: Mapping[str, FloatArray]) -> Certainties:
         one("certainty_words"),
         one("certainty_example"),
         one(PLACE_NAME),
+        one("certainty_single"),
         *(
             KindCertainty(one(name), one(f"{name}_part"))
             for name in ("certainty_without", "certainty_either")

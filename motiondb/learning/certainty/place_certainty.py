@@ -2,28 +2,42 @@
 
 A word map says whether a capture shows an action. If it does, this module gives the probability
 that the reported interval is right (intersection over union with the true one at least ``RIGHT``).
-It is learned from questions whose true intervals are known without manual labels
-(:mod:`motiondb.learning.certainty.joined_takes`): short captures of one action, of one performer or
-two, are joined, and each action is searched in the joined take. An equal number of questions use
-the short captures themselves, whose true interval is the whole. Every question is judged by the map
-without the captures of its performers. An action whose words are in no other performer's captions
-is not used: its place was not learned, and no probability is given for it.
+Two cases are told apart. If the take shows the action throughout, the true interval is the whole
+take, and a reported one is right if it covers at least half of it. If the take shows several
+actions, the probability depends on the evidence. With s the probability that the take shows one
+action throughout,
 
-Cues of a reported interval, from the evidence e at the segments of the take:
+    p = s [interval covers half of the take] + (1 - s) p_several.
+
+Both s and p_several are logistic regressions (:mod:`motiondb.search.certainty`), learned from
+questions whose true intervals are known without manual labels
+(:mod:`motiondb.learning.certainty.joined_takes`): short captures of one action, of one performer or
+two, are joined, and each action is searched in the joined take, and in the short captures
+themselves. Every question is judged by the map without the captures of its performers. An action
+whose words are in no other performer's captions is not used: its place was not learned, and no
+probability is given for it.
+
+Cues of p_several, from the evidence e at the segments of the take:
 
     the largest e in the interval,
-    the largest e in the interval less the largest outside,
+    the largest e in the interval less the largest outside, at least 0 (only the order of a question
+        can put an interval where e is smaller, and joined takes have no such questions),
     the largest e in the interval less the lower quartile of the take,
     log(1 + other performers whose captions hold the words; of several words, the fewest),
     the share of the take that the interval covers,
     the logarithm of the number of segments.
 
-Logistic regression (:mod:`motiondb.search.certainty`) weights them. It allows no negative weights,
-so every cue of unknown sign is included twice, once with its sign reversed. The same action of the
-same performer is searched in several takes; together these questions have the weight of one,
-because whether they are right depends mostly on the action and the performer. Among sets of cues
-this one had the least log-loss on performers left out of the CMU captures; a posterior over all
-intervals as a cue, gradient boosting, and other cues of the evidence did not improve it.
+Cues of s: the logarithms of the number of segments and of the seconds of the take, and the largest
+e less the lower quartile, as an action shown throughout has even evidence.
+
+The regression allows no negative weights, so every cue of unknown sign is included twice, once with
+its sign reversed. The same action of the same performer is searched in several takes; together
+these questions have the weight of one, because whether they are right depends mostly on the action
+and the performer. Among sets of cues of p_several this one had the least log-loss on performers
+left out of the CMU captures; a posterior over all intervals as a cue, gradient boosting, and other
+cues of the evidence did not improve it. One regression for both cases had a log-loss of .22 on
+Bandai-Namco captures as they are, and .48 on those of CMU; two have .03 and .10. On joined captures
+there is no difference beyond chance.
 """
 
 from __future__ import annotations
@@ -47,8 +61,8 @@ from motiondb.learning.certainty.joined_takes import (
 )
 from motiondb.learning.places import place_fitting
 from motiondb.learning.places.place_fitting import Places, Written
-from motiondb.records import FloatArray, SegmentTable
-from motiondb.search.certainty import Certainty, fit_probability
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
+from motiondb.search.certainty import Certainty, fit_probability, probability
 from motiondb.search.questions import by_question
 from motiondb.search.questions.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
 from motiondb.search.vectors.score_vectors import interval_vectors
@@ -60,8 +74,10 @@ RIGHT = 0.5
 DRAWS = 20
 """Number of draws in which every capture may be joined with others: more draws give more
 combinations of actions, not more weight. Chosen by hand; not tuned."""
+SINGLE = 2
+"""Number of the kind of questions about a capture as it is."""
 LEAST_QUESTIONS = 30
-"""Smallest number of questions for which a certainty is fitted, as for answers
+"""Smallest number of questions in joined takes for which a certainty is fitted, as for answers
 (``asked_certainty``)."""
 
 
@@ -86,14 +102,58 @@ class Elsewhere:
 
 
 @dataclass(frozen=True, eq=False)
+class IntervalCues:
+    """Cues of the interval reported for an action, as in the module's docstring.
+
+    Attributes
+    ----------
+    several : array (8,)
+        Cues of p_several.
+    single : array (6,)
+        Cues of s.
+    covers : bool
+        Whether the interval covers at least half of the take.
+    """
+
+    several: FloatArray
+    single: FloatArray
+    covers: bool
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceCertainty:
+    """The two regressions.
+
+    Attributes
+    ----------
+    several : Certainty
+        p_several, from :func:`cues_of`.
+    single : Certainty or None
+        s, from :func:`single_cues`. None in databases of versions in which the first regression
+        covered both cases.
+    """
+
+    several: Certainty
+    single: Certainty | None
+
+    def probability(self, cues: IntervalCues) -> float:
+        """Probability that an interval is right."""
+        among = float(probability(self.several.log_odds(cues.several)))
+        if self.single is None:
+            return among
+        alone = float(probability(self.single.log_odds(cues.single)))
+        return alone * float(cues.covers) + (1.0 - alone) * among
+
+
+@dataclass(frozen=True, eq=False)
 class Judged:
     """One question: the cues of the reported interval, whether it is right, and its kind.
 
     ``kind`` is the same for questions about the same action of the same performer in takes of the
-    same kind.
+    same kind; its number is ``SINGLE`` for captures as they are.
     """
 
-    cues: FloatArray
+    cues: IntervalCues
     right: bool
     kind: tuple[str, tuple[int, ...], int]
 
@@ -136,10 +196,51 @@ def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> Floa
     inside = evidence[first:behind]
     outside = np.concatenate([evidence[:first], evidence[behind:]])
     peak, low = float(inside.max()), lower_quartile(evidence)
-    margin = peak - (float(outside.max()) if len(outside) else low)
+    margin = max(peak - (float(outside.max()) if len(outside) else low), 0.0)
     share = (behind - first) / len(evidence)
     signed = np.array([share, np.log(len(evidence))])
     return np.concatenate([[peak, margin, peak - low, np.log1p(support)], signed, -signed])
+
+
+def single_cues(evidence: FloatArray, seconds: float) -> FloatArray:
+    """Cues that a take shows one action throughout: array (6,).
+
+    Parameters
+    ----------
+    evidence : array (segments,)
+        Evidence for the action at every segment of the take.
+    seconds : float
+        Duration of the take.
+    """
+    contrast = float(evidence.max()) - lower_quartile(evidence)
+    signed = np.array([np.log(len(evidence)), np.log(seconds), contrast])
+    return np.concatenate([signed, -signed])
+
+
+def interval_cues(
+    evidence: FloatArray, ends: IntArray, first: int, behind: int, support: int
+) -> IntervalCues:
+    """Cues of the interval of segments [first, behind) reported for an action.
+
+    Parameters
+    ----------
+    evidence : array (segments,)
+        Evidence for the action at every segment of the take.
+    ends : array (segments,)
+        Last frame + 1 of every segment; the first one starts at frame 0.
+    first : int
+        First segment of the interval.
+    behind : int
+        Last segment + 1.
+    support : int
+        Number of other performers whose captions hold the words.
+    """
+    start = int(ends[first - 1]) if first else 0
+    return IntervalCues(
+        cues_of(evidence, first, behind, support),
+        single_cues(evidence, float(ends[-1]) / MOTION_FPS),
+        2 * (int(ends[behind - 1]) - start) >= int(ends[-1]),
+    )
 
 
 def learn_certainty(
@@ -149,7 +250,7 @@ def learn_certainty(
     places: Places,
     performers: Mapping[int, str],
     rng: np.random.Generator,
-) -> Certainty | None:
+) -> PlaceCertainty | None:
     """Certainty of the place of an action; None if there are too few short captures.
 
     Parameters
@@ -208,7 +309,7 @@ def known_elsewhere(
 
 def fit_certainty(
     captures: Sequence[ShortCapture], known: Elsewhere, rng: np.random.Generator
-) -> Certainty | None:
+) -> PlaceCertainty | None:
     """Certainty of the place of an action; None if there are too few questions.
 
     Parameters
@@ -224,21 +325,32 @@ def fit_certainty(
     for _ in range(DRAWS):
         for take in (*join_captures(captures, rng), *join_pairs(captures, rng)):
             judged += judge(take, known)
-    right = np.array([one.right for one in judged], dtype=bool)
-    if len(right) < LEAST_QUESTIONS or right.all() or not right.any():
+    joined = [one for one in judged if one.kind[2] != SINGLE]
+    right = {one.right for one in joined}
+    if len(joined) < LEAST_QUESTIONS or len(right) < 2 or len(joined) == len(judged):
         return None
+    return PlaceCertainty(
+        _regression([one.cues.several for one in joined], [one.right for one in joined], joined),
+        _regression(
+            [one.cues.single for one in judged], [one.kind[2] == SINGLE for one in judged], judged
+        ),
+    )
+
+
+def _regression(
+    cues: Sequence[FloatArray], true: Sequence[bool], judged: Sequence[Judged]
+) -> Certainty:
+    """Logistic regression in which the questions of one kind have the weight of one together."""
     times = Counter(one.kind for one in judged)
-    weights, constant = fit_probability(
-        np.array([one.cues for one in judged]), right,
-        np.array([1.0 / times[one.kind] for one in judged]),
-    )  # fmt: skip
+    counts = np.array([1.0 / times[one.kind] for one in judged])
+    weights, constant = fit_probability(np.array(cues), np.array(true, dtype=bool), counts)
     return Certainty(weights, constant, float("nan"))
 
 
 def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
     """Search for every action of a take whose words occur in captions of other performers."""
     judged = []
-    kind = min(len(take.parts), 2) + len(take.groups)  # 2 single, 3 joined, 4 of two performers
+    kind = min(len(take.parts), 2) + len(take.groups)  # 3 joined, 4 of two performers
     for asked in questions_of(take):
         support = known.support(asked.words, take.groups)
         if support:
@@ -250,7 +362,7 @@ def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
 
 def tell_place(
     take: JoinedTake, words: Sequence[int], fitted: PlaceMap, support: int
-) -> tuple[tuple[int, int], FloatArray]:
+) -> tuple[tuple[int, int], IntervalCues]:
     """The interval (frames) reported for an action, and its cues."""
     vectors = interval_vectors(
         take.standardised, take.starts, take.ends, take.starts - WINDOW_MARGIN,
@@ -263,5 +375,6 @@ def tell_place(
     assert hit is not None  # a take has a segment
     first = int(np.searchsorted(take.starts, hit.start))
     behind = int(np.searchsorted(take.ends, hit.end)) + 1
-    cues = cues_of(evidence[:, list(words)].mean(axis=1), first, behind, support)
+    of_words = evidence[:, list(words)].mean(axis=1)
+    cues = interval_cues(of_words, take.ends, first, behind, support)
     return (hit.start, hit.end), cues

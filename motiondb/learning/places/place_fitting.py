@@ -13,18 +13,19 @@ regression on y gives the map, and also the evidence for every take from the map
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from motiondb.learning.counting import capture_rows
+from motiondb.learning.places.interval_labels import Actions, complete_labels, label_intervals
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.search.questions.by_words import WINDOW_MARGIN
 from motiondb.search.vectors.score_vectors import interval_vectors
 from motiondb.symbols.models.hmm_jobs import one_blas_thread
 from motiondb.words.lexicon import vocabulary
+from motiondb.words.maps.listed_takes import ListedTakes
 from motiondb.words.maps.place_map import (
-    ListedTakes,
     fit_place_map,
     fit_places,
     left_out_evidence,
@@ -32,8 +33,8 @@ from motiondb.words.maps.place_map import (
     take_weights,
 )
 
-Actions = list[list[int]]
-"""Word numbers of every action, in order."""
+LEAST_INFERRED = 0.01
+"""Least y of an inferred word that is kept; less hardly changes the map. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +47,26 @@ class Places:
         Capture number -> numbers of its listed words, rising.
     shown : dict
         Capture number -> array (segments, listed words), y of the module's docstring.
+    inferred : dict
+        Capture number -> words of labels in other takes that its segments resemble, rising. Its own
+        captions do not list them. Only captures that have any.
+    inferred_shown : dict
+        Capture number -> array (segments, inferred words), their y.
     """
 
     words: Mapping[int, tuple[int, ...]]
     shown: Mapping[int, FloatArray]
+    inferred: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    inferred_shown: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def only(self, captures: Container[int]) -> Places:
         """The places of some captures."""
         kept = [c for c in self.words if c in captures]
-        return Places({c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept})
+        inferred = [c for c in self.inferred if c in captures]
+        return Places(
+            {c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept},
+            {c: self.inferred[c] for c in inferred}, {c: self.inferred_shown[c] for c in inferred},
+        )  # fmt: skip
 
     def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
         """Performer -> numbers of the words that captions of this performer's captures list."""
@@ -135,16 +147,26 @@ def find_places(table: SegmentTable, standardised: FloatArray, written: Written)
     with one_blas_thread():  # many small systems
         fitted = fit_place_map(takes)
     words, shown = {}, {}
-    for capture, inside, actions, further in zip(
-        captures, takes.rows(), takes.actions, takes.further
-    ):
-        known_words = {word for action in actions for word in action} | set(further)
-        if takes.labelled is not None:
-            said = ~np.isnan(takes.labelled[inside]).all(axis=0)
-            known_words |= set(np.flatnonzero(said).tolist())
-        words[capture] = tuple(sorted(known_words))
-        shown[capture] = fitted.shown[inside][:, list(words[capture])]
-    return Places(words, shown)
+    inferred, inferred_shown = {}, {}
+    for n, (capture, inside) in enumerate(zip(captures, takes.rows())):
+        y = fitted.shown[inside]
+        said = _said_words(takes, n, inside)
+        words[capture] = tuple(sorted(said))
+        shown[capture] = y[:, list(words[capture])]
+        others = set(np.flatnonzero((y > LEAST_INFERRED).any(axis=0)).tolist()) - said
+        if others:
+            inferred[capture] = tuple(sorted(others))
+            inferred_shown[capture] = y[:, list(inferred[capture])]
+    return Places(words, shown, inferred, inferred_shown)
+
+
+def _said_words(takes: ListedTakes, n: int, rows: slice) -> set[int]:
+    """The words of all captions of take n, and those that its labels say are not shown."""
+    said = {word for action in takes.actions[n] for word in action} | set(takes.further[n])
+    if takes.labelled is not None:
+        labelled = ~np.isnan(takes.labelled[rows]).all(axis=0)
+        said |= set(np.flatnonzero(labelled).tolist())
+    return said
 
 
 def listed_takes(
@@ -291,6 +313,8 @@ def placed_takes(
     takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
     for capture, inside in zip(captures, takes.rows()):
         shown[inside, list(places.words[capture])] = places.shown[capture]
+        if capture in places.inferred:
+            shown[inside, list(places.inferred[capture])] = places.inferred_shown[capture]
     return captures, takes, shown
 
 
@@ -326,61 +350,5 @@ def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) ->
     listed = {word for action in order for word in action}
     others = {word for actions in wholes for action in actions for word in action}
     if labelled is not None:
-        _complete_labels(labelled, sorted(others))
+        complete_labels(labelled, [set(action) for actions in wholes for action in actions])
     return _Take(order, sorted(others - listed), labelled)
-
-
-def _complete_labels(labelled: FloatArray, listed: Sequence[int]) -> None:
-    """Set y to 0, in place, where labels imply that a word is not shown.
-
-    A labelled interval lasts from the begin to the end of its action, so that the segments before
-    and after it do not show it; nor does it show other words that captions of the take list.
-    """
-    shown = labelled == 1.0
-    beside = np.zeros_like(shown)
-    beside[1:] |= shown[:-1]
-    beside[:-1] |= shown[1:]
-    labelled[beside & np.isnan(labelled)] = 0.0
-    rows, columns = shown.any(axis=1), np.isin(np.arange(shown.shape[1]), listed)
-    labelled[np.outer(rows, columns) & np.isnan(labelled)] = 0.0
-
-
-def label_intervals(
-    table: SegmentTable,
-    rows: slice,
-    parts: Sequence[tuple[Caption, Actions]],
-    nowhere_else: bool,
-    n_words: int,
-) -> FloatArray | None:
-    """y (segments, words) that captions of intervals give; None without any.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    rows : slice
-        Those of the capture.
-    parts : sequence of (Caption, actions)
-        Its captions of intervals.
-    nowhere_else : bool
-        Whether their words are not shown elsewhere; otherwise y is NaN there.
-    n_words : int
-        Size of the vocabulary.
-    """
-    if not parts:
-        return None
-    starts, ends = table.starts[rows], table.ends[rows]
-    labelled = np.full((len(starts), n_words), np.nan)
-    words = sorted({word for _, actions in parts for action in actions for word in action})
-    if nowhere_else:
-        labelled[:, words] = 0.0
-    for caption, actions in parts:
-        low = (caption.start or 0.0) * MOTION_FPS
-        high = float(ends[-1]) if caption.end is None else caption.end * MOTION_FPS
-        shared = np.minimum(ends, high) - np.maximum(starts, low)
-        inside = 2.0 * shared >= ends - starts
-        if not inside.any():  # shorter than half of every segment that it meets
-            inside = shared == shared.max()
-        for word in {word for action in actions for word in action}:
-            labelled[inside, word] = 1.0
-    return labelled

@@ -76,9 +76,8 @@ def join_certainties(own_certainties: Certainties, first: Certainties, n_own: fl
     return Certainties(
         checked_certainty(own_certainties.words, first.words, n_own),
         checked_certainty(own_certainties.example, first.example, n_own),
-        None,
-        kinds(own_certainties.without, first.without),
-        kinds(own_certainties.either, first.either),
+        without=kinds(own_certainties.without, first.without),
+        either=kinds(own_certainties.either, first.either),
     )
 
 

@@ -30,7 +30,7 @@ Arrays = Mapping[str, FloatArray]
 
 OPTIONAL = frozenset(
     {"context_features", "context_mean", "context_projection",
-     "certainty_words", "certainty_example", "certainty_interval",
+     "certainty_words", "certainty_example", "certainty_interval", "certainty_single",
      "certainty_without", "certainty_without_part", "certainty_either", "certainty_either_part"}
 )  # fmt: skip
 """Arrays that knowledge may lack."""
@@ -157,6 +157,7 @@ def _expected(
         "certainty_words": (3,),
         "certainty_example": (4,),
         "certainty_interval": (10,),
+        "certainty_single": (8,),
         "certainty_without": (4,),
         "certainty_without_part": (4,),
         "certainty_either": (3,),

@@ -9,14 +9,10 @@ hidden. They are estimated together with a linear map from the motion of a segme
             y_iw - mean(y_w), with sd_w = (mean (1 - mean))^(1/4); the prediction for each take
             uses the regression without this take.
 
-Each round fits the map and then aligns the actions of each caption with the segments of its take in
-two ways. The ordered alignment keeps the caption's order
-(:mod:`motiondb.words.maps.ordered_alignment`); its log-likelihood ratios are ``SHARPNESS``
-sqrt(seconds of the segment) times the mean z of the action's words. The unordered one is a softmax
-over the actions and none of them. y is a mixture of both, and each round keeps the share
-``DAMPING`` of the former y. Words of other captions of the same take keep equal shares. Where a
-caption describes an interval, it gives y of its words there (``ListedTakes.labelled``), and its
-words compete with the listed actions of takes that do not list them.
+Each round fits the map and then aligns the actions of each caption with the segments of its take
+(:mod:`motiondb.words.maps.listed_takes`), with ``SHARPNESS`` z as the evidence for a word. Each
+round keeps the share ``DAMPING`` of the former y. Where a caption describes an interval, it gives y
+of its words there (``ListedTakes.labelled``).
 
 The map estimates where a word is shown. Whether a take shows the word at all is estimated by the
 word map (:mod:`motiondb.words.maps.word_map`), because here each segment is a row, and most rows
@@ -24,8 +20,8 @@ belong to a few long takes.
 
 Source: multiple-instance learning in the manner of connectionist temporal classification (Graves
 et al., 2006). The use of the order was measured on four long takes with true segments: the right
-interval came first for .54 of 24 questions with the order, for .25 with the actions shuffled, and
-for .29 with the order reversed.
+interval came first for .50 of 24 questions with the order, for .41 with the actions shuffled (mean
+of four draws, .29 to .54), and for .33 with the order reversed.
 """
 
 from __future__ import annotations
@@ -36,7 +32,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.records import FloatArray, IntArray
-from motiondb.words.maps.ordered_alignment import align_in_order
+from motiondb.words.maps.listed_takes import ListedTakes, even_shares, place_actions
 
 RIDGE = 0.03
 """Ridge of the regression. Larger values reduce the differences within a take. Of .01 to .3, the
@@ -45,55 +41,12 @@ and .53, a difference within chance)."""
 SHARPNESS = 6.0
 """Nats per unit of z in one second. The values 6, 10 and 20 give similar results on joined real
 captures: .52, .51, .50."""
-ORDERED = 0.7
-"""Share of the ordered alignment in the mixture, from a first prototype; 1 was worse by .01."""
-LABELLED = 20.0
-"""Nats for an action where a person labelled it; more than the evidence of any motion against it.
-Chosen by hand; not tuned."""
 ROUNDS = 8
 DAMPING = 0.5
 """Number of rounds, and the share of the former y that each round keeps. After eight rounds y
 hardly changes. Chosen by hand; not tuned."""
 SPREAD_POWER = 0.25
 """Power of the variance in sd_w, as in the word map. At 0.5, rare words outweigh common ones."""
-
-
-@dataclass(frozen=True, eq=False)
-class ListedTakes:
-    """Takes with the actions that their captions list.
-
-    Attributes
-    ----------
-    vectors : array (rows, columns)
-        Vector of the motion around each segment, of length 1. The rows are the segments of all
-        takes.
-    seconds : array (rows,)
-        Duration of each segment.
-    owners : array (rows,)
-        Number of the take of each segment, rising from 0 without gaps.
-    actions : sequence of sequence of sequence of int
-        For each take its listed actions in order, each as the numbers of its words; never empty.
-    further : sequence of sequence of int
-        For each take the words of its other captions, without an order.
-    n_words : int
-        Size of the vocabulary.
-    labelled : array (rows, words), optional
-        y where people labelled an interval: 1 where a word is shown, 0 if it is not, NaN if
-        there is no label. None if there are no labels.
-    """
-
-    vectors: FloatArray
-    seconds: FloatArray
-    owners: IntArray
-    actions: Sequence[Sequence[Sequence[int]]]
-    further: Sequence[Sequence[int]]
-    n_words: int
-    labelled: FloatArray | None = None
-
-    def rows(self) -> list[slice]:
-        """Return the rows of each take."""
-        ends = np.searchsorted(self.owners, np.arange(1, len(self.actions) + 1))
-        return [slice(int(a), int(b)) for a, b in zip(np.concatenate([[0], ends]), ends)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,11 +98,11 @@ def fit_place_map(takes: ListedTakes) -> PlacedWords:
     """
     rows = takes.rows()
     weights = take_weights(takes)
-    shown = _even_shares(takes, rows)
+    shown = even_shares(takes, rows)
     left_out = _prepare(takes.vectors, weights, rows)
     for _ in range(ROUNDS):
         evidence = left_out.evidence(shown)
-        shown = DAMPING * shown + (1.0 - DAMPING) * _place(takes, rows, evidence)
+        shown = DAMPING * shown + (1.0 - DAMPING) * place_actions(takes, rows, evidence)
     return PlacedWords(map_places(takes.vectors, shown, weights), shown)
 
 
@@ -257,77 +210,6 @@ def spreads_of(mean: FloatArray) -> FloatArray:
     """Return the scales sd_w of the module's docstring; means are kept away from 0 and 1."""
     kept = np.clip(mean, 1e-4, 0.999)
     return np.asarray((kept * (1.0 - kept)) ** SPREAD_POWER)
-
-
-def _even_shares(takes: ListedTakes, rows: Sequence[slice]) -> FloatArray:
-    """Return the initial y: each listed action has an equal share of each segment of its take."""
-    shown = np.zeros((len(takes.vectors), takes.n_words))
-    for inside, actions, further in zip(rows, takes.actions, takes.further):
-        words = sorted({word for action in actions for word in action} | set(further))
-        shown[inside, words] = 1.0 / len(actions)
-    return _as_labelled(takes, shown)
-
-
-def _as_labelled(takes: ListedTakes, shown: FloatArray) -> FloatArray:
-    """Return y, with the labels of intervals in place of computed values."""
-    said = takes.labelled
-    return shown if said is None else np.where(np.isnan(said), shown, said)
-
-
-def _place(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> FloatArray:
-    """Return y of one round before damping: array (rows, words)."""
-    shown = np.zeros_like(evidence)
-    labels = _labels(takes)
-    for inside, actions, further in zip(rows, takes.actions, takes.further):
-        shown[inside, list(further)] = 1.0 / len(actions)
-        said = evidence[inside]
-        ratios = np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
-        take_words = {word for action in actions for word in action} | set(further)
-        ratios -= _unlisted(said, [label for label in labels if not take_words.issuperset(label)])
-        ratios *= np.sqrt(takes.seconds[inside])[:, None]
-        if takes.labelled is not None:
-            ratios += _labelled_ratios(takes.labelled[inside], actions)
-        placed = _mixture(ratios)
-        for k, action in enumerate(actions):
-            for word in action:
-                column = shown[inside, word]
-                np.maximum(column, placed[:, k], out=column)
-    return _as_labelled(takes, shown)
-
-
-def _labels(takes: ListedTakes) -> list[tuple[int, ...]]:
-    """Return the different sets of words that label a segment of any take."""
-    if takes.labelled is None:
-        return []
-    shown = takes.labelled == 1.0
-    return sorted({tuple(np.flatnonzero(row).tolist()) for row in shown[shown.any(axis=1)]})
-
-
-def _unlisted(evidence: FloatArray, labels: Sequence[tuple[int, ...]]) -> FloatArray:
-    """Return the evidence for the likeliest unlisted label, at least 0: array (segments, 1).
-
-    A take may show an action that none of its captions lists. If a label in another take has taught
-    what the action looks like, it competes with the listed actions.
-    """
-    none = np.zeros((len(evidence), 1))
-    each = [evidence[:, list(label)].mean(axis=1, keepdims=True) for label in labels]
-    return np.asarray(np.max([none, *each], axis=0))
-
-
-def _labelled_ratios(labelled: FloatArray, actions: Sequence[Sequence[int]]) -> FloatArray:
-    """Return the nats that labels of intervals add to each action: array (segments, actions)."""
-    said = np.nan_to_num(2.0 * labelled - 1.0)  # 1 shown, -1 not shown, 0 not labelled
-    return LABELLED * np.stack([said[:, list(action)].mean(axis=1) for action in actions], axis=1)
-
-
-def _mixture(ratios: FloatArray) -> FloatArray:
-    """Mix the ordered and unordered posteriors; a single action is shown at all segments."""
-    if ratios.shape[1] == 1:
-        return np.ones_like(ratios)
-    top = np.maximum(ratios.max(axis=1, keepdims=True), 0.0)
-    odds = np.exp(ratios - top)
-    unordered = odds / (odds.sum(axis=1, keepdims=True) + np.exp(-top))
-    return ORDERED * align_in_order(ratios) + (1.0 - ORDERED) * unordered
 
 
 def _centred(

@@ -28,7 +28,7 @@ def learned(learned_file: Path) -> Learned:
 def with_place(learned: Learned, log_odds: float) -> Learned:
     """The same, every place as likely right as given."""
     sure = Certainty(np.zeros(8), log_odds, float("nan"))
-    return replace(learned, certainties=replace(learned.certainties, place=sure))
+    return replace(learned, certainties=replace(learned.certainties, place=sure, single=None))
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
@@ -105,11 +105,16 @@ def test_counts_and_lengths_have_places_without_probabilities(learned: Learned) 
 def test_what_was_found_is_stored(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         model = from_stored(store.load_learning(db.store))
+    assert model.places is not None
+    inferred, y = {7: (2, 5)}, np.array([[0.5, 0.0], [0.25, 1.0]])
+    model = replace(model, places=replace(model.places, inferred=inferred, inferred_shown={7: y}))
     again = from_stored(to_stored(model))
     assert model.places is not None
     assert again.places is not None
     assert dict(again.places.words) == dict(model.places.words)
     assert all((again.places.shown[c] == y).all() for c, y in model.places.shown.items())
+    assert again.places.inferred == inferred
+    assert (again.places.inferred_shown[7] == y).all()
     assert again.certainties.place is not None
     assert model.certainties.place is not None
     assert (again.certainties.place.weights == model.certainties.place.weights).all()

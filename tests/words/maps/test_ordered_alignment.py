@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from motiondb.records import FloatArray
-from motiondb.words.maps.ordered_alignment import SKIP, align_in_order
+from motiondb.words.maps.ordered_alignment import SKIP, SPREAD, align_in_order
 
 
-def enumerated(log_ratios: FloatArray) -> FloatArray:
+def enumerated(log_ratios: FloatArray, seconds: FloatArray | None = None) -> FloatArray:
     """The same by all rising sequences of states."""
     n_segments, n_actions = log_ratios.shape
     total, posterior = 0.0, np.zeros_like(log_ratios)
@@ -24,6 +24,10 @@ def enumerated(log_ratios: FloatArray) -> FloatArray:
         shown = {state // 2 for state in path if state % 2}
         weight = SKIP * (n_actions - len(shown))
         weight += sum(log_ratios[i, s // 2] for i, s in enumerate(path) if s % 2)
+        for k in shown if seconds is not None else ():
+            assert seconds is not None
+            lasts = sum(seconds[i] for i, state in enumerate(path) if state == 2 * k + 1)
+            weight -= 0.5 * (np.log(lasts * n_actions / seconds.sum()) / SPREAD) ** 2
         total += np.exp(weight)
         for i, state in enumerate(path):
             if state % 2:
@@ -37,6 +41,23 @@ def test_posteriors_are_those_of_all_paths(n_segments: int, n_actions: int) -> N
         0.0, 3.0, (n_segments, n_actions)
     )
     assert align_in_order(ratios) == pytest.approx(enumerated(ratios), abs=1e-12)
+
+
+@pytest.mark.parametrize(("n_segments", "n_actions"), [(1, 1), (1, 3), (3, 1), (4, 2), (5, 3)])
+def test_posteriors_with_durations_are_those_of_all_paths(n_segments: int, n_actions: int) -> None:
+    rng = np.random.default_rng(n_segments * 10 + n_actions)
+    ratios = rng.normal(0.0, 3.0, (n_segments, n_actions))
+    seconds = rng.uniform(0.5, 4.0, n_segments)
+    expected = enumerated(ratios, seconds)
+    assert align_in_order(ratios, seconds) == pytest.approx(expected, abs=1e-12)
+
+
+def test_an_action_with_faint_evidence_everywhere_leaves_room_for_the_next() -> None:
+    ratios = np.column_stack([np.full(8, 2.0), np.zeros(8)])
+    even, by_duration = align_in_order(ratios), align_in_order(ratios, np.full(8, 2.0))
+    assert even[6, 0] > 2.0 * even[6, 1]
+    assert by_duration[6, 1] > 2.0 * by_duration[6, 0]
+    assert (by_duration[1:4, 0] > 0.95).all()
 
 
 def test_an_action_that_fits_nowhere_is_laid_where_order_leaves_room() -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from motiondb.records import FloatArray
 from motiondb.words.maps import place_map
-from motiondb.words.maps.place_map import ListedTakes, fit_place_map, map_places, take_weights
+from motiondb.words.maps.listed_takes import ListedTakes
+from motiondb.words.maps.place_map import fit_place_map, map_places, take_weights
 from motiondb.words.maps.unit_length import unit
 
 N_COLUMNS, N_WORDS = 12, 5
@@ -140,3 +143,27 @@ def test_labels_hold_and_draw_the_action_to_their_place() -> None:
     assert shown[inside.start + 1, word] == 0.0
     first = takes.actions[0][0][0]
     assert shown[inside.start, first] < fit_place_map(takes).shown[inside.start, first]
+
+
+def test_an_action_that_no_caption_lists_is_learned_from_one_label() -> None:
+    takes, truth = made_up(9, 14, 4)
+    word = N_WORDS - 1
+    actions = [[a for a in listed if a != [word]] for listed in takes.actions]
+    labelled = np.full((len(takes.vectors), N_WORDS), np.nan)
+    first = next(rows for rows in takes.rows() if (truth[rows] == word).any())
+    labelled[first, word] = truth[first] == word
+    said = replace(takes, actions=actions, labelled=labelled)
+    shown = fit_place_map(said).shown[first.stop :, word]
+    is_word = truth[first.stop :] == word
+    assert (shown[is_word] > 0.5).mean() > 0.9
+    assert (shown[~is_word] < 0.5).mean() > 0.9
+
+
+def test_a_take_of_one_action_shows_no_unlisted_one() -> None:
+    takes, _ = made_up(3, 6, 1)
+    labelled = np.full((len(takes.vectors), N_WORDS), np.nan)
+    labelled[0, :2] = 1.0
+    shown = fit_place_map(replace(takes, labelled=labelled)).shown
+    for inside, actions in zip(takes.rows()[1:], takes.actions[1:]):
+        others = [word for word in range(N_WORDS) if [word] not in actions]
+        assert (shown[inside][:, others] == 0.0).all()
