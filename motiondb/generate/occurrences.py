@@ -97,7 +97,7 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     [(20, 30), (60, 70)]
     """
     if word == "kick":
-        return _runs((track[:, 4:6] > KICKED).any(axis=1))
+        return _runs(np.asarray((track[:, 4:6] > KICKED).any(axis=1)))
     if word == "punch":
         begun = _begun(track[:, 6] > 0, track[:, 7]) | _begun(track[:, 8] > 0, track[:, 9])
         return _runs(begun)
@@ -145,7 +145,7 @@ def _is_hop(feet: FloatArray, flight: tuple[int, int]) -> bool:
     """
     down = feet <= MAX_HEIGHT
     first, last = max(flight[0] - NEAR_GROUND, 0), flight[1] + NEAR_GROUND
-    up = list(runs(~down[first:last].any(axis=1)))
+    up = list(runs(np.asarray(~down[first:last].any(axis=1))))
     if not up:
         return False
     start, end = max(up, key=lambda run: run[1] - run[0])

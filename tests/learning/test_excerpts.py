@@ -123,9 +123,10 @@ def _measured(times: int, *occurrences: tuple[int, int]) -> Layout:
 def test_measured_occurrences_are_counted_one_by_one() -> None:
     occurrences = (40, 50), (70, 80), (100, 110)
     assert _measured(1, *occurrences).parts == ((30, 60),)
+    assert _measured(1, *occurrences).said == "once, measured in the motion"
     assert _measured(2, *occurrences).parts == ((30, 90),)
     assert _measured(3, *occurrences).parts == ((30, 130),)
-    assert _measured(3, *occurrences).said == "3 measured in the motion"
+    assert _measured(3, *occurrences).said == "3 times, measured in the motion"
 
 
 def test_too_few_measured_occurrences_are_repeated() -> None:

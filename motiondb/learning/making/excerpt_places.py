@@ -1,11 +1,10 @@
 """The places that show an action about as clearly as the best one, in the order of the seeds.
 
 An excerpt that shares more than half of the shorter one with the best excerpt of a place belongs to
-it. A place is
-comparable with the best one if its best excerpt is worse by at most ``COMPARABLE``, or at least
-``CLEAR``, and it does all that is measured, if the best one does. The captures take turns: first
-the best place of each capture, then the second one of each, and so on. Seed s takes place s modulo
-their number.
+it. A place is comparable with the best one if the value of its best excerpt is lower by at most
+``COMPARABLE``, or at least ``CLEAR``, and if it does all that is measured, where the best one does.
+The captures take turns: first the best place of each capture, then the second one of each, and so
+on. Seed s takes place s modulo their number.
 """
 
 from __future__ import annotations

@@ -293,7 +293,7 @@ def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> La
         whole = span if times == n else whole
         parts = [whole] * (times // n)
         parts += [(whole[0], middles[times % n - 1])] if times % n else []
-    said = f"{times} measured in the motion"
+    said = f"{'once' if times == 1 else f'{times} times'}, measured in the motion"
     if times > n:
         said += f": {n} in an excerpt of {(whole[1] - whole[0]) / MOTION_FPS:.1f} s, repeated"
     return Layout(tuple(parts), said, times)
