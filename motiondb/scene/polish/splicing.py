@@ -253,7 +253,7 @@ def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
     waits = standing(spliced, at)
     nearest = np.rint(at).astype(np.int64)
     held = lock_feet(shown, waits, spliced.contacts[nearest])
-    return step_feet(step_at_seams(held, spliced.shares[nearest] < 1.0), waits)
+    return step_at_seams(step_feet(held, waits), spliced.shares[nearest] < 1.0)
 
 
 def standing(spliced: Spliced, at: FloatArray) -> NDArray[np.bool_]:
