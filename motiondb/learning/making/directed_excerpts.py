@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.generate.direction import furthest_part, gone
+from motiondb.generate.direction import OCCURRING, furthest_part, gone
+from motiondb.generate.occurrences import find_occurrences
 from motiondb.learning.making.excerpts import LONGEST, SHORTEST, Excerpt
 from motiondb.records import FloatArray
 
@@ -30,6 +31,9 @@ _AHEAD = {"stop": 1.0, "start": 0.0}
 by what comes after it, nor a start preceded by what came before."""
 MARGIN = 12
 """Frames (0.4 s) before and after the part that goes in the direction. Chosen by hand."""
+WHOLE = 24
+"""Frames (0.8 s) before and after hops, kicks and punches, so that these are whole and a cut may
+still be moved inwards by half a second. Chosen by hand."""
 FURTHER = 36
 """Frames (1.2 s) by which an excerpt may be extended to a usual pose. Chosen by hand."""
 UNUSUAL = 2.0
@@ -75,7 +79,13 @@ def _cut(excerpt: Excerpt, path: FloatArray, direction: str, longest: int) -> Ex
     """The part of the excerpt's stretch that goes furthest in a direction."""
     low, high = excerpt.stretch
     first, behind = furthest_part(path[low:high], direction, longest)
-    start, end = max(low + first - MARGIN, 0), min(low + behind + MARGIN, len(path))
+    margin = MARGIN
+    if direction in OCCURRING:
+        margin = WHOLE
+        for begin, over in find_occurrences(path[low:high], direction):
+            if begin < behind and first < over:
+                first, behind = min(first, begin), max(behind, over)
+    start, end = max(low + first - margin, 0), min(low + behind + margin, len(path))
     missing = max(SHORTEST - (end - start), 0)
     start = max(start - round(missing * _AHEAD.get(direction, 0.5)), 0)
     if direction != "stop":

@@ -8,7 +8,7 @@ Notation: action k has candidates i, excerpts with cuts moved by some frames. Dy
 where the target cost is minus the score of the excerpt, and for "slowly" and "fast" a cost of the
 distance from the speed that is asked for. Choice 0 is that sequence. Choice c > 0 prefers place c
 of each action (:mod:`motiondb.learning.making.excerpt_places`), counted modulo their number:
-excerpts of other places cost ``OTHER_PLACE`` more.
+the place is made as good as the best one, and excerpts of other places cost ``OTHER_PLACE`` more.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 JOIN_WEIGHT = 0.5
 """Weight of join costs relative to target costs. Chosen by hand; not tuned."""
 OTHER_PLACE = 4.0
-"""Cost of an excerpt of another place than the preferred one, nats: more than ``COMPARABLE``, so
-that only a much better seam outweighs it. Chosen by hand."""
+"""Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
+outweighs it. Chosen by hand; not tuned."""
 MOST_EXCERPTS = 24
 """Number of excerpts of an action among which the sequence is chosen. Chosen by hand."""
 WORST = 6.0
@@ -159,13 +159,14 @@ def excerpt_motion(
     excerpts = [each for each, _ in directed]
     speeds = [_speeds(material, each) for each in excerpts]
     costs = [_speed_costs(one.action, of) for of, one in zip(speeds, actions)]
+    values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
     places = [
-        number_places(each, np.array([e.score for e in each]) - cost, _does(material, each, words))
-        for (each, words), cost in zip(directed, costs)
+        number_places(each, value, _does(material, each, words))
+        for (each, words), value in zip(directed, values)
     ]
     candidates = [
-        _candidates(material, each, cost + _preference(numbers, choice), rng)
-        for each, cost, numbers in zip(excerpts, costs, places)
+        _candidates(material, each, cost + _preference(numbers, value, choice), rng)
+        for each, cost, numbers, value in zip(excerpts, costs, places, values)
     ]
     chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
@@ -215,11 +216,15 @@ def _finish(
     )
 
 
-def _preference(places: IntArray, choice: int) -> FloatArray:
-    """Cost of each excerpt for not being of the place that a choice prefers: array (excerpts,)."""
+def _preference(places: IntArray, values: FloatArray, choice: int) -> FloatArray:
+    """Cost of each excerpt for not being of the place that a choice prefers: array (excerpts,).
+
+    The preferred place is made as good as the best one.
+    """
     if choice == 0:
         return np.zeros(len(places))
-    return np.where(places == choice % (places.max() + 1), 0.0, OTHER_PLACE)
+    inside = places == choice % (places.max() + 1)
+    return np.where(inside, values[inside].max() - values.max(), OTHER_PLACE)
 
 
 def _does(
