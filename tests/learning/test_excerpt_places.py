@@ -8,10 +8,13 @@ from motiondb.learning.making.excerpt_places import CLEAR, COMPARABLE, number_pl
 from motiondb.learning.making.excerpts import Excerpt
 
 
-def _number(spans: list[tuple[int, int, int]], values: list[float], does: list[bool] | None = None):
+def _number(
+    spans: list[tuple[int, int, int]], values: list[float], does: list[bool] | None = None
+) -> list[int]:
     excerpts = [Excerpt(c, a, b, 0.0, (a, b)) for c, a, b in spans]
     does = [True] * len(spans) if does is None else does
-    return number_places(excerpts, np.array(values), np.array(does, dtype=bool)).tolist()
+    numbers = number_places(excerpts, np.array(values), np.array(does, dtype=bool))
+    return [int(number) for number in numbers]
 
 
 def test_what_shares_more_than_half_is_one_place() -> None:
