@@ -322,7 +322,7 @@ def generate(
         typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
     ] = False,
     variants: Annotated[
-        int, typer.Option("--variants", help="Number of motions: FILE-1, FILE-2, ...", min=1)
+        int, typer.Option("--variants", help="Most different motions: FILE-1, FILE-2, ...", min=1)
     ] = 1,
     save: Annotated[
         str | None, typer.Option("--save", help="Also save it as a capture of this name.")
@@ -350,7 +350,7 @@ def generate(
         for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
             facts.append(made.write(path))
             if name is not None:
-                base.save_generated(name, words, made, seed)
+                base.save_generated(name, words, made, made.seed)
                 facts[-1]["capture"] = name
             if picture is not None:
                 made.draw(picture)
@@ -359,6 +359,6 @@ def generate(
                 write_html(page, StandalonePage.of_generated(base, made, name or ""))
     note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
     note_sources(motions[0].sources)
-    generation.print_generated(motions, facts, json)
+    generation.print_generated(motions, facts, json, variants)
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)

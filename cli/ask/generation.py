@@ -35,20 +35,32 @@ def numbered(
 
 
 def print_generated(
-    motions: Sequence[Generated], facts: Sequence[dict[str, Any]], json: bool
+    motions: Sequence[Generated], facts: Sequence[dict[str, Any]], json: bool, asked: int
 ) -> None:
-    """Print the motions as text, or as JSON: one object, or a list of them as ``variants``."""
+    """Print the motions as text, or as JSON: one object, or ``variants`` if more were asked for."""
     first = motions[0]
     if json:
         for one, made in zip(facts, motions):
             one["question"] = made.question.facts(made.not_used)
         shown = all(made.shows_all for made in motions)
-        print_json(facts[0] if len(facts) == 1 else {"shown": shown, "variants": list(facts)})
+        several = {"shown": shown, "asked": asked, "variants": list(facts)}
+        print_json(facts[0] if asked == 1 else several)
         return
     not_used = {left: None for made in motions for left in made.not_used}
     print_question(first.question, list(not_used), "generation")
     for made, one in zip(motions, facts):
         _print_one(made, one)
+    if len(motions) < asked:
+        typer.echo(say_fewer(len(motions), asked))
+
+
+def say_fewer(number: int, asked: int) -> str:
+    """That there are fewer different motions than asked for.
+
+    >>> say_fewer(1, 3)
+    '1 of 3 written: no other place shows this about as clearly'
+    """
+    return f"{number} of {asked} written: no other place shows this about as clearly"
 
 
 def _print_one(made: Generated, facts: dict[str, Any]) -> None:

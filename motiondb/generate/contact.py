@@ -23,6 +23,8 @@ MAX_HEIGHT = 0.05
 """Largest height of a foot in contact above its height in standing, metres. Chosen by hand."""
 MAX_SPEED = 0.45
 """Largest speed of a foot in contact, metres a second. Chosen by hand."""
+TOE_HEIGHT = 0.02
+"""Height of a toe over the ground in a flat stance, metres."""
 FADE = 6
 """Frames (0.2 s) over which a correction fades in and out. Chosen by hand."""
 _I = body.INDEX
@@ -42,10 +44,22 @@ def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
     contacts = np.zeros((len(positions), 2), dtype=bool)
     for foot, side in enumerate("lr"):
         ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
-        low = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - 0.02) < MAX_HEIGHT
+        low = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - TOE_HEIGHT) < MAX_HEIGHT
         slow = np.minimum(_ground_speed(ankle), _ground_speed(toe)) < MAX_SPEED
         contacts[:, foot] = _without_flicker(low & slow)
     return contacts
+
+
+def foot_heights(positions: FloatArray) -> FloatArray:
+    """Height of the feet above the ground: array (frames, 2), metres; 0 in a flat stance.
+
+    Parameters
+    ----------
+    positions : array (frames, 21, 3)
+        Joint positions on the standard body, as for :func:`find_contacts`.
+    """
+    ankles, toes = positions[:, FEET[::2], 1], positions[:, FEET[1::2], 1]
+    return np.minimum(ankles - body.ANKLE_HEIGHT, toes - TOE_HEIGHT)
 
 
 def _steady(contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -163,7 +177,7 @@ def _corrections(ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_])
         place = np.median(pivot[start:end], axis=0)
         moved[start:end, [0, 2]] = (place - pivot[start:end])[:, [0, 2]]
         fixed[start:end] = True
-    lowest = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - 0.02)
+    lowest = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - TOE_HEIGHT)
     moved[:, 1] = np.maximum(-lowest, 0.0)
     if fixed.any():
         moved[:, [0, 2]] = _fade(moved[:, [0, 2]], fixed)

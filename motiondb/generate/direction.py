@@ -15,8 +15,10 @@ turn around      turning to either side                        2.5 rad (143 degr
 spin, pirouette  turning to either side                        4.7 rad (270 degrees)
 stop             loss of speed along the ground, up to MOVING  0.5 m/s
 start            gain of speed along the ground, up to MOVING  0.5 m/s
-jump, hop        time during which the pelvis is aloft (RISE)  0.2 s
+jump             time during which the pelvis is aloft (RISE)  0.2 s
 leap, jete       the same                                      0.2 s
+hop, kick,       occurrences                                   1
+punch            (:mod:`motiondb.generate.occurrences`)
 ===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
@@ -31,19 +33,22 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.words.question.tree import LIMBS, SIDES
 
 FULL = {
     "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,
     "back": 0.3, "sideways": 0.4, "around": 2.5, "turn": 0.7, "spin": 4.7, "pirouette": 4.7,
-    "stop": 0.5, "start": 0.5, "jump": 0.2, "hop": 0.2, "leap": 0.2, "jete": 0.2,
+    "stop": 0.5, "start": 0.5, "jump": 0.2, "leap": 0.2, "jete": 0.2,
+    "hop": 1.0, "kick": 1.0, "punch": 1.0,
 }  # fmt: skip
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
 TURNS = ("turn", "spin", "pirouette")
-ALOFT = ("jump", "hop", "leap", "jete")
-ACTIONS = (*TURNS, "stop", "start", *ALOFT)
+ALOFT = ("jump", "leap", "jete")
+OCCURRING = ("hop", "kick", "punch")
+ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING)
 """Words that name actions; the others are directions of actions."""
 ONCE = (*ACTIONS, *VERTICAL, "left", "right", "around")
 """Words whose movement is over when it is done, so that a part that shows it is not repeated to
@@ -54,21 +59,15 @@ MOVING = 0.6
 """Speed along the ground, m/s, from which on a person counts as moving. Chosen by hand."""
 STEADY = 15
 """Frames (0.5 s, about one step) over which the speed along the ground is averaged."""
-RISE = 0.06
-"""Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
-about 4 cm. Chosen by hand; not tuned."""
 NEARLY = 0.9
 """Share of the largest distance that counts as nearly as far. Chosen by hand."""
-LASTING = 31
-"""Frames (1 s) over which the median of the height is taken, so that a jump does not count as
-moving up. Chosen by hand."""
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     """The measured words of an action, without sides that belong to a limb.
 
     A word that names an action is measured where the action has no direction; "around" is one of a
-    turn alone.
+    turn alone. A kick with the left leg is not measured, because a kick is one of either leg.
 
     >>> directions_of(("sit", "down")), directions_of(("wave", "left", "hand"))
     (('down',), ())
@@ -78,12 +77,14 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     (('around',), ())
     """
     turns = any(word in TURNS for word in words)
+    is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
     measured = [
         word
         for word, following in zip(words, [*words[1:], ""])
         if word in FULL
         and not (word in SIDES and following in LIMBS)
         and (turns or word != "around")
+        and not (word in OCCURRING and is_sided)
     ]
     directions = [word for word in measured if word not in ACTIONS]
     return tuple(dict.fromkeys(directions or measured))
@@ -105,9 +106,10 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
 
     Parameters
     ----------
-    path : array (frames, 4)
+    path : array (frames, 4 or more)
         Height (m), speed to the left and ahead (m/s), turning (rad/s), as in
-        ``pose.pose_vectors``.
+        ``pose.pose_vectors``; for :data:`OCCURRING` words all columns of
+        :func:`.occurrences.measured_track`.
     direction : str
         One of :data:`FULL`.
 
@@ -122,8 +124,12 @@ def progress(path: FloatArray, direction: str) -> FloatArray:
         speed = uniform_filter1d(np.hypot(path[:, 1], path[:, 2]), STEADY, mode="nearest")
         way = np.minimum(speed, MOVING)
     elif direction in ALOFT:
-        height = median_filter(path[:, 0], size=LASTING, mode="nearest")
-        way = np.cumsum(path[:, 0] - height > RISE) / MOTION_FPS
+        way = np.cumsum(aloft(path[:, 0])) / MOTION_FPS
+    elif direction in OCCURRING:
+        share = np.zeros(len(path))
+        for start, end in find_occurrences(path, direction):
+            share[start:end] = 1.0 / (end - start)
+        way = np.cumsum(share)
     else:
         column = {"left": 3, "right": 3, "sideways": 1}.get(direction, 2)
         column = 3 if direction in (*TURNS, "around") else column
@@ -143,7 +149,7 @@ def gone(path: FloatArray, direction: str) -> float:
 
     Parameters
     ----------
-    path : array (frames, 4)
+    path : array (frames, 4 or more)
         As for :func:`progress`.
     direction : str
         One of :data:`FULL`.
@@ -167,7 +173,7 @@ def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, 
 
     Parameters
     ----------
-    path : array (frames, 4)
+    path : array (frames, 4 or more)
         As for :func:`progress`.
     direction : str
         One of :data:`FULL`.

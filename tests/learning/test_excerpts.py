@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from motiondb.learning.making.action_sources import usual_directions
-from motiondb.learning.making.excerpts import SHORTEST, find_excerpts, lay_out
+from motiondb.learning.making.excerpts import SHORTEST, Layout, Movement, find_excerpts, lay_out
 from motiondb.learning.making.sentence_plan import Amount, PlannedAction
 from motiondb.learning.making.source_costs import Source
 
@@ -17,20 +17,20 @@ def _source(values: list[float], frames: int = 60) -> Source:
 
 
 def test_an_excerpt_grows_to_neighbours_that_are_nearly_as_good() -> None:
-    actual = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150, np.random.default_rng(0))
+    actual = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150)
     best = actual[0]
     assert (best.capture, best.start, best.end, best.score) == (7, 60, 180, 1.0)
 
 
 def test_a_long_stretch_is_cut_into_windows() -> None:
-    actual = find_excerpts([_source([2.0] * 6)], 150, np.random.default_rng(0))
+    actual = find_excerpts([_source([2.0] * 6)], 150)
     assert len(actual) > 1
     assert {e.end - e.start for e in actual} == {150}
     assert all(e.start >= 0 and e.end <= 360 for e in actual)
 
 
 def test_a_short_segment_is_extended() -> None:
-    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150, np.random.default_rng(0))
+    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150)
     assert actual[0].end - actual[0].start == SHORTEST
 
 
@@ -41,7 +41,7 @@ def _wave(n_frames: int, period: int) -> np.ndarray:
 
 def _laid(action: PlannedAction, poses: np.ndarray) -> int:
     edges = np.concatenate([poses, poses[-1:]])
-    return lay_out(action, (0, len(poses)), poses, edges).n_frames
+    return lay_out(action, (0, len(poses)), Movement(poses, edges)).n_frames
 
 
 def test_a_count_of_a_periodic_movement_is_a_number_of_cycles() -> None:
@@ -54,7 +54,7 @@ def test_a_count_of_a_periodic_movement_is_a_number_of_cycles() -> None:
 def test_a_count_of_a_single_movement_repeats_the_whole() -> None:
     bump = np.exp(-0.5 * ((np.arange(90) - 45) / 8.0) ** 2)[:, None]
     action = PlannedAction((("jump",),), times=Amount(3, 3))
-    actual = lay_out(action, (0, 90), bump, np.concatenate([bump, bump[-1:]]))
+    actual = lay_out(action, (0, 90), Movement(bump, np.concatenate([bump, bump[-1:]])))
     assert len(actual.parts) == 3
     assert len(set(actual.parts)) == 1
     assert actual.said.endswith("3 times")
@@ -72,18 +72,18 @@ def test_a_shorter_duration_cuts_the_excerpt() -> None:
 
 def test_a_short_segment_is_extended_to_its_better_side() -> None:
     source = _source([-9.0, -5.0, 3.0, -2.0, -9.0], frames=30)
-    best = find_excerpts([source], 150, np.random.default_rng(0))[0]
+    best = find_excerpts([source], 150)[0]
     assert (best.start, best.end) == (45, 120)  # 15 of -5, 30 of 3, 30 of -2
 
 
 def test_a_capture_that_is_too_short_is_used_whole() -> None:
-    best = find_excerpts([_source([3.0, -9.0], frames=20)], 150, np.random.default_rng(0))[0]
+    best = find_excerpts([_source([3.0, -9.0], frames=20)], 150)[0]
     assert (best.start, best.end) == (0, 40)
 
 
 def test_the_approach_is_no_excerpt_of_its_own() -> None:
     source = _source([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], frames=90)
-    excerpts = find_excerpts([source], 150, np.random.default_rng(0))
+    excerpts = find_excerpts([source], 150)
     assert {(e.start, e.end) for e in excerpts} == {(270, 360), (450, 540)}
 
 
@@ -91,8 +91,8 @@ def test_what_is_over_when_it_is_done_is_not_lengthened() -> None:
     poses = _wave(70, 25)
     edges = np.concatenate([poses, poses[-1:]])
     action = PlannedAction((("stop",),))
-    assert lay_out(action, (0, 70), poses, edges).n_frames == 90
-    assert lay_out(action, (0, 70), poses, edges, is_once=True).parts == ((0, 70),)
+    assert lay_out(action, (0, 70), Movement(poses, edges)).n_frames == 90
+    assert lay_out(action, (0, 70), Movement(poses, edges, is_once=True)).parts == ((0, 70),)
 
 
 def test_at_least_is_meant_strictly() -> None:
@@ -100,7 +100,7 @@ def test_at_least_is_meant_strictly() -> None:
     edges = np.concatenate([poses, poses[-1:]])
     for seconds in (4.0, 5.0, 7.3, 10.0):
         action = PlannedAction((("climb",),), seconds=Amount(seconds, None))
-        assert lay_out(action, (0, 90), poses, edges).n_frames >= seconds * 30
+        assert lay_out(action, (0, 90), Movement(poses, edges)).n_frames >= seconds * 30
 
 
 def test_a_direction_that_captions_mostly_say_belongs_to_the_action() -> None:
@@ -111,3 +111,31 @@ def test_a_direction_that_captions_mostly_say_belongs_to_the_action() -> None:
     assert usual_directions(numbers, []) == ()
     back = [replace(_source([1.0]), beside=frozenset({3}))]  # "bend back" goes nowhere
     assert usual_directions(numbers, back) == ()
+
+
+def _measured(times: int, *occurrences: tuple[int, int]) -> Layout:
+    poses = np.random.default_rng(0).normal(size=(200, 3)).cumsum(axis=0)
+    edges = np.concatenate([poses, poses[-1:]])
+    action = PlannedAction((("kick",),), times=Amount(times, times))
+    return lay_out(action, (30, 130), Movement(poses, edges, True, occurrences))
+
+
+def test_measured_occurrences_are_counted_one_by_one() -> None:
+    occurrences = (40, 50), (70, 80), (100, 110)
+    assert _measured(1, *occurrences).parts == ((30, 60),)
+    assert _measured(1, *occurrences).said == "once, measured in the motion"
+    assert _measured(2, *occurrences).parts == ((30, 90),)
+    assert _measured(3, *occurrences).parts == ((30, 130),)
+    assert _measured(3, *occurrences).said == "3 times, measured in the motion"
+
+
+def test_too_few_measured_occurrences_are_repeated() -> None:
+    layout = _measured(5, (45, 55), (85, 95))
+    assert len(layout.parts) == 3
+    first, second, last = layout.parts
+    assert first == second
+    assert first[0] <= 45
+    assert first[1] >= 95
+    assert last == (first[0], 70)
+    assert "2 in an excerpt of" in layout.said
+    assert layout.times == 5

@@ -58,16 +58,17 @@ class MakingVerbs(QuestionVerbs):
         exact: bool = False,
         anyway: bool = False,
     ) -> list[generating.Generated]:
-        """Make several motions from one sentence; the first is that of :meth:`generate`.
+        """Make several motions from one sentence: those of the seed and of the following seeds.
 
-        Each prefers captures that the ones before did not use.
+        Stitched motions that are made from the same places of captures as an earlier one are left
+        out. If there are fewer different ones than asked for, fewer are returned.
 
         Parameters
         ----------
         words : str
             The sentence.
         number : int
-            Number of motions.
+            Most motions.
         seed : int
             The same seed gives the same motions.
         method : str

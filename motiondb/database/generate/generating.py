@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -40,6 +40,9 @@ __all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
 
 MOST_VARIANTS = 100
 """Motions of one sentence that are made at once. Chosen by hand."""
+MOST_TRIES = 2
+"""Motions that are made for each one asked for: of several actions, some may be made from the same
+places again. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,8 +212,8 @@ def generate(
     settings : GenerateSettings
         How they are made.
     number : int
-        Number of motions. Each prefers captures that the ones before did not use; the first is
-        that of the seed alone.
+        Most motions: those of this seed, the next one and so on. Stitched motions that are made
+        from the same places as an earlier one are left out, so that there may be fewer.
 
     Raises
     ------
@@ -227,25 +230,26 @@ def generate(
             f"variants: expected 1 for trajectory, which is one motion, found {number}. "
             "Use the method stitched or montecarlo."
         )
-    used: Counter[tuple[int, int]] = Counter()
-    motions = []
+    motions: dict[tuple[tuple[int, int], ...] | int, Generated] = {}
     with session.reading():
         if settings.exact:
             learned, takings = leave_unknown(session.learned, words, nearby_table())
             instead: dict[str, str] = {}
         else:
             learned, takings, instead = _replace_unknown(session.learned, words, settings.anyway)
-        for variant in range(number):
-            rng = np.random.default_rng([seed, variant] if variant else seed)
-            generated = make_motion(
-                learned, session.takes,
-                MotionRequest(words, settings.method, settings.anyway, instead), rng, used,
-            )  # fmt: skip
-            used.update(enumerate(generated.captures))
-            motions.append(
-                _to_generated(session, generated, (words, seed), settings, (learned, takings))
-            )
-    return motions
+        for variant in range(seed, seed + MOST_TRIES * number):
+            rng = np.random.default_rng(variant)
+            request = MotionRequest(words, settings.method, settings.anyway, instead, variant)
+            generated = make_motion(learned, session.takes, request, rng)
+            places = generated.places or variant
+            if places not in motions:
+                motions[places] = _to_generated(
+                    session, generated, (words, variant), settings, (learned, takings)
+                )
+            different = math.lcm(*(n_places for _, n_places in generated.places))
+            if len(motions) == number or (generated.places and variant + 1 >= seed + different):
+                break
+    return list(motions.values())
 
 
 def _replace_unknown(

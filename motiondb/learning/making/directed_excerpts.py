@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.generate.direction import furthest_part, gone
+from motiondb.generate.direction import OCCURRING, furthest_part, gone
+from motiondb.generate.occurrences import find_occurrences
 from motiondb.learning.making.excerpts import LONGEST, SHORTEST, Excerpt
 from motiondb.records import FloatArray
 
@@ -22,11 +23,17 @@ REACHED = 0.5
 honoured. Chosen by hand; not tuned."""
 DIRECTION_WEIGHT = 3.0
 """Cost of an excerpt that does not go in the direction at all, nats. Chosen by hand; not tuned."""
+NOT_DONE = 6.0
+"""Further cost of an excerpt that does not reach ``REACHED``, nats: it would be told as not shown.
+Chosen by hand; not tuned."""
 _AHEAD = {"stop": 1.0, "start": 0.0}
 """Share of the time that a short part is extended by which lies before it. A stop is not followed
 by what comes after it, nor a start preceded by what came before."""
 MARGIN = 12
 """Frames (0.4 s) before and after the part that goes in the direction. Chosen by hand."""
+WHOLE = 24
+"""Frames (0.8 s) before and after hops, kicks and punches, so that these are whole and a cut may
+still be moved inwards by half a second. Chosen by hand."""
 FURTHER = 36
 """Frames (1.2 s) by which an excerpt may be extended to a usual pose. Chosen by hand."""
 UNUSUAL = 2.0
@@ -36,7 +43,7 @@ by hand; not tuned."""
 
 def direct(
     excerpts: Sequence[Excerpt],
-    paths: Mapping[int, tuple[FloatArray, FloatArray]],
+    tracks: Mapping[int, FloatArray],
     directions: Sequence[str],
     longest: int = LONGEST,
 ) -> tuple[list[Excerpt], tuple[str, ...]]:
@@ -46,8 +53,9 @@ def direct(
     ----------
     excerpts : sequence of Excerpt
         Excerpts of the action.
-    paths : dict
-        Capture -> root path (frames, 4) and rotations.
+    tracks : dict
+        Capture -> what measured words look at, array (frames, values), as for
+        :func:`motiondb.generate.direction.progress`.
     directions : sequence of str
         Words of direction.
     longest : int, optional
@@ -56,12 +64,12 @@ def direct(
     honoured: list[str] = []
     directed = list(excerpts)
     for direction in directions:
-        cut = [_cut(e, paths[e.capture][0], direction, longest) for e in directed]
-        amounts = np.array([gone(paths[e.capture][0][e.start : e.end], direction) for e in cut])
+        cut = [_cut(e, tracks[e.capture], direction, longest) for e in directed]
+        amounts = np.array([gone(tracks[e.capture][e.start : e.end], direction) for e in cut])
         if amounts.max(initial=0.0) < REACHED:
             continue
-        missing = np.clip(1.0 - amounts, 0.0, 2.0)
-        directed = [replace(e, score=e.score - DIRECTION_WEIGHT * m) for e, m in zip(cut, missing)]
+        costs = DIRECTION_WEIGHT * np.clip(1.0 - amounts, 0.0, 2.0) + NOT_DONE * (amounts < REACHED)
+        directed = [replace(e, score=e.score - c) for e, c in zip(cut, costs)]
         honoured.append(direction)
     unique = {(e.capture, e.start, e.end): e for e in sorted(directed, key=lambda e: e.score)}
     return sorted(unique.values(), key=lambda e: -e.score), tuple(honoured)
@@ -71,7 +79,13 @@ def _cut(excerpt: Excerpt, path: FloatArray, direction: str, longest: int) -> Ex
     """The part of the excerpt's stretch that goes furthest in a direction."""
     low, high = excerpt.stretch
     first, behind = furthest_part(path[low:high], direction, longest)
-    start, end = max(low + first - MARGIN, 0), min(low + behind + MARGIN, len(path))
+    margin = MARGIN
+    if direction in OCCURRING:
+        margin = WHOLE
+        for begin, over in find_occurrences(path[low:high], direction):
+            if begin < behind and first < over:
+                first, behind = min(first, begin), max(behind, over)
+    start, end = max(low + first - margin, 0), min(low + behind + margin, len(path))
     missing = max(SHORTEST - (end - start), 0)
     start = max(start - round(missing * _AHEAD.get(direction, 0.5)), 0)
     if direction != "stop":

@@ -5,28 +5,38 @@ Notation: action k has candidates i, excerpts with cuts moved by some frames. Dy
 
     sum_k target_k(i_k) + JOIN_WEIGHT sum_k join_k(i_k, i_{k+1}),
 
-where the target cost is minus the score of the excerpt, less a Gumbel variable times
-``TEMPERATURE`` (so that excerpts are drawn about in proportion to exp(score / TEMPERATURE)), and
-for "slowly" and "fast" a cost of the distance from the speed that is asked for.
+where the target cost is minus the score of the excerpt, and for "slowly" and "fast" a cost of the
+distance from the speed that is asked for. Choice 0 is that sequence. Choice c > 0 prefers place c
+of each action (:mod:`motiondb.learning.making.excerpt_places`), counted modulo their number:
+the place is made as good as the best one, and excerpts of other places cost ``OTHER_PLACE`` more.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.generate import contact, stitching, tempo
-from motiondb.generate.direction import ONCE
+from motiondb.generate.direction import ONCE, gone
+from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
 from motiondb.learning.making.action_sources import ActionSources
-from motiondb.learning.making.directed_excerpts import complete, direct
+from motiondb.learning.making.directed_excerpts import (
+    DIRECTION_WEIGHT,
+    NOT_DONE,
+    REACHED,
+    complete,
+    direct,
+)
+from motiondb.learning.making.excerpt_places import number_places
 from motiondb.learning.making.excerpts import (
     LONGEST,
     SHORTEST,
     Excerpt,
     Layout,
+    Movement,
     find_excerpts,
     lay_out,
 )
@@ -34,23 +44,23 @@ from motiondb.learning.making.segment_material import Takes, pose_vectors_of
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.learning.making.sequence_motion import SequenceMotion
 from motiondb.pose import pose_vectors
-from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5
 """Weight of join costs relative to target costs. Chosen by hand; not tuned."""
-TEMPERATURE = 0.3
-"""Scale of the random change of the score of an excerpt, nats. Chosen by hand; not tuned."""
+OTHER_PLACE = 4.0
+"""Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
+outweighs it. Chosen by hand; not tuned."""
 MOST_EXCERPTS = 24
 """Number of excerpts of an action among which the sequence is chosen. Chosen by hand."""
 WORST = 6.0
-"""Nats by which a candidate may score below the best. Chosen by hand; not tuned."""
+"""Nats by which a candidate may score below the best, besides what it costs not to do what is
+measured. Chosen by hand; not tuned."""
 CUTS = (0, 5, 10, 15)
 """Frames by which a cut may be moved inwards to a better seam. Chosen by hand."""
 SPEED_WEIGHT = 6.0
 """Cost of a factor e between the speed of an excerpt and the one asked for. Chosen by hand; not
 tuned."""
-USED_COST = 4.0
-"""Cost of a capture for every earlier variant that used it for the same action. Chosen by hand."""
 SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
 repeated. Chosen by hand; not tuned."""
@@ -80,6 +90,10 @@ class ShownExcerpt:
         excerpts of the action, m/s; None where no speed was asked for.
     directions : tuple of str
         Measured words that its captures can show.
+    place : int
+        Number of its place; -1 if it is not among those comparable with the best one.
+    n_places : int
+        Number of places that show the action about as clearly as the best one.
     """
 
     action: PlannedAction
@@ -88,6 +102,8 @@ class ShownExcerpt:
     rate: float = 1.0
     speeds: tuple[float, float, float] | None = None
     directions: tuple[str, ...] = ()
+    place: int = 0
+    n_places: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +124,10 @@ class ExcerptMotion:
 
 @dataclass(frozen=True, eq=False)
 class _Material:
-    """Captures as paths, pose vectors and edges, all at their own tempo."""
+    """Captures as paths, measured tracks, pose vectors and edges, all at their own tempo."""
 
     motions: Mapping[int, Motion]
+    tracks: Mapping[int, FloatArray]
     paths: Mapping[int, tuple[FloatArray, FloatArray]]
     means: FloatArray
     vectors: Mapping[int, FloatArray]
@@ -121,7 +138,7 @@ def excerpt_motion(
     takes: Takes,
     actions: Sequence[ActionSources],
     rng: np.random.Generator,
-    used: Counter[tuple[int, int]] | None = None,
+    choice: int = 0,
 ) -> ExcerptMotion:
     """Make a motion that shows actions in order.
 
@@ -132,18 +149,24 @@ def excerpt_motion(
     actions : sequence of ActionSources
         Per action the captures that can show it; at least one each.
     rng : numpy.random.Generator
-        Draws between excerpts.
-    used : Counter, optional
-        How often earlier variants used each (number of the action, capture).
+        Draws between cuts of an excerpt.
+    choice : int, optional
+        0 for the best excerpts, c for place c of each action.
     """
-    likely = [_likely(each, number, used or Counter(), rng) for number, each in enumerate(actions)]
+    likely = [_likely(each) for each in actions]
     material = _gather(takes, sorted({e.capture for each in likely for e in each}))
     directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
     excerpts = [each for each, _ in directed]
     speeds = [_speeds(material, each) for each in excerpts]
+    costs = [_speed_costs(one.action, of) for of, one in zip(speeds, actions)]
+    values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
+    places = [
+        number_places(each, value, _does(material, each, words))
+        for (each, words), value in zip(directed, values)
+    ]
     candidates = [
-        _candidates(material, each, _speed_costs(one.action, of), rng)
-        for each, of, one in zip(excerpts, speeds, actions)
+        _candidates(material, each, cost + _preference(numbers, value, choice), rng)
+        for each, cost, numbers, value in zip(excerpts, costs, places, values)
     ]
     chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
@@ -156,6 +179,7 @@ def excerpt_motion(
         one = _lay_out(
             material, actions[number].action, excerpt, speeds[number], directed[number][1]
         )
+        one = replace(one, place=int(places[number][n]), n_places=int(places[number].max()) + 1)
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
@@ -192,12 +216,30 @@ def _finish(
     )
 
 
-def _likely(
-    of: ActionSources,
-    number: int,
-    used: Counter[tuple[int, int]],
-    rng: np.random.Generator,
-) -> list[Excerpt]:
+def _preference(places: IntArray, values: FloatArray, choice: int) -> FloatArray:
+    """Cost of each excerpt for not being of the place that a choice prefers: array (excerpts,).
+
+    The preferred place is made as good as the best one.
+    """
+    if choice == 0:
+        return np.zeros(len(places))
+    inside = places == choice % (places.max() + 1)
+    return np.where(inside, values[inside].max() - values.max(), OTHER_PLACE)
+
+
+def _does(
+    material: _Material, excerpts: Sequence[Excerpt], directions: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Whether excerpts do what measured words say: array (excerpts,)."""
+    return np.array(
+        [
+            all(gone(material.tracks[e.capture][e.start : e.end], d) >= REACHED for d in directions)
+            for e in excerpts
+        ]
+    )
+
+
+def _likely(of: ActionSources) -> list[Excerpt]:
     """The best excerpts of an action."""
     longest = _longest(of.action)
     wanted = 0.0 if of.action.seconds is None else of.action.seconds.wanted * MOTION_FPS
@@ -205,13 +247,13 @@ def _likely(
         replace(
             e,
             score=e.score
-            - USED_COST * used[number, e.capture]
             - SHORT_WEIGHT * max(float(np.log(max(wanted, SHORTEST) / (e.end - e.start))), 0.0),
         )
-        for e in find_excerpts(of.sources, longest, rng)
+        for e in find_excerpts(of.sources, longest)
     ]
     likely.sort(key=lambda e: -e.score)
-    return [e for e in likely if e.score >= likely[0].score - WORST][:MOST_EXCERPTS]
+    worst = WORST + (NOT_DONE + DIRECTION_WEIGHT if of.directions else 0.0)
+    return [e for e in likely if e.score >= likely[0].score - worst][:MOST_EXCERPTS]
 
 
 def _longest(action: PlannedAction) -> int:
@@ -227,7 +269,7 @@ def _direct(
     material: _Material, of: ActionSources, excerpts: Sequence[Excerpt]
 ) -> tuple[list[Excerpt], tuple[str, ...]]:
     """Excerpts that do what the measured words of an action say, and begin and end as usual."""
-    directed, honoured = direct(excerpts, material.paths, of.directions, _longest(of.action))
+    directed, honoured = direct(excerpts, material.tracks, of.directions, _longest(of.action))
     every = np.concatenate(list(material.vectors.values()))
     centre = every.mean(axis=0)
     unusual = {
@@ -245,7 +287,8 @@ def _gather(takes: Takes, captures: Sequence[int]) -> _Material:
     means = pose_vectors.mean_rotations(np.concatenate([turned for _, turned in paths.values()]))
     vectors = {c: pose_vectors_of(paths[c], means) for c in captures}
     scale = np.concatenate(list(vectors.values())).std(axis=0) + 1e-6
-    return _Material(motions, paths, means, vectors, scale)
+    tracks = {c: measured_track(m) for c, m in motions.items()}
+    return _Material(motions, tracks, paths, means, vectors, scale)
 
 
 def _speeds(material: _Material, excerpts: Sequence[Excerpt]) -> FloatArray:
@@ -267,14 +310,13 @@ def _candidates(
 ) -> tuple[stitching.Candidates, FloatArray]:
     """Excerpts with moved cuts as candidates, and the number of the excerpt of each."""
     rows, targets, owner = [], [], []
-    noise = TEMPERATURE * rng.gumbel(size=len(excerpts))
     for n, excerpt in enumerate(excerpts):
         most = min((excerpt.end - excerpt.start) // 3, excerpt.end - excerpt.start - SHORTEST)
         for ahead in CUTS:
             for behind in CUTS:
                 if ahead + behind <= most or ahead == behind == 0:
                     rows.append((excerpt.capture, excerpt.start + ahead, excerpt.end - behind))
-                    targets.append(costs[n] - excerpt.score - noise[n])
+                    targets.append(costs[n] - excerpt.score)
                     owner.append(n)
     places = np.array(rows)
     tremble = rng.uniform(0.0, 0.05, size=len(places))
@@ -328,6 +370,25 @@ def _lay_out(
         path = tempo.resample(*material.paths[excerpt.capture], rate)
         vectors = pose_vectors_of(path, material.means)
         span = round(span[0] / rate), min(round(span[1] / rate), len(vectors))
-    is_once = any(word in ONCE for word in directions)
-    layout = lay_out(action, span, vectors[:, 4:], edges_of(vectors, material.scale), is_once)
+    movement = Movement(
+        vectors[:, 4:],
+        edges_of(vectors, material.scale),
+        any(word in ONCE for word in directions),
+        _occurrences(material, action, excerpt, rate),
+    )
+    layout = lay_out(action, span, movement)
     return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)
+
+
+def _occurrences(
+    material: _Material, action: PlannedAction, excerpt: Excerpt, rate: float
+) -> tuple[tuple[int, int], ...]:
+    """The occurrences of a counted action in an excerpt, in frames of the capture at a tempo."""
+    word = next((word for word in action.words if word in COUNTED), None)
+    if action.times is None or word is None:
+        return ()
+    track = material.tracks[excerpt.capture][excerpt.start : excerpt.end]
+    return tuple(
+        (round((excerpt.start + a) / rate), round((excerpt.start + b) / rate))
+        for a, b in find_occurrences(track, word)
+    )

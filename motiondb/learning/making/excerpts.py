@@ -4,15 +4,17 @@ An excerpt grows from the segment of largest value (:mod:`motiondb.learning.maki
 to its neighbours for as long as their value is within ``DROP`` of it. From one capture up to
 ``MOST_OF_A_CAPTURE`` excerpts are taken.
 
-Repetitions repeat whole cycles. Where the movement has a period, one time is one cycle; otherwise
-it is the whole excerpt, cut where its end and its beginning are alike. A longer duration is reached
-by further cycles.
+Repetitions repeat whole cycles. Where occurrences of the action are measured in the motion
+(:mod:`motiondb.generate.occurrences`), these are counted. Otherwise one time is one cycle if the
+movement has a period, or the whole excerpt, cut where its end and its beginning are alike. A longer
+duration is reached by further cycles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +34,6 @@ first measurements."""
 UNPLACED = 105
 """Shortest excerpt, frames (3.5 s), if the motion does not determine where the action is. Chosen
 by hand; not tuned."""
-MOVED = 8
-"""Largest random shift of a cut, frames. Chosen by hand."""
 MOST_OF_A_CAPTURE = 3
 """Excerpts of one capture. Chosen by hand; not tuned."""
 FAR_BELOW = 2.0
@@ -76,9 +76,7 @@ class Excerpt:
     stretch: tuple[int, int]
 
 
-def find_excerpts(
-    sources: Sequence[Source], longest: int, rng: np.random.Generator
-) -> list[Excerpt]:
+def find_excerpts(sources: Sequence[Source], longest: int) -> list[Excerpt]:
     """Find the excerpts of all sources, best first.
 
     Parameters
@@ -87,8 +85,6 @@ def find_excerpts(
         Captures that can show the action.
     longest : int
         Most frames of an excerpt.
-    rng : numpy.random.Generator
-        Moves the cuts of excerpts within a longer stretch.
     """
     excerpts = []
     for source in sources:
@@ -101,7 +97,7 @@ def find_excerpts(
                 break
             first, behind = _grow(source.values, free, peak)
             free[first:behind] = False
-            excerpts += _cut(source, first, behind, longest, rng)
+            excerpts += _cut(source, first, behind, longest)
     return sorted(excerpts, key=lambda excerpt: -excerpt.score)
 
 
@@ -115,9 +111,7 @@ def _grow(values: FloatArray, free: NDArray[np.bool_], peak: int) -> tuple[int, 
     return first, behind
 
 
-def _cut(
-    source: Source, first: int, behind: int, longest: int, rng: np.random.Generator
-) -> list[Excerpt]:
+def _cut(source: Source, first: int, behind: int, longest: int) -> list[Excerpt]:
     """Excerpts of some segments: all of them, or windows where they are longer than allowed."""
     start, end = int(source.starts[first]), int(source.ends[behind - 1])
     least = min(SHORTEST if source.is_placed else UNPLACED, longest)
@@ -126,9 +120,7 @@ def _cut(
     spans = [(start, end)]
     if end - start > longest:
         ahead = {start, end - longest, *source.starts[first:behind].tolist()}
-        ahead = {low for low in ahead if low <= end - longest}
-        moved = rng.integers(-MOVED, MOVED + 1, size=len(ahead))
-        lows = np.clip(np.sort([*ahead]) + moved, start, end - longest)
+        lows = sorted(low for low in ahead if low <= end - longest)
         spans = [(int(low), int(low) + longest) for low in lows]
     return [
         Excerpt(source.capture, a, b, _mean_value(source, a, b) - source.cost, (start, end))
@@ -182,13 +174,30 @@ class Layout:
         return sum(end - start for start, end in self.parts)
 
 
-def lay_out(
-    action: PlannedAction,
-    span: tuple[int, int],
-    poses: FloatArray,
-    edges: FloatArray,
-    is_once: bool = False,
-) -> Layout:
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """What the layout of an excerpt looks at.
+
+    Attributes
+    ----------
+    poses : array (frames, values)
+        Poses of the whole capture, for its period.
+    edges : array (frames + 1, values)
+        Poses and velocities of the whole capture, as compared at seams.
+    is_once : bool
+        Whether the movement is over when it is done, so that it is lengthened only where the action
+        asks for a duration.
+    occurrences : tuple of (int, int)
+        First frame and last frame + 1 of every occurrence in the excerpt that was measured.
+    """
+
+    poses: FloatArray
+    edges: FloatArray
+    is_once: bool = False
+    occurrences: tuple[tuple[int, int], ...] = ()
+
+
+def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) -> Layout:
     """Repeat an excerpt as often and as long as an action asks for.
 
     Parameters
@@ -197,20 +206,19 @@ def lay_out(
         The action.
     span : tuple of (int, int)
         First frame and last frame + 1 of the excerpt.
-    poses : array (frames, values)
-        Poses of the whole capture, for its period.
-    edges : array (frames + 1, values)
-        Poses and velocities of the whole capture, as compared at seams.
-    is_once : bool, optional
-        Whether the movement is over when it is done, so that it is lengthened only where the action
-        asks for a duration.
+    movement : Movement
+        The movement of the capture.
     """
+    poses, edges = movement.poses, movement.edges
     start, end = span
     period = find_period(poses[start:end])
     if action.times is not None:
-        return _times(max(round(action.times.wanted), 1), span, period, poses, edges)
+        times = max(round(action.times.wanted), 1)
+        if movement.occurrences:
+            return _times_measured(times, span, movement)
+        return _times(times, span, period, poses, edges)
     least = action.seconds.wanted * MOTION_FPS if action.seconds is not None else 0.0
-    lengthened = period and not least and not is_once
+    lengthened = period and not least and not movement.is_once
     wanted = round(max(least, LEAST_CYCLIC if lengthened else 0.0))
     if wanted <= end - start:
         return Layout(((start, start + wanted if least else end),))
@@ -265,6 +273,29 @@ def _times(
     if times % n_cycles:
         parts.append((first, first + times % n_cycles * period))
     said = f"{times} cycles of {period / MOTION_FPS:.1f} s"
+    return Layout(tuple(parts), said, times)
+
+
+def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> Layout:
+    """A number of measured occurrences: some of those of the excerpt, or all of them repeatedly.
+
+    The excerpt is cut in the middle between two occurrences, or where its end and its beginning are
+    alike.
+    """
+    inside = movement.occurrences
+    middles = [(one[1] + after[0]) // 2 for one, after in pairwise(inside)]
+    n = len(inside)
+    if times < n:
+        parts = [(span[0], middles[times - 1])]
+    else:
+        first, behind = _alike_ends(span, movement.edges)
+        whole = min(first, inside[0][0]), max(behind, inside[-1][1])
+        whole = span if times == n else whole
+        parts = [whole] * (times // n)
+        parts += [(whole[0], middles[times % n - 1])] if times % n else []
+    said = f"{'once' if times == 1 else f'{times} times'}, measured in the motion"
+    if times > n:
+        said += f": {n} in an excerpt of {(whole[1] - whole[0]) / MOTION_FPS:.1f} s, repeated"
     return Layout(tuple(parts), said, times)
 
 

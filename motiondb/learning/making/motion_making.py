@@ -8,17 +8,22 @@ making it (:mod:`motiondb.learning.making.shown_actions`).
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from motiondb.errors import QueryError, UnknownWordsError
+from motiondb.generate.occurrences import measured_track
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.action_sources import ActionSources, all_sources, find_sources
 from motiondb.learning.making.excerpt_motion import ExcerptMotion, excerpt_motion
-from motiondb.learning.making.excerpt_report import place_probability, report_excerpt, segments_of
+from motiondb.learning.making.excerpt_report import (
+    miscounted,
+    place_probability,
+    report_excerpt,
+    segments_of,
+)
 from motiondb.learning.making.segment_material import Takes
 from motiondb.learning.making.sentence_plan import PlannedAction, plan_sentence
 from motiondb.learning.making.sequence_motion import SequenceMotion
@@ -75,8 +80,9 @@ class MadeMotion:
         Decisions on what the sentence leaves open.
     not_used : tuple of NotUsed
         Parts of the sentence that the motion does not show.
-    captures : tuple of int
-        Capture of every action's excerpt; none for other methods.
+    places : tuple of (int, int)
+        Number of every action's place among those that show it about as clearly as the best one
+        (-1 if it is none of them), and their number; none for other methods.
     """
 
     made: SequenceMotion
@@ -89,7 +95,7 @@ class MadeMotion:
     shown: tuple[JudgedAction, ...]
     decided: tuple[str, ...] = ()
     not_used: tuple[NotUsed, ...] = ()
-    captures: tuple[int, ...] = ()
+    places: tuple[tuple[int, int], ...] = ()
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
@@ -123,12 +129,17 @@ class MotionRequest:
     instead : dict
         Word that no caption says -> the nearest known word, which is made in its place and does not
         count as showing it.
+    choice : int
+        Which of the places that show each action about as clearly as the best one are preferred
+        (stitched motion only): 0 the best, 1 the next, and so on, from the first again after the
+        last.
     """
 
     text: str
     method: str = "stitched"
     anyway: bool = False
     instead: Mapping[str, str] = field(default_factory=dict)
+    choice: int = 0
 
 
 def make_motion(
@@ -136,7 +147,6 @@ def make_motion(
     takes: Takes,
     request: MotionRequest,
     rng: np.random.Generator,
-    used: Counter[tuple[int, int]] | None = None,
 ) -> MadeMotion:
     """Generate a motion from a sentence.
 
@@ -149,9 +159,7 @@ def make_motion(
     request : MotionRequest
         The sentence, and how it is made.
     rng : numpy.random.Generator
-        Draws between alternatives and between excerpts.
-    used : Counter, optional
-        How often earlier variants used each (number of the action, capture).
+        Draws between alternatives and between cuts.
 
     Raises
     ------
@@ -168,7 +176,7 @@ def make_motion(
         if method != "stitched":
             return _from_symbols(learned, takes, wanted, rng, method)
         sources = _sources(learned, wanted.actions, request.anyway)
-        made_of_excerpts = excerpt_motion(takes, sources, rng, used)
+        made_of_excerpts = excerpt_motion(takes, sources, rng, request.choice)
         return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
 
@@ -306,6 +314,7 @@ def _from_excerpts(
 ) -> MadeMotion:
     """A stitched motion with what it shows."""
     ends = np.cumsum([0, *made_of_excerpts.made.lengths])
+    track = measured_track(made_of_excerpts.made.motion)
     asked, left, symbols, positions = [], [], list[int](), list[int]()
     for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
         done, not_done = report_excerpt(learned, shown)
@@ -315,7 +324,7 @@ def _from_excerpts(
         name = learned.captures[shown.excerpt.capture].name
         asked.append(Asked(*part, done, shown.directions, placed, performer, name))
         left += [one for one in of.not_used if one.text not in shown.directions]
-        left += not_done
+        left += [*not_done, *miscounted(shown, track[ends[n] : ends[n + 1]])]
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)
@@ -327,7 +336,7 @@ def _from_excerpts(
         recognise(learned, made_of_excerpts.made.motion).symbols, wanted.question,
         (*judged, *wanted.missing), wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
-        tuple(shown.excerpt.capture for shown in made_of_excerpts.shown),
+        tuple((shown.place, shown.n_places) for shown in made_of_excerpts.shown),
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from motiondb.generate.direction import gone, say_not_gone
+from motiondb.generate.occurrences import measured_track
 from motiondb.learning.judging.motion_judge import (
     WithoutSources,
     judge_without,
@@ -30,7 +31,6 @@ from motiondb.learning.judging.motion_judge import (
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.directed_excerpts import REACHED
 from motiondb.pose.features import FEATURE_STEP, recognition_features
-from motiondb.pose.pose_vectors import to_path
 from motiondb.records import Float32Array, FloatArray, Motion
 
 SHOWN_FROM = 0.6
@@ -149,7 +149,7 @@ def judge_motion(
     groups = {group: len(numbers) + n for n, group in enumerate(dict.fromkeys(known))}
     judge = _judge(learned, groups, sources)
     features = learned.feature_space.project(recognition_features(motion))
-    path, _ = to_path(motion)
+    path = measured_track(motion)
     return tuple(
         _against_direction(_judge_part(learned, judge, groups, features, one), one, path)
         for one in asked

@@ -26,6 +26,7 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clips.clip_motion import clip_motion
 from motiondb.scene.clips.clips import ClipSource
 from motiondb.scene.clips.ground import compose, inverse, relative
+from motiondb.scene.polish.seam_steps import step_at_seams
 from motiondb.scene.polish.stepping import step_feet
 from motiondb.scene.timing.playing import Part
 
@@ -232,7 +233,8 @@ def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource,
 def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
     """Return the motion that shows rows ``at`` (frames,) on a path (frames, 3), with feet held.
 
-    A player who waits stands, and takes small steps where the path turns or shifts.
+    A player who waits stands, and takes small steps where the path turns or shifts. At seams, feet
+    that would slide take a step.
     """
     before = np.floor(at).astype(np.int64)
     after = np.minimum(before + 1, spliced.n_frames - 1)
@@ -249,8 +251,9 @@ def show(spliced: Spliced, at: FloatArray, places: FloatArray) -> Motion:
         rotation.unroll(local).astype(np.float32), root.astype(np.float32), body.LEG_LENGTH
     )
     waits = standing(spliced, at)
-    contacts = spliced.contacts[np.rint(at).astype(np.int64)]
-    return step_feet(lock_feet(shown, waits, contacts), waits)
+    nearest = np.rint(at).astype(np.int64)
+    held = lock_feet(shown, waits, spliced.contacts[nearest])
+    return step_at_seams(step_feet(held, waits), spliced.shares[nearest] < 1.0)
 
 
 def standing(spliced: Spliced, at: FloatArray) -> NDArray[np.bool_]:

@@ -105,17 +105,45 @@ def step_feet(motion: Motion, waits: NDArray[np.bool_]) -> Motion:
             moved[start:end] = True
     toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - wanted[:, :, 1]
     target[:, :, 1] = np.maximum(target[:, :, 1], _SOLE - toes)
+    turns = target[:, :, 3] - wanted[:, :, 3]
+    return move_ankles(motion, (positions, world), target[:, :, :3], moved, turns)
+
+
+def move_ankles(
+    motion: Motion,
+    joints: tuple[FloatArray, FloatArray],
+    target: FloatArray,
+    moved: NDArray[np.bool_],
+    turns: FloatArray | None = None,
+) -> Motion:
+    """Return the motion with its ankles moved by two-bone inverse kinematics.
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    joints : tuple of arrays (frames, 21, 3), m, and (frames, 21, 4)
+        Its joint positions and their world rotations.
+    target : array (frames, 2, 3), m
+        Places of the left and the right ankle.
+    moved : array of bool (frames,)
+        The frames to change.
+    turns : array (frames, 2), rad, optional
+        Angles by which the feet turn about the vertical; 0 without.
+    """
+    positions, world = joints
     local = motion.local_rotations.astype(np.float64)
     ahead = rotation.rotate(world[:, 0], np.broadcast_to([0.0, 0.0, 1.0], (len(world), 3)))
     for foot, side in enumerate("lr"):
         hip, knee, ankle = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle"))
         upper, lower = kinematics.two_bone(
-            positions[:, hip], positions[:, knee], positions[:, ankle], target[:, foot, :3], ahead
+            positions[:, hip], positions[:, knee], positions[:, ankle], target[:, foot], ahead
         )
         new_hip = rotation.multiply(upper, world[:, hip])
         new_knee = rotation.multiply(lower, world[:, knee])
-        turn = pose_vectors.yaw(target[:, foot, 3] - wanted[:, foot, 3])
-        new_ankle = rotation.multiply(turn, world[:, ankle])
+        new_ankle = world[:, ankle]
+        if turns is not None:
+            new_ankle = rotation.multiply(pose_vectors.yaw(turns[:, foot]), new_ankle)
         for joint, turned in (
             (hip, rotation.relative(world[:, 0], new_hip)),
             (knee, rotation.relative(new_hip, new_knee)),

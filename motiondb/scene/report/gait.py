@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import MAX_HEIGHT
-from motiondb.pose import body
+from motiondb.generate.contact import MAX_HEIGHT, foot_heights
 from motiondb.pose.features import runs
 from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.scene.polish.seam_steps import ANKLES, LIFTED, TOES
 
 SPEED_FRAMES = 15
 """Frames over which speed is averaged: half a second, so that one step does not count as fast."""
@@ -24,12 +24,6 @@ JUMP_FRAMES = (2, 9)
 """Shortest and longest time, frames, in which a planted foot's displacement counts as a jump.
 
 Slower displacements are slides, which are measured by the mean speed of feet on the ground."""
-LIFTED = 0.025
-"""Height, m, above which a foot between two contacts is seen to be lifted. Chosen by hand."""
-_ANKLES = [body.INDEX["l_ankle"], body.INDEX["r_ankle"]]
-_TOES = [body.INDEX["l_toe"], body.INDEX["r_toe"]]
-_TOE_HEIGHT = 0.02
-"""Height of a toe over the ground in a flat stance, m; as in :mod:`motiondb.generate.contact`."""
 
 
 @dataclass(frozen=True)
@@ -72,11 +66,6 @@ def airborne(joints: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(foot_heights(joints).min(axis=1) > MAX_HEIGHT)
 
 
-def foot_heights(joints: FloatArray) -> FloatArray:
-    """Return how far the feet are above the ground: array (frames, 2), m; 0 in a flat stance."""
-    return np.minimum(joints[:, _ANKLES, 1] - body.ANKLE_HEIGHT, joints[:, _TOES, 1] - _TOE_HEIGHT)
-
-
 def on_the_ground(
     joints: FloatArray, contacts: NDArray[np.bool_], edited: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
@@ -111,7 +100,7 @@ def on_the_ground(
 
 def step_lengths(joints: FloatArray) -> FloatArray:
     """Return the horizontal distance between the ankles: array (frames,), m."""
-    apart = joints[:, _ANKLES[0]] - joints[:, _ANKLES[1]]
+    apart = joints[:, ANKLES[0]] - joints[:, ANKLES[1]]
     return np.asarray(np.hypot(apart[:, 0], apart[:, 2]))
 
 
@@ -190,7 +179,7 @@ def foot_jump(joints: FloatArray, planted: NDArray[np.bool_]) -> FootJump:
     """
     worst = FootJump()
     for foot in range(2):
-        ankle, toe = joints[:, _ANKLES[foot]], joints[:, _TOES[foot]]
+        ankle, toe = joints[:, ANKLES[foot]], joints[:, TOES[foot]]
         for start, end in runs(planted[:, foot]):
             for later in range(JUMP_FRAMES[0], min(JUMP_FRAMES[1], end - start - 1) + 1):
                 moved = np.minimum(_moved(ankle[start:end], later), _moved(toe[start:end], later))

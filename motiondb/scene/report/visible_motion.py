@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import find_contacts
+from motiondb.generate.contact import find_contacts, foot_heights
 from motiondb.pose import retarget
 from motiondb.pose.features import runs
 from motiondb.records import FloatArray, Motion
@@ -23,6 +23,7 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import rule_table as kinds
 from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.polish.placed import Placed
+from motiondb.scene.polish.seam_steps import LIFTED
 from motiondb.scene.report.gait import (
     SPEED_FRAMES,
     GaitRange,
@@ -169,11 +170,11 @@ def planted_feet(
 ) -> NDArray[np.bool_]:
     """Return which feet are planted: array (frames, 2), left and right.
 
-    A foot is planted if it is in contact in the scene, or in the capture that the frame shows, or
-    between two such times in a blend without being lifted. While a player waits, feet step on their
-    own, and only contacts in the scene count.
+    A foot is planted if it is in contact in the scene, or in the capture that the frame shows and
+    not lifted in the scene, or between two such times in a blend without being lifted. While a
+    player waits, feet step on their own, and only contacts in the scene count.
     """
-    planted = find_contacts(joints)
+    planted, low = find_contacts(joints), foot_heights(joints) <= LIFTED
     known: dict[str, NDArray[np.bool_]] = {}
     words = [edit.split(", ") for edit in placed.edits]
     for frame, edits in enumerate(words):
@@ -184,7 +185,7 @@ def planted_feet(
             known[capture] = find_contacts(retarget.motion_positions(motions[capture])[0])
         there = int(np.clip(np.rint(placed.source_frames[frame]), 0, len(known[capture]) - 1))
         contacts = known[capture][there]
-        planted[frame] |= contacts[::-1] if "mirror" in edits else contacts
+        planted[frame] |= low[frame] & (contacts[::-1] if "mirror" in edits else contacts)
     blended = [any(edit.startswith(("blend", "waits")) for edit in edits) for edits in words]
     return on_the_ground(joints, planted, np.array(blended, dtype=bool))
 

@@ -14,6 +14,7 @@ import motiondb
 from motiondb import MotionDB
 from motiondb.cli.main import app
 from motiondb.errors import QueryError
+from motiondb.generate.occurrences import find_occurrences, measured_track
 from motiondb.learning.making.shown_actions import Asked, judge_motion
 from motiondb.records import MOTION_FPS
 
@@ -103,6 +104,33 @@ def test_variants_come_from_other_captures(db: MotionDB) -> None:
         db.generate_variants("kick", 2, method="trajectory")
     with pytest.raises(QueryError, match="variants: expected 1 to 100, found 0"):
         db.generate_variants("kick", 0)
+
+
+def test_there_are_no_more_variants_than_places(
+    learned_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, db: MotionDB
+) -> None:
+    made = db.generate_variants("throw", 3)
+    assert len(made) == 1
+    assert made[0].shown[0].done[-1].startswith("the only place that shows it as clearly")
+    kicks = db.generate_variants("kick", 8)
+    assert kicks[0].shown[0].done[-1] == f"place 1 of {len(kicks)} that show it about as clearly"
+    places = {(s.name, kick.shown[0].done[0]) for kick in kicks for s in kick.provenance.sources}
+    assert 1 < len(kicks) < 8
+    assert len(places) == len(kicks)
+    monkeypatch.chdir(tmp_path)
+    command = ("generate", "throw", "--variants", "3", "-o", "t.bvh", "--db", str(learned_file))
+    told = CliRunner().invoke(app, command).stdout
+    assert told.endswith("1 of 3 written: no other place shows this about as clearly\n")
+    facts = json.loads(CliRunner().invoke(app, [*command, "--json"]).stdout)
+    assert facts["asked"] == 3
+    assert [Path(one["output"]).name for one in facts["variants"]] == ["t-1.bvh"]
+
+
+def test_a_count_is_the_number_measured_in_the_motion(db: MotionDB) -> None:
+    for number, word in ((1, "once"), (3, "three times")):
+        made = db.generate(f"jump {word}")
+        assert len(find_occurrences(measured_track(made.motion), "jump")) == number
+        assert made.not_used == ()
 
 
 def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:

@@ -1,0 +1,154 @@
+"""How often a short action occurs in a motion: flights, kicks and punches, counted.
+
+==================  =============================================================================
+words               one occurrence
+==================  =============================================================================
+jump, leap, jete    a time of at least 0.1 s in which the pelvis is aloft
+hop                 such a time in which both feet are off the ground, and that ends on a foot on
+                    which it began; a flight from one foot to the other is a leap
+kick                a time in which a foot is higher than the middle of the shank in standing
+punch               a time in which a hand is far from its shoulder, not lower than the chest, and
+                    that began quickly
+==================  =============================================================================
+
+Times of both limbs that overlap are one occurrence. The limits were chosen by hand, with a look at
+kicks and punches of six captures of CMU.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
+from motiondb.pose import body, retarget
+from motiondb.pose.features import runs
+from motiondb.pose.pose_vectors import to_path
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+
+COUNTED = ("jump", "hop", "leap", "jete", "kick", "punch")
+"""Words whose occurrences are counted."""
+RISE = 0.06
+"""Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
+about 4 cm. Chosen by hand; not tuned."""
+LASTING = 31
+"""Frames (1 s) over which the median of the height is taken, so that a jump does not count as
+moving up. Chosen by hand."""
+SHORTEST_FLIGHT = 3
+"""Frames (0.1 s). Chosen by hand."""
+NEAR_GROUND = 6
+"""Frames (0.2 s) before and after a flight in which its feet are looked for on the ground."""
+KICKED = 0.35
+"""Height of a kicking foot above its height in standing, m."""
+EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
+"""Share of the arm's length between shoulder and wrist, height of the wrist relative to the
+shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
+BEGINNING = 8
+"""Frames before the arm is extended in which a punch reaches its speed."""
+PAUSE = 3
+"""Frames (0.1 s) up to which a break does not end an occurrence."""
+_I = body.INDEX
+_ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "elbow", "wrist"))
+
+
+def measured_track(motion: Motion) -> FloatArray:
+    """What measured words look at: array (frames, 10).
+
+    Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
+    left and the right foot above standing (m); for the left and the right hand, whether it is
+    extended (1 or 0), and its speed relative to the pelvis (m/s).
+
+    Parameters
+    ----------
+    motion : Motion
+        The motion.
+    """
+    positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS))[0].astype(np.float64)
+    arms = []
+    for side in "lr":
+        shoulder, elbow, wrist = (
+            positions[:, _I[f"{side}_{j}"]] for j in ("shoulder", "elbow", "wrist")
+        )
+        length = np.linalg.norm(elbow - shoulder, axis=1) + np.linalg.norm(wrist - elbow, axis=1)
+        far = np.linalg.norm(wrist - shoulder, axis=1) > EXTENDED * length
+        high = (wrist - shoulder)[:, 1] > LOWEST_HAND
+        relative = wrist - positions[:, 0]
+        steps = np.diff(relative, axis=0, prepend=relative[:1]) * MOTION_FPS
+        arms += [(far & high).astype(float), np.linalg.norm(steps, axis=1)]
+    path, _ = to_path(motion)
+    return np.column_stack([path, foot_heights(positions), *arms])
+
+
+def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
+    """First frame and last frame + 1 of each occurrence, in the order of time.
+
+    Parameters
+    ----------
+    track : array (frames, 10)
+        As from :func:`measured_track`; for "jump", "leap" and "jete" its first column suffices.
+    word : str
+        One of :data:`COUNTED`.
+
+    Examples
+    --------
+    >>> height = np.full((90, 1), 0.9); height[20:30] = height[60:70] = 1.1
+    >>> find_occurrences(height, "jump")
+    [(20, 30), (60, 70)]
+    """
+    if word == "kick":
+        return _runs(np.asarray((track[:, 4:6] > KICKED).any(axis=1)))
+    if word == "punch":
+        begun = _begun(track[:, 6] > 0, track[:, 7]) | _begun(track[:, 8] > 0, track[:, 9])
+        return _runs(begun)
+    flights = [(a, b) for a, b in _runs(aloft(track[:, 0])) if b - a >= SHORTEST_FLIGHT]
+    return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
+
+
+def aloft(heights: FloatArray) -> NDArray[np.bool_]:
+    """Whether the pelvis is aloft: array (frames,).
+
+    Parameters
+    ----------
+    heights : array (frames,)
+        Heights of the pelvis, m.
+    """
+    return np.asarray(heights - median_filter(heights, size=LASTING, mode="nearest") > RISE)
+
+
+def _runs(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Runs of frames; breaks of up to PAUSE frames are filled."""
+    filled = inside.copy()
+    for start, end in runs(~inside):
+        if start > 0 and end < len(inside) and end - start <= PAUSE:
+            filled[start:end] = True
+    return [(int(start), int(end)) for start, end in runs(filled)]
+
+
+def _begun(extended: NDArray[np.bool_], speeds: FloatArray) -> NDArray[np.bool_]:
+    """Frames of the times in which an arm is extended that began quickly."""
+    kept = np.zeros(len(extended), dtype=bool)
+    for start, end in _runs(extended):
+        kept[start:end] = speeds[max(start - BEGINNING, 0) : start + 1].max() >= PUNCH_SPEED
+    return kept
+
+
+def _is_hop(feet: FloatArray, flight: tuple[int, int]) -> bool:
+    """Whether both feet leave the ground, and one that it began on is the first to land.
+
+    Parameters
+    ----------
+    feet : array (frames, 2)
+        Heights of the feet.
+    flight : tuple of (int, int)
+        First frame and last frame + 1.
+    """
+    down = feet <= MAX_HEIGHT
+    first, last = max(flight[0] - NEAR_GROUND, 0), flight[1] + NEAR_GROUND
+    up = list(runs(np.asarray(~down[first:last].any(axis=1))))
+    if not up:
+        return False
+    start, end = max(up, key=lambda run: run[1] - run[0])
+    if start == 0 or first + end >= len(down):
+        return False
+    return bool((down[first + start - 1] & down[first + end]).any())

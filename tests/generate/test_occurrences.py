@@ -1,0 +1,94 @@
+"""Flights, kicks and punches, counted in tracks made by hand."""
+
+import numpy as np
+import pytest
+
+from motiondb.generate.direction import directions_of, furthest_part, gone
+from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
+from motiondb.pose import body, rotation
+from motiondb.records import Motion
+
+N_FRAMES = 150
+
+
+def _track() -> np.ndarray:
+    """Somebody who stands on both feet, arms down."""
+    track = np.zeros((N_FRAMES, 10))
+    track[:, 0] = 0.9
+    return track
+
+
+def _fly(track: np.ndarray, start: int, end: int, feet: tuple[slice, slice]) -> None:
+    """A flight; each foot is up in some frames."""
+    track[start:end, 0] = 1.1
+    for foot, frames in enumerate(feet):
+        track[frames, 4 + foot] = 0.2
+
+
+def test_flights_are_counted() -> None:
+    track = _track()
+    for start in (30, 90):
+        _fly(track, start, start + 10, (slice(start, start + 10), slice(start, start + 10)))
+    for word in ("jump", "leap", "jete", "hop"):
+        assert find_occurrences(track, word) == [(30, 40), (90, 100)]
+    track[60:62, 0] = 1.1  # too short
+    assert len(find_occurrences(track, "jump")) == 2
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "hops"),
+    [
+        ((50, 60), (30, 80), 1),  # on the left foot
+        ((30, 80), (50, 60), 1),  # on the right foot
+        ((50, 60), (50, 60), 1),  # with both feet
+        ((30, 60), (50, 80), 0),  # from the right foot to the left: a leap
+        ((30, 50), (50, 80), 0),  # one foot is always on the ground
+    ],
+)
+def test_a_hop_ends_on_a_foot_that_it_began_on(
+    left: tuple[int, int], right: tuple[int, int], hops: int
+) -> None:
+    track = _track()
+    _fly(track, 50, 60, (slice(*left), slice(*right)))
+    assert len(find_occurrences(track, "hop")) == hops
+    assert len(find_occurrences(track, "leap")) == 1
+    assert gone(track, "hop") == pytest.approx(hops)
+
+
+def test_kicks_of_both_legs_at_once_are_one() -> None:
+    track = _track()
+    track[20:32, 4] = track[28:40, 5] = track[80:90, 5] = 0.8
+    track[110:120, 4] = 0.3  # a step
+    assert find_occurrences(track, "kick") == [(20, 40), (80, 90)]
+    assert gone(track, "kick") == pytest.approx(2.0)
+    assert furthest_part(track, "kick", 30) == (79, 89)
+
+
+def test_a_punch_begins_quickly() -> None:
+    track = _track()
+    track[20:25, 6] = track[60:90, 6] = track[100:104, 8] = 1.0
+    track[17:20, 7] = 4.0
+    track[55:60, 7] = 0.8  # reaching
+    track[98:101, 9] = 2.5
+    assert find_occurrences(track, "punch") == [(20, 25), (100, 104)]
+
+
+def test_a_track_is_measured_in_a_motion() -> None:
+    rotations = np.tile(np.array([1.0, 0.0, 0.0, 0.0]), (60, len(body.JOINTS), 1))
+    roots = np.tile([0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0], (60, 1))
+    lifted = rotations.copy()
+    quarter = rotation.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(-np.pi / 2.0))
+    lifted[20:30, body.INDEX["l_hip"]] = quarter
+    for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
+        motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
+        track = measured_track(motion)
+        assert track.shape == (60, 10)
+        np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
+        assert find_occurrences(track, "kick") == kicks
+        assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")
+
+
+def test_hops_kicks_and_punches_are_measured_words() -> None:
+    assert directions_of(("hop", "leg")) == ("hop",)
+    assert directions_of(("punch",)) == ("punch",)
+    assert directions_of(("kick", "left", "leg")) == ()
