@@ -266,8 +266,7 @@ def _sentences(
         return partition.find_sentences(
             strings,
             rng,
-            shortest=settings.shortest,
-            longest=settings.longest,
+            lengths=(settings.shortest, settings.longest),
             evaluations=settings.evaluations,
             progress=lambda done, total: tell("find sentences", done, total),
         )

@@ -12,7 +12,9 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
    rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
-5. *Result.* The grammar of the best partition is learned in full.
+5. *Classes.* If partitions of the terminals into classes are given (``classes``), the best of them
+   in a short race is searched in the same way, with classes in the place of terminals.
+6. *Result.* The grammar of the partition of fewest bits is learned in full.
 
 Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
 string, and longer than the longest only if no other cut is allowed.
@@ -26,14 +28,15 @@ cover of repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial I
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError
-from motiondb.grammar.induction.induction import Induction, induce_with_bits
+from motiondb.grammar.induction.induction import Induction
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.grammar.sentences.borders import (
@@ -41,6 +44,12 @@ from motiondb.grammar.sentences.borders import (
     recurring_splits,
     too_long,
     united_splits,
+)
+from motiondb.grammar.sentences.classes import (
+    by_class,
+    induce_in_classes,
+    present,
+    spelled_out,
 )
 from motiondb.grammar.sentences.cutting import (
     LONGEST,
@@ -50,7 +59,8 @@ from motiondb.grammar.sentences.cutting import (
     cutting_room,
     search_cuts,
 )
-from motiondb.grammar.sentences.improvement import FINALISTS, improve, race
+from motiondb.grammar.sentences.improvement import FINALISTS, Judged, improve, race
+from motiondb.grammar.terminals.likeness import Classes
 
 EVALUATIONS = 4000
 """Default number of evaluations. The numbers of evaluations, annealings and changes in this
@@ -102,9 +112,9 @@ def find_sentences(
     strings: Sequence[Sentence],
     rng: np.random.Generator,
     *,
-    shortest: int = SHORTEST,
-    longest: int = LONGEST,
+    lengths: tuple[int, int] = (SHORTEST, LONGEST),
     evaluations: int = EVALUATIONS,
+    levels: Sequence[Classes] = (),
     progress: Progress | None = None,
 ) -> Sentences:
     """Cut strings of terminals into sentences and learn their grammar.
@@ -115,12 +125,12 @@ def find_sentences(
         Strings of terminals.
     rng : numpy.random.Generator
         Draws candidates, changes and annealings.
-    shortest : int, optional
-        Shortest sentence, in symbols.
-    longest : int, optional
-        Longest sentence, in symbols.
+    lengths : tuple of int, optional
+        Shortest and longest sentence, in symbols.
     evaluations : int, optional
         Effort: evaluations of candidates, and changes in proportion; fewer for long strings.
+    levels : sequence of Classes, optional
+        Partitions of the terminals into classes of like motion. They are used where they save bits.
     progress : callable, optional
         Called with the number of steps done and the number of all steps.
 
@@ -129,32 +139,80 @@ def find_sentences(
     GrammarError
         See :func:`motiondb.grammar.sentences.cutting.cutting_room`.
     """
-    lengths = shortest, longest
-    total = sum(map(len, strings))
     tell = progress or (lambda _done, _of: None)
+    steps = _STEPS * (2 if levels else 1)
+    effort = _Effort(lengths, evaluations, rng)
+    plain = _search(strings, effort, lambda done: tell(done, steps))
+    best = plain.cuts, plain.rules
+    if classes := _best_classes(strings, levels, effort):
+        counts = Counter(name for string in strings for name in string)
+        written = by_class(strings, classes)
+        other = _search(written, effort, lambda done: tell(_STEPS - 1 + done, steps))
+        rules = spelled_out(other.rules, classes, counts)
+        if rules.bits() < plain.bits:
+            best = other.cuts, rules
+    sentences = _learned(strings, best[0], [best[1]], levels)
+    tell(steps, steps)
+    return sentences
+
+
+@dataclass(frozen=True, eq=False)
+class _Effort:
+    """Shortest and longest sentence, the wanted number of evaluations, and random numbers."""
+
+    lengths: tuple[int, int]
+    evaluations: int
+    rng: np.random.Generator
+
+
+def _search(strings: Sequence[Sentence], effort: _Effort, tell: Callable[[int], None]) -> Judged:
+    """Search a partition of strings: candidates, race, improvement, loops."""
+    lengths, rng = effort.lengths, effort.rng
+    total = sum(map(len, strings))
     room = cutting_room(strings, *lengths)
-    evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
-    candidates = [
-        *_searched(strings, room, lengths, rng, evaluations),
-        *recurring_splits(strings, *lengths),
-        *united_splits(strings, *lengths),
-    ]
+    evaluations = max(1, round(effort.evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
+    candidates = [*_searched(strings, room, lengths, rng, evaluations), *_split(strings, lengths)]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
-    tell(1, _STEPS)
+    tell(1)
     improved = race(strings, candidates, rng)
-    tell(2, _STEPS)
+    tell(2)
     changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
     for heat, number in enumerate((FINALISTS, FINALISTS // 2, 1), start=3):
         spent = changes // number
         improved = [improve(strings, one, lengths, rng, spent) for one in improved[:number]]
         improved.sort(key=lambda judged: judged.bits)
-        tell(heat, _STEPS)
+        tell(heat)
     spent = math.ceil(_WITH_LOOPS * changes)
     looping = improve(strings, improved[0], lengths, rng, spent, loops=True)
-    tell(_STEPS - 1, _STEPS)
-    sentences = _learned(strings, looping.cuts, [looping.rules])
-    tell(_STEPS, _STEPS)
-    return sentences
+    tell(_STEPS - 1)
+    return looping
+
+
+def _split(strings: Sequence[Sentence], lengths: tuple[int, int]) -> list[Cuts]:
+    return [*recurring_splits(strings, *lengths), *united_splits(strings, *lengths)]
+
+
+def _best_classes(
+    strings: Sequence[Sentence], levels: Sequence[Classes], effort: _Effort
+) -> Classes | None:
+    """Return the classes with which a race of regular partitions finds the fewest bits."""
+    counts = Counter(name for string in strings for name in string)
+    best, least = None, math.inf
+    for level in levels:
+        classes = present(level, strings)
+        if classes is None:
+            continue
+        written = by_class(strings, classes)
+        split = [
+            c for c in _split(written, effort.lengths) if not too_long(written, c, effort.lengths)
+        ]
+        if not split:
+            continue
+        raced = race(written, split, effort.rng)[0]
+        bits = spelled_out(raced.rules, classes, counts).bits()
+        if bits < least:
+            best, least = classes, bits
+    return best
 
 
 def _searched(
@@ -176,7 +234,11 @@ def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
     return tuple(tuple(c - low for c in cuts if low < c < high) for low, high in bounds)
 
 
-def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]) -> Sentences:
+def sentences_between(
+    strings: Sequence[Sentence],
+    cuts: Sequence[Sequence[int]],
+    levels: Sequence[Classes] = (),
+) -> Sentences:
     """Learn the grammar of a given partition.
 
     Parameters
@@ -185,6 +247,8 @@ def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]
         Strings of terminals.
     cuts : sequence of sequences of int
         Inner cuts of each string: the place of the symbol that begins a sentence, from 0 on.
+    levels : sequence of Classes, optional
+        Partitions of the terminals into classes of like motion. They are used where they save bits.
 
     Raises
     ------
@@ -199,13 +263,18 @@ def sentences_between(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]]
                 f" {', '.join(map(str, inner)) or 'none in an empty string'}."
                 " Give each cut as the number of the symbol that begins a sentence."
             )
-    return _learned(strings, tuple(tuple(int(cut) for cut in inner) for inner in cuts))
+    return _learned(strings, tuple(tuple(int(cut) for cut in inner) for inner in cuts), (), levels)
 
 
-def _learned(strings: Sequence[Sentence], cuts: Cuts, known: Sequence[RuleSet] = ()) -> Sentences:
+def _learned(
+    strings: Sequence[Sentence],
+    cuts: Cuts,
+    known: Sequence[RuleSet],
+    levels: Sequence[Classes],
+) -> Sentences:
     sentences = tuple(
         tuple(string[a:b])
         for string, inner in zip(strings, cuts, strict=True)
         for a, b in pairwise((0, *inner, len(string)))
     )
-    return Sentences(cuts, sentences, induce_with_bits(sentences, known=known))
+    return Sentences(cuts, sentences, induce_in_classes(sentences, levels, known))
