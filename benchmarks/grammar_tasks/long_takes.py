@@ -21,6 +21,8 @@ from grammar_tasks.factors import match_factors
 from grammar_tasks.tables import table, table_rows
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.sentences.partition import find_sentences
+from motiondb.grammar.terminals.likeness import class_levels
+from motiondb.grammar.terminals.terminals import find_terminals
 from motiondb.pose.retarget import to_motion
 from motiondb.records import IntArray
 
@@ -78,8 +80,12 @@ def more_terminals_rows(names: Sequence[str], before: str) -> str:
     rows = [row for row in table_rows(before) if row[0] not in names]
     for name in names:
         takes, _ = long_takes(name)
-        _, strings, _, meaning = known.found_strings(takes, MORE)
-        result = find_sentences(strings, np.random.default_rng(0))
+        motions = [take.motion for take in takes]
+        number = round(MORE * len(known.label_names(takes)))
+        terminals = find_terminals(motions, number, np.random.default_rng(0))
+        _, strings, _, meaning = known.strings_found(takes, terminals)
+        levels = class_levels(motions, terminals)
+        result = find_sentences(strings, np.random.default_rng(0), levels=levels)
         for kind in ("motiondb", "finite state machine"):
             learned = result.grammar if kind == "motiondb" else known.KINDS[kind](result.sentences)
             labelled = known.as_labels(learned, meaning, grammars[name])

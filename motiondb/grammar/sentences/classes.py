@@ -75,6 +75,11 @@ def by_class(strings: Sequence[Sentence], classes: Classes) -> list[Sentence]:
     return [tuple(first[name] for name in string) for string in strings]
 
 
+def occurrences(strings: Sequence[Sentence]) -> Counter[str]:
+    """Return how often each name occurs in strings."""
+    return Counter(name for string in strings for name in string)
+
+
 def spelled_out(rules: RuleSet, classes: Classes, counts: Mapping[str, int]) -> RuleSet:
     """Return rules over classes as rules over terminals.
 
@@ -157,7 +162,7 @@ def class_rules(sentences: Sequence[Sentence], levels: Sequence[Classes]) -> Rul
         of two names that occur.
     """
     rng = Generator(PCG64(_SEED))  # a fixed seed: the result depends on the sentences only
-    counts = Counter(name for sentence in sentences for name in sentence)
+    counts = occurrences(sentences)
     best, least = None, inf
     for level in levels:
         classes = present(level, sentences)

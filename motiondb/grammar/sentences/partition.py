@@ -12,8 +12,8 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
    rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
-5. *Classes.* If partitions of the terminals into classes are given (``classes``), the best of them
-   in a short race is searched in the same way, with classes in the place of terminals.
+5. *Classes.* If partitions of the terminals into classes are given (:mod:`.classes`), strings of
+   classes have a race of their own. Its finalists, too, are improved.
 6. *Result.* The grammar of the partition of fewest bits is learned in full.
 
 Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
@@ -28,9 +28,9 @@ cover of repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial I
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -48,6 +48,7 @@ from motiondb.grammar.sentences.borders import (
 from motiondb.grammar.sentences.classes import (
     by_class,
     induce_in_classes,
+    occurrences,
     present,
     spelled_out,
 )
@@ -140,79 +141,92 @@ def find_sentences(
         See :func:`motiondb.grammar.sentences.cutting.cutting_room`.
     """
     tell = progress or (lambda _done, _of: None)
-    steps = _STEPS * (2 if levels else 1)
-    effort = _Effort(lengths, evaluations, rng)
-    plain = _search(strings, effort, lambda done: tell(done, steps))
-    best = plain.cuts, plain.rules
-    if classes := _best_classes(strings, levels, effort):
-        counts = Counter(name for string in strings for name in string)
-        written = by_class(strings, classes)
-        other = _search(written, effort, lambda done: tell(_STEPS - 1 + done, steps))
-        rules = spelled_out(other.rules, classes, counts)
-        if rules.bits() < plain.bits:
-            best = other.cuts, rules
-    sentences = _learned(strings, best[0], [best[1]], levels)
-    tell(steps, steps)
+    total = sum(map(len, strings))
+    room = cutting_room(strings, *lengths)
+    evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
+    candidates = [*_searched(strings, room, lengths, rng, evaluations), *_split(strings, lengths)]
+    candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
+    tell(1, _STEPS)
+    runs = [_Run(strings, judged) for judged in race(strings, candidates, rng)]
+    runs += _runs_in_classes(strings, levels, lengths, rng)
+    tell(2, _STEPS)
+    changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
+    for heat, number in enumerate((FINALISTS, FINALISTS // 2, 1), start=3):
+        kept = runs if number == FINALISTS else runs[:number]
+        runs = [run.improved(lengths, rng, changes // number) for run in kept]
+        runs.sort(key=lambda run: run.bits)
+        tell(heat, _STEPS)
+    spent = math.ceil(_WITH_LOOPS * changes)
+    looping = runs[0].improved(lengths, rng, spent, loops=True)
+    tell(_STEPS - 1, _STEPS)
+    sentences = _learned(strings, looping.judged.cuts, [looping.rules], levels)
+    tell(_STEPS, _STEPS)
     return sentences
 
 
 @dataclass(frozen=True, eq=False)
-class _Effort:
-    """Shortest and longest sentence, the wanted number of evaluations, and random numbers."""
+class _Run:
+    """A partition that competes, of strings of terminals or of classes."""
 
-    lengths: tuple[int, int]
-    evaluations: int
-    rng: np.random.Generator
+    strings: Sequence[Sentence]
+    judged: Judged
+    classes: Classes | None = None
 
+    @cached_property
+    def rules(self) -> RuleSet:
+        """The rules in terms of terminals."""
+        if self.classes is None:
+            return self.judged.rules
+        return spelled_out(self.judged.rules, self.classes, occurrences(self.strings))
 
-def _search(strings: Sequence[Sentence], effort: _Effort, tell: Callable[[int], None]) -> Judged:
-    """Search a partition of strings: candidates, race, improvement, loops."""
-    lengths, rng = effort.lengths, effort.rng
-    total = sum(map(len, strings))
-    room = cutting_room(strings, *lengths)
-    evaluations = max(1, round(effort.evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
-    candidates = [*_searched(strings, room, lengths, rng, evaluations), *_split(strings, lengths)]
-    candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
-    tell(1)
-    improved = race(strings, candidates, rng)
-    tell(2)
-    changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
-    for heat, number in enumerate((FINALISTS, FINALISTS // 2, 1), start=3):
-        spent = changes // number
-        improved = [improve(strings, one, lengths, rng, spent) for one in improved[:number]]
-        improved.sort(key=lambda judged: judged.bits)
-        tell(heat)
-    spent = math.ceil(_WITH_LOOPS * changes)
-    looping = improve(strings, improved[0], lengths, rng, spent, loops=True)
-    tell(_STEPS - 1)
-    return looping
+    @property
+    def bits(self) -> float:
+        """Their bits, which can be compared with those of other runs."""
+        return self.judged.bits if self.classes is None else self.rules.bits()
 
-
-def _split(strings: Sequence[Sentence], lengths: tuple[int, int]) -> list[Cuts]:
-    return [*recurring_splits(strings, *lengths), *united_splits(strings, *lengths)]
+    def improved(
+        self,
+        lengths: tuple[int, int],
+        rng: np.random.Generator,
+        changes: int,
+        *,
+        loops: bool = False,
+    ) -> _Run:
+        """Improve the partition by random changes."""
+        written = _written(self.strings, self.classes)
+        better = improve(written, self.judged, lengths, rng, changes, loops=loops)
+        return replace(self, judged=better)
 
 
-def _best_classes(
-    strings: Sequence[Sentence], levels: Sequence[Classes], effort: _Effort
-) -> Classes | None:
-    """Return the classes with which a race of regular partitions finds the fewest bits."""
-    counts = Counter(name for string in strings for name in string)
-    best, least = None, math.inf
+def _runs_in_classes(
+    strings: Sequence[Sentence],
+    levels: Sequence[Classes],
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+) -> list[_Run]:
+    """Race regular partitions in each partition of the terminals into classes.
+
+    The finalists are those in the classes with which the race finds the fewest bits.
+    """
+    best: list[_Run] = []
     for level in levels:
         classes = present(level, strings)
         if classes is None:
             continue
         written = by_class(strings, classes)
-        split = [
-            c for c in _split(written, effort.lengths) if not too_long(written, c, effort.lengths)
-        ]
-        if not split:
-            continue
-        raced = race(written, split, effort.rng)[0]
-        bits = spelled_out(raced.rules, classes, counts).bits()
-        if bits < least:
-            best, least = classes, bits
+        split = [c for c in _split(written, lengths) if not too_long(written, c, lengths)]
+        if split:
+            runs = [_Run(strings, judged, classes) for judged in race(written, split, rng)]
+            best = min([best, runs] if best else [runs], key=lambda some: some[0].bits)
     return best
+
+
+def _written(strings: Sequence[Sentence], classes: Classes | None) -> Sequence[Sentence]:
+    return strings if classes is None else by_class(strings, classes)
+
+
+def _split(strings: Sequence[Sentence], lengths: tuple[int, int]) -> list[Cuts]:
+    return [*recurring_splits(strings, *lengths), *united_splits(strings, *lengths)]
 
 
 def _searched(
