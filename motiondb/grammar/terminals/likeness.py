@@ -111,16 +111,17 @@ def joinings(distances: FloatArray) -> list[tuple[float, Groups]]:
     >>> joinings(np.array([[0.0, 1.0, 5.0], [1.0, 0.0, 4.0], [5.0, 4.0, 0.0]]))
     [(1.0, ((0, 1), (2,))), (5.0, ((0, 1, 2),))]
     """
-    groups: list[tuple[int, ...]] = [(k,) for k in range(len(distances))]
+    n = len(distances)
+    table = np.where(np.eye(n, dtype=np.bool_), np.inf, distances)
+    groups: dict[int, tuple[int, ...]] = {k: (k,) for k in range(n)}
     joined = []
-    while len(groups) > 1:
-        pairs = [(i, j) for i in range(len(groups)) for j in range(i + 1, len(groups))]
-        apart = [float(distances[np.ix_(groups[i], groups[j])].max()) for i, j in pairs]
-        nearest = int(np.argmin(apart))
-        i, j = pairs[nearest]
-        both = tuple(sorted(groups[i] + groups[j]))
-        groups = sorted([both, *(group for k, group in enumerate(groups) if k not in (i, j))])
-        joined.append((apart[nearest], tuple(groups)))
+    for _ in range(n - 1):
+        i, j = sorted(divmod(int(np.argmin(table)), n))
+        height = float(table[i, j])
+        table[i] = table[:, i] = np.maximum(table[i], table[j])
+        table[j] = table[:, j] = table[i, i] = np.inf
+        groups[i] = tuple(sorted(groups[i] + groups.pop(j)))
+        joined.append((height, tuple(sorted(groups.values()))))
     return joined
 
 
