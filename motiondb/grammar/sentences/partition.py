@@ -13,7 +13,7 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
    A change that costs bits is accepted with a probability that decreases with cost and time.
 4. *Loops.* The best one is changed further, with rules that may loop.
 5. *Classes.* If partitions of the terminals into classes are given (:mod:`.classes`), strings of
-   classes have a race of their own. Its finalists, too, are improved.
+   classes are raced and improved in the same way, and the better result is kept.
 6. *Result.* The grammar of the partition of fewest bits is learned in full.
 
 Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
@@ -28,7 +28,7 @@ cover of repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial I
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -71,8 +71,9 @@ _SEARCHES = 3
 _FULLY_SEARCHED = 200
 """Number of symbols of all strings up to which all evaluations are made; for more symbols fewer,
 to limit the time."""
-_STEPS = 7
-"""Steps Chosen by hand."""
+_STEPS, _STEPS_IN_CLASSES = 7, 4
+"""Steps that the progress bar shows: candidates, race, three heats, loops, result; and the heats
+and loops of strings of classes."""
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
 """Largest number of changes of a round per symbol of the strings, and the number of evaluations
 that a change counts as."""
@@ -140,27 +141,25 @@ def find_sentences(
     GrammarError
         See :func:`motiondb.grammar.sentences.cutting.cutting_room`.
     """
+    steps = _STEPS + (_STEPS_IN_CLASSES if levels else 0)
     tell = progress or (lambda _done, _of: None)
     total = sum(map(len, strings))
     room = cutting_room(strings, *lengths)
     evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
     candidates = [*_searched(strings, room, lengths, rng, evaluations), *_split(strings, lengths)]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
-    tell(1, _STEPS)
+    tell(1, steps)
     runs = [_Run(strings, judged) for judged in race(strings, candidates, rng)]
-    runs += _runs_in_classes(strings, levels, lengths, rng)
-    tell(2, _STEPS)
+    tell(2, steps)
     changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
-    for heat, number in enumerate((FINALISTS, FINALISTS // 2, 1), start=3):
-        kept = runs if number == FINALISTS else runs[:number]
-        runs = [run.improved(lengths, rng, changes // number) for run in kept]
-        runs.sort(key=lambda run: run.bits)
-        tell(heat, _STEPS)
-    spent = math.ceil(_WITH_LOOPS * changes)
-    looping = runs[0].improved(lengths, rng, spent, loops=True)
-    tell(_STEPS - 1, _STEPS)
-    sentences = _learned(strings, looping.judged.cuts, [looping.rules], levels)
-    tell(_STEPS, _STEPS)
+    best = _improved(runs, lengths, rng, changes, lambda done: tell(2 + done, steps))
+    if in_classes := _runs_in_classes(strings, levels, lengths, rng):
+        done = _STEPS - 1
+        other = _improved(in_classes, lengths, rng, changes, lambda more: tell(done + more, steps))
+        best = min(best, other, key=lambda run: run.bits)
+    tell(steps - 1, steps)
+    sentences = _learned(strings, best.judged.cuts, [best.rules], levels)
+    tell(steps, steps)
     return sentences
 
 
@@ -196,6 +195,24 @@ class _Run:
         written = _written(self.strings, self.classes)
         better = improve(written, self.judged, lengths, rng, changes, loops=loops)
         return replace(self, judged=better)
+
+
+def _improved(
+    runs: Sequence[_Run],
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    changes: int,
+    tell: Callable[[int], None],
+) -> _Run:
+    """Improve finalists, fewer and fewer of them, and then the best one with loops."""
+    for heat, number in enumerate((FINALISTS, FINALISTS // 2, 1), start=1):
+        some = [run.improved(lengths, rng, changes // number) for run in runs[:number]]
+        runs = sorted(some, key=lambda run: run.bits)
+        tell(heat)
+    spent = math.ceil(_WITH_LOOPS * changes)
+    looping = runs[0].improved(lengths, rng, spent, loops=True)
+    tell(heat + 1)
+    return looping
 
 
 def _runs_in_classes(
