@@ -20,6 +20,7 @@ import numpy as np
 from grammar_tasks.factors import match_factors
 from grammar_tasks.tables import table, table_rows
 from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.selection.ledger import make_ledger
 from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import find_terminals
@@ -88,15 +89,17 @@ def more_terminals_rows(names: Sequence[str], before: str) -> str:
             _, strings, _, meaning = known.strings_found(takes, terminals)
             levels = class_levels(motions, terminals)
             result = find_sentences(strings, np.random.default_rng(0), levels=levels)
+            all_bits = make_ledger(motions, terminals, result).total
             for kind in ("motiondb", "finite state machine"):
                 learn = known.KINDS[kind]
                 grammar = result.grammar if kind == "motiondb" else learn(result.sentences)
                 labelled = known.as_labels(grammar, meaning, grammars[name])
                 row = [f"{name}, {number}", kind, *known.match_row([labelled], grammars[name])]
-                rows.append([*row, str(len(result.sentences)), f"{result.bits.total:.0f}"])
+                bits = f"{result.bits.total:.0f}", f"{all_bits:.0f}"
+                rows.append([*row, str(len(result.sentences)), *bits])
                 print(" ", *rows[-1], flush=True)
     heads = ["takes, terminals", "grammar", "precision", "recall", "F1",
-             "sentences found (20 true)", "bits of motiondb"]  # fmt: skip
+             "sentences found (20 true)", "string and grammar bits", "all bits"]  # fmt: skip
     return table(heads, sorted(rows, key=lambda row: row[0]))
 
 
