@@ -170,14 +170,16 @@ def class_rules(sentences: Sequence[Sentence], levels: Sequence[Classes]) -> Rul
             continue
         flat = flat_of(by_class(sentences, classes))
         tries = _TRIES_A_SYMBOL * sum(counts.values())
-        found = min((anneal(flat, rng, tries=tries) for _ in range(_ANNEALINGS)), key=RuleSet.bits)
-        bits = spelled_out(found, classes, counts).bits()
+        annealed = min(
+            (anneal(flat, rng, tries=tries) for _ in range(_ANNEALINGS)), key=RuleSet.bits
+        )
+        bits = spelled_out(annealed, classes, counts).bits()
         if bits < least:
-            best, least = (classes, flat, found), bits
+            best, least = (classes, flat, annealed), bits
     if best is None:
         return None
-    classes, flat, found = best
-    return spelled_out(compact(flat, [found]), classes, counts)
+    classes, flat, annealed = best
+    return spelled_out(compact(flat, [annealed]), classes, counts)
 
 
 def flat_of(sentences: Sequence[Sentence]) -> RuleSet:

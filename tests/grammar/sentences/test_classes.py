@@ -84,10 +84,12 @@ def test_sentences_are_found_in_classes():
     rng = np.random.default_rng(2)
     sentences = [derive(STEPS, rng).leaves() for _ in range(16)]
     joined = tuple(name for sentence in sentences for name in sentence)
-    found = find_sentences([joined], np.random.default_rng(0), evaluations=80, levels=(STEP_WAYS,))
-    assert found.sentences == tuple(sentences)
-    assert match_languages(found.grammar, STEPS, rng).recall == 1.0
-    assert match_languages(found.grammar, STEPS, rng).precision == 1.0
+    partition = find_sentences(
+        [joined], np.random.default_rng(0), evaluations=80, levels=(STEP_WAYS,)
+    )
+    assert partition.sentences == tuple(sentences)
+    assert match_languages(partition.grammar, STEPS, rng).recall == 1.0
+    assert match_languages(partition.grammar, STEPS, rng).precision == 1.0
 
 
 def test_given_sentences_may_be_learned_in_classes():
