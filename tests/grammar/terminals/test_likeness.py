@@ -76,6 +76,14 @@ def test_joinings_worked_by_hand():
     assert steepest(joined, 3) == [((0, 1), (2,), (3,))]  # of two classes none is proposed
 
 
+def test_no_level_has_fewer_classes_than_half_the_terminals():
+    # 0 to 4 lie together, 5 to 7 apart; the steepest step, from 4 classes to 3, is within the bound
+    places = np.array([0.0, 1.0, 2.1, 3.3, 4.6, 100.0, 300.0, 900.0])
+    proposed = steepest(joinings(np.abs(places[:, None] - places)), 8)
+    assert min(map(len, proposed)) == 4
+    assert proposed[0] == ((0, 1, 2, 3, 4), (5,), (6,), (7,))
+
+
 @settings(deadline=None)
 @given(st.integers(2, 9), st.integers(0, 2**31))
 def test_joinings_rise_and_partition_as_complete_linkage_does(n, seed):
