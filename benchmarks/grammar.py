@@ -19,25 +19,32 @@ from functools import partial
 from pathlib import Path
 
 from grammar_tasks.completion import completion_rows
+from grammar_tasks.curve import LANGUAGES as CURVES
+from grammar_tasks.curve import curve_rows
 from grammar_tasks.long_takes import PERFORMERS, more_terminals_rows
 from grammar_tasks.number import number_rows
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
 from grammar_tasks.recursive import SIZES, development_rows, recursive_rows
 from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
+from grammar_tasks.replaced import error_rows
 from grammar_tasks.speed_table import speed
 from grammar_tasks.tables import sections, write_sections
 from grammar_tasks.truth import PARTS, truth
 
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
-    "speed", "truth", "motion", "recursive", "development", "completion", "number", "real",
-    "pictures",
+    "speed", "truth", "motion", "errors", "recursive", "development", "curve", "completion",
+    "number", "real", "pictures",
 )  # fmt: skip
-WITHOUT_DATA = ("truth", "motion", "recursive", "development", "completion", "number")
+WITHOUT_DATA = (
+    "truth", "motion", "errors", "recursive", "development", "curve", "completion", "number",
+)  # fmt: skip
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
 MORE = "Known truth: languages of long takes, more terminals"
+ERRORS = "Known truth: languages of long takes, errors replaced by the truth"
+CURVE = "Known truth: held-out sentences by number of sentences"
 COMPLETION = "Completion of patterns"
 NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
@@ -81,6 +88,14 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
         command = "python benchmarks/grammar.py --task motion"
         names = list(chosen.grammar)
         jobs[MORE] = command, partial(more_terminals_rows, names, known.get(MORE, ""))
+    if "errors" in chosen.task:
+        command = "python benchmarks/grammar.py --task errors"
+        names = list(chosen.grammar)
+        jobs[ERRORS] = command, partial(error_rows, names, known.get(ERRORS, ""))
+    if "curve" in chosen.task:
+        command = "python benchmarks/grammar.py --task curve"
+        names = [name for name in CURVES if name.split(",")[0] in chosen.grammar]
+        jobs[CURVE] = command, partial(curve_rows, names, known.get(CURVE, ""))
     for n in chosen.sentences if "recursive" in chosen.task else ():
         names = [name for name in LANGUAGES if name in (chosen.language or LANGUAGES)]
         title = f"{RECURSIVE}, {n} sentences"
@@ -120,8 +135,9 @@ def _write(page: Path, title: str, body: str) -> None:
     """Write a section at once, so that a run that is stopped keeps what it has."""
     notes = sections(NOTES.read_text(encoding="utf-8"))
     known = [f"Known truth: {part}" for part in PARTS]
-    known.insert(known.index("Known truth: languages of long takes") + 1, MORE)
-    loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED]
+    place = known.index("Known truth: languages of long takes") + 1
+    known[place:place] = [MORE, ERRORS]
+    loops = [*(f"{RECURSIVE}, {n} sentences" for n in SIZES), DEVELOPED, CURVE]
     order = [
         "Speed",
         *known,

@@ -47,12 +47,16 @@ def held_out_ranks(learn: Learn, sentences: Sequence[String], folds: int) -> lis
     for part in np.array_split(order, folds):
         held = set(part.tolist())
         grammar = learn([s for k, s in enumerate(sentences) if k not in held])
-        compiled = compiled_form(grammar)
-        strings = derived_strings(grammar, np.random.default_rng(1), DRAWN, most=MOST)
-        drawn = np.array([log_probability(compiled, string) for string in strings])
-        for k in part.tolist():
-            ranks.append(_rank(log_probability_of(grammar, sentences[k]), drawn))
+        ranks += learned_ranks(grammar, [sentences[k] for k in part.tolist()])
     return ranks
+
+
+def learned_ranks(grammar: Grammar, tested: Sequence[String]) -> list[float]:
+    """The rank of each sentence in a language; infinite where it is not in it."""
+    compiled = compiled_form(grammar)
+    strings = derived_strings(grammar, np.random.default_rng(1), DRAWN, most=MOST)
+    drawn = np.array([log_probability(compiled, string) for string in strings])
+    return [_rank(log_probability_of(grammar, string), drawn) for string in tested]
 
 
 def log_probability_of(grammar: Grammar, string: String) -> float:

@@ -27,7 +27,9 @@ from motiondb.grammar.baselines.language_measures import (
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.selection.terminal_number import CANDIDATES, Choice, Trial, choose_terminals
+from motiondb.grammar.sentences.classes import induce_in_classes
 from motiondb.grammar.sentences.partition import Sentences, find_sentences, sentences_between
+from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import Terminals, strings_of
 from motiondb.pose import body, retarget
 from motiondb.records import IntArray
@@ -71,8 +73,10 @@ def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Seq
              "string bits", "grammar bits", "all bits", "F"]  # fmt: skip
     said = f"{len(captures)} captures, {n_frames:,} frames ({n_frames / 30:.0f} s)."
     parts = [said, table(heads, rows), f"With {best} terminals:", kind_rows(choice.sentences)]
+    levels = class_levels([c.motion for c in captures], tried[best].terminals)
     learners: dict[str, Learn] = {
-        "motiondb": induce,
+        "motiondb": lambda sentences: induce_in_classes(sentences, levels).grammar,
+        "without classes": induce,
         "without loops": partial(induce, loops=False),
         "finite state machine": finite_state_grammar,
     }
@@ -84,18 +88,18 @@ def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Seq
 
 def try_all(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> Choice:
     """Every number of terminals, and the choice among them."""
+    motions = [capture.motion for capture in captures]
 
     def learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
-        strings = strings_of(terminals)
+        strings, levels = strings_of(terminals), class_levels(motions, terminals)
         if are_sentences:
-            sentences = sentences_between(strings, [[] for _ in strings])
+            sentences = sentences_between(strings, [[] for _ in strings], levels)
         else:
-            sentences = find_sentences(strings, rng)
+            sentences = find_sentences(strings, rng, levels=levels)
         print(f"  {len(terminals.names)} terminals, {len(terminals.starts)} segments", flush=True)
         return sentences
 
     rng = np.random.default_rng(0)
-    motions = [capture.motion for capture in captures]
     return choose_terminals(motions, rng, candidates=candidates, learn=learn)
 
 

@@ -32,7 +32,7 @@ from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.sentences.partition import find_sentences, sentences_between
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
 from motiondb.grammar.terminals.pose_distance import make_poses
-from motiondb.grammar.terminals.terminals import find_terminals, strings_of
+from motiondb.grammar.terminals.terminals import Terminals, find_terminals, strings_of
 from motiondb.pose.retarget import to_motion
 from motiondb.records import IntArray, Motion
 
@@ -263,7 +263,11 @@ def found_strings(takes: Sequence[TrueTake], share: float = 1.0) -> Strings:
     """Terminals found in the motion, ``share`` times as many as labels, and the labels of each."""
     motions = [take.motion for take in takes]
     number = round(share * len(label_names(takes)))
-    terminals = find_terminals(motions, number, np.random.default_rng(0))
+    return strings_found(takes, find_terminals(motions, number, np.random.default_rng(0)))
+
+
+def strings_found(takes: Sequence[TrueTake], terminals: Terminals) -> Strings:
+    """The strings of terminals, and the labels that the segments of each hold most often."""
     starts = [terminals.starts[terminals.takes == number] for number in range(len(takes))]
     strings = list(strings_of(terminals))
     held: dict[str, Counter[tuple[str, ...]]] = {name: Counter() for name in terminals.names}

@@ -57,6 +57,15 @@ def generate(
             help="Number of terminals; the nearest possible number is used.",
         ),
     ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--seconds",
+            min=0.1,
+            max=600.0,
+            help="Let sentences follow one another until the motion is about this long.",
+        ),
+    ] = None,
     like: Annotated[
         str | None,
         typer.Option(
@@ -73,13 +82,19 @@ def generate(
     json: Json = False,
 ) -> None:
     """Generate a new sequence that the grammar derives; a file beside it names its sources."""
+    if seconds is not None and (length is not None or like is not None):
+        raise typer.BadParameter("expected --seconds alone, found --length or --like beside it.")
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         if save is not None:
             base.check_name_free(save)
         note_pattern(base.grammars, name, like, exact)
-        made = base.grammars.generate(name, seed, length, like, exact)
-        how: dict[str, object] = {"length": length} if like is None else {"like": like}
+        how: dict[str, object]
+        if seconds is not None:
+            made, how = base.grammars.chain(name, seconds, seed), {"seconds": seconds}
+        else:
+            made = base.grammars.generate(name, seed, length, like, exact)
+            how = {"length": length} if like is None else {"like": like}
         facts = _hand_out(base, made, seed, (output, png), save, how)
         if html:
             from motiondb import StandalonePage
@@ -260,6 +275,11 @@ def _say_made(facts: dict[str, Any], output: Path | None) -> None:
     typer.echo(f"{facts['seconds']:.2f} s of motion{where}{kept} (seed {facts['seed']})")
     typer.echo(f"string: {' '.join(facts['string'])}")
     typer.echo(f"tree:   {facts['tree']}")
+    if facts["sentences"] > 1:
+        edited = "; a chain cannot be edited" if "capture" in facts else ""
+        typer.echo(
+            f"{facts['sentences']} sentences follow one another, each drawn by itself{edited}"
+        )
     typer.echo(
         f"seams cost {facts['join_cost']:.2f}, chosen greedily {facts['greedy_join_cost']:.2f}; "
         f"feet slip {100 * facts['foot_slip']:.1f} cm/s, in the sources "

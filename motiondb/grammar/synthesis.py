@@ -10,7 +10,10 @@ velocity that follow it in its own take. Both are in units of the standard devia
 takes. Joining a segment and its true successor costs nothing. The greedy choice of the paper starts
 with any segment and always adds the next one that joins best. The optimal choice is found exactly
 by dynamic programming (:mod:`motiondb.generate.stitching`). Positions can be pinned to a segment,
-so that an edited string keeps its other segments.
+so that an edited string keeps its other segments. At the two ends, segments that begin or end a
+sentence of the takes are preferred: others may begin or stop in the middle of a step.
+
+A motion of a wanted duration is a chain of sentences, as a take is (:func:`draw_chain`).
 
 Segments are placed one after the other with blended seams. The position on the ground and the
 heading continue across seams, and feet are fixed while they are in contact with the ground. For
@@ -31,6 +34,8 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
+from motiondb.grammar.cfg.context_free import Grammar, Tree
+from motiondb.grammar.derivation.derive import derive
 from motiondb.pose import pose_vectors, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
@@ -163,6 +168,7 @@ def clip_candidates(
     string: Sequence[str],
     source: ClipSource,
     pinned: Mapping[int, int] | None = None,
+    preferred: Mapping[int, IntArray] | None = None,
 ) -> tuple[list[stitching.Candidates], list[IntArray]]:
     """Return the candidate segments of each position of a string.
 
@@ -176,6 +182,8 @@ def clip_candidates(
         The takes that are available.
     pinned : mapping of int to int, optional
         Position to the segment that it must have. A segment that is not a candidate is ignored.
+    preferred : mapping of int to array, optional
+        Position to segments. If some of them are candidates, the others are left out.
 
     Returns
     -------
@@ -205,8 +213,11 @@ def clip_candidates(
                 " Add them again, or learn the grammar again."
             )
     numbers = [rows[name] for name in string]
+    for position, clips in (preferred or {}).items():
+        kept = np.intersect1d(numbers[position], clips)
+        numbers[position] = kept if len(kept) else numbers[position]
     for position, clip in (pinned or {}).items():
-        if clip in numbers[position]:
+        if clip in rows[string[position]]:
             numbers[position] = np.array([clip])
     ready = {name: _candidates(terminals, candidates, source) for name, candidates in rows.items()}
     return [
@@ -226,6 +237,47 @@ def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> sti
     return stitching.Candidates(
         takes, starts, ends, np.array(entries), np.array(after), np.zeros(len(rows))
     )
+
+
+def draw_chain(
+    grammar: Grammar, seconds: Mapping[str, float], wanted: float, rng: np.random.Generator
+) -> tuple[Tree, ...]:
+    """Draw sentences that follow one another until they take a wanted time.
+
+    Parameters
+    ----------
+    grammar : Grammar
+        The grammar of the sentences.
+    seconds : mapping of str to float
+        Mean duration of each terminal.
+    wanted : float
+        Wanted duration, seconds.
+    rng : numpy.random.Generator
+        Draws the sentences.
+
+    Returns
+    -------
+    tuple of Tree
+        One sentence or more. Of the numbers of sentences in the order drawn, the one whose mean
+        duration is nearest to the wanted one.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> chain = draw_chain(
+    ...     read_grammar("S -> a b"), {"a": 1.0, "b": 2.0}, 10.0, np.random.default_rng(0)
+    ... )
+    >>> [" ".join(tree.leaves()) for tree in chain]
+    ['a b', 'a b', 'a b']
+    """
+    trees: list[Tree] = []
+    total = 0.0
+    while total < wanted:
+        tree = derive(grammar, rng)
+        longer = total + sum(seconds[name] for name in tree.leaves())
+        if trees and wanted - total <= longer - wanted:
+            break
+        trees.append(tree)
+        total = longer
+    return tuple(trees)
 
 
 def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:

@@ -53,6 +53,20 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     assert ended.err.startswith("note: new/edited, new/fight can no longer be edited")
 
 
+def test_sentences_follow_one_another_for_a_wanted_time(command: Any, copy: Path) -> None:
+    words = ("grammar", "generate", "fight", "-o", "long.bvh", "--seconds", 40, "--db", copy)
+    ended = command(*words, "--save", "new/long")
+    assert ended.code == 0, ended.err
+    assert re.search(r"\d+ sentences follow one another, each drawn by itself; a chain", ended.out)
+    facts = answer(command(*words, "--json"))
+    assert facts["sentences"] > 1
+    assert facts["sources"]
+    ended = command(*words, "--length", 8)
+    assert (ended.code, "expected --seconds alone" in ended.err) == (2, True), ended.err
+    ended = command("grammar", "edit", "fight", "new/long", "--at", 0, "--db", copy)
+    assert (ended.code, "a chain of sentences" in ended.err) == (2, True), ended.err
+
+
 def test_nothing_is_kept_where_a_file_cannot_be_written(command: Any, copy: Path) -> None:
     words = ("grammar", "generate", "fight", "-o", "x.bvh", "--save", "new/fight", "--db", copy)
     ended = command(*words, "--png", "nowhere/x.png")

@@ -89,6 +89,20 @@ def test_the_greedy_choice_is_that_of_the_paper_and_never_better(
         assert actual.cost >= best.cost - 1e-9
 
 
+def test_preferred_segments_are_the_only_candidates_where_there_are_some(
+    dance: tuple[Terminals, synthesis.ClipSource],
+) -> None:
+    terminals, source = dance
+    _, numbers = synthesis.clip_candidates(terminals, STRING, source)
+    some, none = numbers[0][2:4], numbers[2]
+    _, kept = synthesis.clip_candidates(terminals, STRING, source, None, {0: some, 1: none})
+    assert kept[0].tolist() == some.tolist()
+    assert [k.tolist() for k in kept[1:]] == [n.tolist() for n in numbers[1:]]
+    pinned = {0: int(numbers[0][0])}  # what is pinned stays, preferred or not
+    _, kept = synthesis.clip_candidates(terminals, STRING, source, pinned, {0: some})
+    assert kept[0].tolist() == [pinned[0]]
+
+
 def test_a_take_is_played_as_it_was(dance: tuple[Terminals, synthesis.ClipSource]) -> None:
     terminals, source = dance
     string = [terminals.names[k] for k in terminals.labels]

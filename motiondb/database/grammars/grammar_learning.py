@@ -20,6 +20,7 @@ from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.selection.ledger import Ledger, make_ledger
 from motiondb.grammar.selection.terminal_number import choose_terminals, standard_error
 from motiondb.grammar.sentences import partition
+from motiondb.grammar.terminals.likeness import Classes, class_levels
 from motiondb.grammar.terminals.terminals import (
     Terminals,
     TerminalSettings,
@@ -229,7 +230,8 @@ def _search(
         )
 
     def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:
-        return _sentences(terminals, captions_of_takes, settings, rng, tell)
+        levels = class_levels(motions, terminals)
+        return _sentences(terminals, levels, captions_of_takes, settings, rng, tell)
 
     def advance(done: int, total: int, what: str) -> None:
         tell(what, done, total)
@@ -252,6 +254,7 @@ def _search(
 
 def _sentences(
     terminals: Terminals,
+    levels: Sequence[Classes],
     captions: Sequence[Sequence[Caption]],
     settings: GrammarSettings,
     rng: np.random.Generator,
@@ -259,25 +262,26 @@ def _sentences(
 ) -> partition.Sentences:
     """Find the sentences of the takes.
 
-    ``captions`` holds the captions of each take; they are used if sentences begin where they do.
+    ``levels`` are classes of terminals that may be used. ``captions`` holds the captions of each
+    take; they are used if sentences begin where they do.
     """
     strings = strings_of(terminals)
     if settings.sentences == "auto":
         return partition.find_sentences(
             strings,
             rng,
-            shortest=settings.shortest,
-            longest=settings.longest,
+            lengths=(settings.shortest, settings.longest),
             evaluations=settings.evaluations,
+            levels=levels,
             progress=lambda done, total: tell("find sentences", done, total),
         )
     if settings.sentences == "captures":
-        return partition.sentences_between(strings, [[] for _ in strings])
+        return partition.sentences_between(strings, [[] for _ in strings], levels)
     cuts = [
         caption_cuts(timed, terminals.starts[terminals.takes == take])
         for take, timed in enumerate(captions)
     ]
-    return partition.sentences_between(strings, cuts)
+    return partition.sentences_between(strings, cuts, levels)
 
 
 def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:

@@ -1,9 +1,10 @@
 """Generate motion from a grammar: derive a sentence, assemble its motion, and save both.
 
-A derivation gives a string of terminals. Each terminal is played by one of its segments. The
-segments are chosen so that the total cost of all joins is least, and are then stitched together.
-The tree and the segments are saved with the motion, so that the sequence can be edited later: a
-region is derived again, and everything outside the region keeps its terminals and its segments.
+A derivation gives a string of terminals, and a chain of derivations a longer one. Each terminal is
+played by one of its segments. The segments are chosen so that the total cost of all joins is least,
+and are then stitched together. The tree and the segments of a single sentence are saved with the
+motion, so that it can be edited later: a region is derived again, and everything outside the region
+keeps its terminals and its segments.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from motiondb.database.generate.keeping import keep_generated
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free
-from motiondb.records import CaptureInfo, Motion
+from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 
 MAX_NAME = 200
 """Most characters in the name of a saved sequence, so that it can be the name of a file."""
@@ -28,17 +29,20 @@ LONGEST_STRING = 1000
 """Most terminals of a string that a user gives. The time for parsing grows with the cube of the
 length; 1,000 terminals take some seconds with the grammars that were tried."""
 
+LONGEST_CHAIN = 600.0
+"""Longest chain of sentences, in seconds; it bounds the time and memory. Chosen by hand."""
+
 
 @dataclass(frozen=True, eq=False)
 class GrammarSequence:
-    """A sentence of a grammar as motion.
+    """Sentences of a grammar as motion.
 
     Attributes
     ----------
     grammar : str
         Name of the grammar.
-    tree : Tree
-        The derivation.
+    trees : tuple of Tree
+        The derivations of the sentences in order; one unless the sequence is a chain.
     choice : Choice
         The segment that plays each terminal, and the total cost of their joins.
     greedy : float
@@ -50,16 +54,26 @@ class GrammarSequence:
     """
 
     grammar: str
-    tree: context_free.Tree
+    trees: tuple[context_free.Tree, ...]
     choice: synthesis.Choice
     greedy: float
     made: synthesis.Synthesis
     provenance: store.Provenance
 
     @property
+    def tree(self) -> context_free.Tree:
+        """The derivation of a single sentence; QueryError for a chain."""
+        if len(self.trees) > 1:
+            raise QueryError(
+                f"sequence: expected one sentence, found {len(self.trees)} that follow one another."
+                " A chain has no single derivation: generate one sentence (without --seconds)."
+            )
+        return self.trees[0]
+
+    @property
     def string(self) -> tuple[str, ...]:
-        """The terminals of the sentence."""
-        return self.tree.leaves()
+        """The terminals of the sentences."""
+        return tuple(name for tree in self.trees for name in tree.leaves())
 
     @property
     def motion(self) -> Motion:
@@ -119,18 +133,21 @@ def load_material(database: store.Store, name: str) -> Material:
 
 def play(
     material: Material,
-    tree: context_free.Tree,
+    trees: context_free.Tree | tuple[context_free.Tree, ...],
     rng: np.random.Generator,
     pinned: Mapping[int, int] | None = None,
 ) -> GrammarSequence:
-    """Return the motion of a derivation.
+    """Return the motion of a derivation, or of several that follow one another.
+
+    The first segment is one that begins a sentence of the takes, and the last one ends one, where
+    the terminals have such segments.
 
     Parameters
     ----------
     material : Material
         The grammar with its takes.
-    tree : Tree
-        The derivation.
+    trees : Tree or tuple of Tree
+        The derivations of the sentences.
     rng : Generator
         Draws the first segment of the greedy choice, with which the optimal choice is compared.
     pinned : mapping of int to int, optional
@@ -147,7 +164,11 @@ def play(
         When the sentence is empty, or all captures that show one of its terminals were removed.
     """
     terminals, source = material.learned.terminals, material.source
-    candidates, numbers = synthesis.clip_candidates(terminals, tree.leaves(), source, pinned)
+    trees = trees if isinstance(trees, tuple) else (trees,)
+    string = [name for tree in trees for name in tree.leaves()]
+    sentences = material.learned.sentences
+    ends = {len(string) - 1: sentences[:, 1] - 1, 0: sentences[:, 0]}
+    candidates, numbers = synthesis.clip_candidates(terminals, string, source, pinned, ends)
     choice = synthesis.choose_clips(candidates, numbers)
     greedy = synthesis.choose_greedily(candidates, numbers, rng)
     made = synthesis.synthesise(terminals, choice.clips, source)
@@ -155,13 +176,31 @@ def play(
     provenance = store.to_provenance(
         material.database, captures, made.frames.astype(float), edits=made.edits
     )
-    return GrammarSequence(material.learned.name, tree, choice, greedy.cost, made, provenance)
+    return GrammarSequence(material.learned.name, trees, choice, greedy.cost, made, provenance)
+
+
+def chain(material: Material, wanted: float, seed: int) -> GrammarSequence:
+    """Return sentences that follow one another for a wanted time, as ``Grammars.chain`` does."""
+    learned, rng = material.learned, np.random.default_rng(seed)
+    terminals = learned.terminals
+    lengths = (terminals.ends - terminals.starts) / MOTION_FPS
+    if not 0.0 < wanted <= LONGEST_CHAIN:
+        raise QueryError(
+            f"seconds: expected more than 0 and at most {LONGEST_CHAIN:g}, found {wanted:g}."
+        )
+    seconds = {
+        name: float(lengths[terminals.labels == k].mean()) for k, name in enumerate(terminals.names)
+    }
+    return play(material, synthesis.draw_chain(learned.grammar, seconds, wanted, rng), rng)
 
 
 def keep(
     material: Material, sequence: GrammarSequence, name: str, seed: int, how: Mapping[str, object]
 ) -> CaptureInfo:
-    """Save a sequence with its derivation in one transaction, as ``Grammars.save`` does."""
+    """Save a sequence in one transaction, as ``Grammars.save`` does.
+
+    A single sentence is saved with its derivation, a chain without.
+    """
     database, learned = material.database, material.learned
     _check_name(name)
     check_name_free(database, name)
@@ -169,10 +208,10 @@ def keep(
     with store.transaction(database):
         run_id = store.start_run(database, "grammar generate", parameters, seed)
         info = keep_generated(database, name, sequence.motion, sequence.provenance, (), run_id)
-        derivation = store.Derivation(
-            learned.name, context_free.choices_of(sequence.tree), sequence.choice.clips
-        )
-        store.save_derivation(database, info.capture_id, learned.grammar_id, derivation, run_id)
+        if len(sequence.trees) == 1:  # a chain is no sentence of the grammar
+            choices = context_free.choices_of(sequence.tree)
+            derivation = store.Derivation(learned.name, choices, sequence.choice.clips)
+            store.save_derivation(database, info.capture_id, learned.grammar_id, derivation, run_id)
         store.finish_run(database, run_id)
     return info
 
@@ -213,8 +252,9 @@ def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, 
     derivation = store.load_derivation(database, info.capture_id)
     if derivation is None:
         raise QueryError(
-            f"{info.name}: expected a capture that a grammar derived, found no such capture (or "
-            f"its grammar was learned again or removed). Generate one: motiondb grammar generate."
+            f"{info.name}: expected a capture that a grammar derived, found no such capture (or it "
+            "is a chain of sentences, or its grammar was learned again or removed). Generate one: "
+            "motiondb grammar generate."
         )
     learned = store.load_grammar(database, derivation.grammar)
     return context_free.derive_by(learned.grammar, derivation.rules), derivation

@@ -62,6 +62,30 @@ class SequenceVerbs:
             capture for capture, derivation in derived if derivation and derivation.grammar == name
         ]
 
+    def chain(self, name: str, seconds: float, seed: int = 0) -> GrammarSequence:
+        """Return sentences that follow one another, as motion of about a wanted duration.
+
+        A take is a chain of sentences, and so is the result. Sentences are drawn one by one by
+        their probabilities, whatever the sentence before. The segments are chosen for the whole
+        chain, so that the cost of its joins is least.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        seconds : float
+            Wanted duration. The number of sentences is the one whose mean duration is nearest.
+        seed : int
+            Seed of the derivations; the same seed gives the same motion.
+
+        Raises
+        ------
+        QueryError
+            When there is no such grammar, the duration is not above 0 or too long, or all captures
+            that show one of the terminals were removed.
+        """
+        return grammar_sequences.chain(self.material(name), seconds, seed)
+
     def open(self, name: str, seed: int = 0) -> GrammarSequence:
         """Return a saved sequence, assembled again from its segments.
 

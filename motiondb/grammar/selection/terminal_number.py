@@ -22,12 +22,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.selection.ledger import Ledger, ledger_of, performance_noise
 from motiondb.grammar.sentences.partition import Sentences, find_sentences
+from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.pose_distance import make_poses
 from motiondb.grammar.terminals.terminals import (
     Terminals,
@@ -200,7 +202,7 @@ def choose_terminals(
         Settings of the search for terminals.
     learn : callable, optional
         Learns the sentences of terminals; by default
-        :func:`motiondb.grammar.sentences.partition.find_sentences`.
+        :func:`motiondb.grammar.sentences.partition.find_sentences`, with classes of like motion.
     progress : callable, optional
         Called before each try with the number of tries done, their expected number, and a text.
 
@@ -214,7 +216,7 @@ def choose_terminals(
     GrammarError
         No candidate is given, or the takes are too short for every candidate.
     """
-    learn = learn or _learn
+    learn = learn or partial(_learn, takes)
     poses = make_poses(takes)
     precision = performance_noise(poses.values, poses.bounds)
     trials: dict[int, Trial] = {}
@@ -285,5 +287,5 @@ def _next_numbers(
     return []
 
 
-def _learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
-    return find_sentences(strings_of(terminals), rng)
+def _learn(takes: Sequence[Motion], terminals: Terminals, rng: np.random.Generator) -> Sentences:
+    return find_sentences(strings_of(terminals), rng, levels=class_levels(takes, terminals))

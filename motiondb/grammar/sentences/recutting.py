@@ -118,7 +118,7 @@ def cheapest_cuts(
     for j in range(1, n):
         for i in range(j - 1, -1, -1):
             length = places[j] - places[i]
-            if length > longest and least[j] < np.inf:
+            if length > longest and least[j] < 0.5 * _TOO_LONG:  # reached without a long one
                 break
             if length >= shortest or (fixed[i] and fixed[j]):
                 cost = least[i] + costs[j] + _TOO_LONG * max(0, length - longest)

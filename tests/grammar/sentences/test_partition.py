@@ -198,7 +198,7 @@ def test_a_border_that_always_recurs_may_be_cut_although_it_repeats():
     # every sentence ends in z and begins with a: "za" repeats, and the cover forbids each border
     string = tuple("abczadczabbzadbzabcz")
     assert ((4, 8, 12, 16),) in recurring_splits([string], 3, 6)
-    partition = find_sentences([string], np.random.default_rng(0), shortest=3, longest=6)
+    partition = find_sentences([string], np.random.default_rng(0), lengths=(3, 6))
     assert partition.cuts == ((4, 8, 12, 16),)
 
 
@@ -209,7 +209,7 @@ def test_no_sentence_is_longer_than_was_wished(seed):
         map(str, rng.integers(4, size=11))
     )  # recurs, and is longer than a sentence may be
     strings = [(*map(str, rng.integers(4, size=9)), *motif, *motif) for _ in range(2)]
-    partition = find_sentences(strings, rng, shortest=3, longest=8)
+    partition = find_sentences(strings, rng, lengths=(3, 8))
     assert {3 <= len(sentence) <= 8 for sentence in partition.sentences} == {True}
     assert sum(map(len, partition.sentences)) == sum(map(len, strings))
 
@@ -226,7 +226,7 @@ def test_sentences_may_be_given():
         ([], {}, "at least two different symbols, found 0"),
         ([("a",) * 9], {}, "at least two different symbols, found 1"),
         ([tuple("ab"), ()], {}, "string 2: expected at least one symbol"),
-        ([tuple("ab")], {"shortest": 5, "longest": 4}, "found 5 and 4"),
+        ([tuple("ab")], {"lengths": (5, 4)}, "found 5 and 4"),
     ],
 )
 def test_strings_that_cannot_be_cut_are_refused(strings, lengths, message):
