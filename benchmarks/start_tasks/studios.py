@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from motiondb.learning import fitting, knowledge_making
 from motiondb.learning.certainty import asked_certainty
-from motiondb.learning.learned import Learned, LearnedModel
+from motiondb.learning.learned import Learned
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.start.carried_certainty import carry
 from motiondb.learning.start.checking import checked_words
 from motiondb.learning.start.joining import is_set_aside, strange_share

@@ -13,7 +13,7 @@ from motiondb.database.ask.fact_verbs import FactVerbs
 from motiondb.database.learn import learning, starting
 from motiondb.database.session import Session
 from motiondb.learning.drift import Drift
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.start.knowledge import Knowledge
 from motiondb.learning.symbol_fitting import LearnSettings, Progress
 

@@ -13,7 +13,7 @@ from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.certainty.place_certainty import learn_certainty
 from motiondb.learning.judging.judge_fitting import fit_judge
 from motiondb.learning.judging.motion_judge import MotionJudge, pool_windows, said_words
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.places.edge_fitting import fit_edges
 from motiondb.learning.places.place_fitting import Places, Written, find_places
 from motiondb.learning.start import joining

@@ -17,7 +17,7 @@ from motiondb.learning.certainty.certainties import Certainties, certainties_fro
 from motiondb.learning.counting import Counted, Counts, Reference
 from motiondb.learning.drift import DriftBaseline
 from motiondb.learning.judging.motion_judge import MotionJudge
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.places.place_fitting import Places
 from motiondb.learning.start.checking import LEAST_CHECKING
 from motiondb.learning.start.knowledge import Origin, Started

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.learning.learned import Learned, LearnedModel
+from motiondb.learning.learned import Learned
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.symbol_fitting import FeaturePool, describe_segments, segment_table
 from motiondb.pose.features import FEATURE_STEP, recognition_features
 from motiondb.records import (

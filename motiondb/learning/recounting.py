@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from motiondb.learning.counting import Counted, publish_association, publish_word_map
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.start.joining import publish
 from motiondb.records import SegmentTable
 

@@ -208,7 +208,7 @@ class StoredLearning:
     """The results of ``learn``, in the form of the tables of the store.
 
     :mod:`motiondb.learning.parameter_arrays` turns it into typed records
-    (``motiondb.learning.learned.LearnedModel``) and back; nothing else reads ``parameters``.
+    (``motiondb.learning.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
 
     Attributes
     ----------

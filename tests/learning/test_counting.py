@@ -15,7 +15,7 @@ from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.learning import counting
 from motiondb.learning.counting import Counted
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.parameter_arrays import from_stored, to_arrays, to_stored
 from motiondb.learning.recounting import with_counts
 from motiondb.records import (

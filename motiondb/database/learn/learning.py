@@ -13,7 +13,7 @@ from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
 from motiondb.learning.drift import Drift, count_word_use, measure_drift
 from motiondb.learning.fitting import fit_model
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.parameter_arrays import (
     DRIFT_NAMES,
     LEMMA_NAME,

@@ -18,7 +18,7 @@ import numpy as np
 from motiondb import store
 from motiondb.learning import counting
 from motiondb.learning.counting import Counted
-from motiondb.learning.learned import LearnedModel
+from motiondb.learning.learned_model import LearnedModel
 from motiondb.learning.parameter_arrays import COUNTED_NAME, from_stored, to_stored
 from motiondb.learning.recognition import recognise_capture
 from motiondb.learning.recounting import with_counts
