@@ -100,9 +100,11 @@ def targets(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     ):  # fmt: skip
         cell = tables_of[name].cell(column, "motiondb (like)")
         yield f"by example, {column}: at least {least}", *reached(cell, least), name
-    for row in ("words of whole captures", "words of the parts of the other takes"):
+    for row, least in (
+        ("words of whole captures", 0.52), ("words of the parts of the other takes", 0.6),
+    ):  # fmt: skip
         cell = tables_of["By word"].cell("R@1, IoU 0.5", row)
-        yield f"by word, {row}, R@1, IoU 0.5: at least 0.6", *reached(cell, 0.6), "By word"
+        yield f"by word, {row}, R@1, IoU 0.5: at least {least}", *reached(cell, least), "By word"
     yield from _places(tables_of)
     name = "Segmentation without labels"
     for row, column, least in (

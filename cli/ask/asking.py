@@ -82,10 +82,10 @@ def search(
     with the parts that the search does not use.
 
     Every answer has two probabilities, estimated with performers held out: the probability that the
-    capture shows the actions, and the probability that the interval does. In a database that
-    learned with a start they are "-" until captions of the database have checked them. If the only
-    evidence for an action is a caption of the whole capture, its place is unknown. If no answer is
-    good enough, a line says so before the nearest ones.
+    capture shows the actions, and the probability that the interval does. They are "-" until
+    captions of the database, 50 or more, have checked them. If the only evidence for an action is
+    a caption of the whole capture, its place is unknown. If no answer is good enough, a line says
+    so before the nearest ones.
     """
     if explain and by_symbols:
         from motiondb import QueryError

@@ -24,6 +24,7 @@ from motiondb.learning.learned import Learned
 from motiondb.learning.making.segment_material import Takes
 from motiondb.learning.parameter_arrays import from_stored
 from motiondb.learning.recognition import recognise_capture
+from motiondb.learning.start.checking import given_certainties
 from motiondb.learning.symbol_fitting import FeaturePool
 from motiondb.pose.features import N_FEATURES, features_of_motions
 from motiondb.records import SegmentTable
@@ -181,8 +182,9 @@ def load_learned(opened: store.Store) -> Learned:
                 f"{opened.path}: expected a database that has learned, found only captures. "
                 "Run motiondb learn first."
             )
+        model = from_stored(store.load_learning(opened))
         return Learned(
-            **vars(from_stored(store.load_learning(opened))),
+            **{**vars(model), "certainties": given_certainties(model.certainties, model.counted)},
             captures={info.capture_id: info for info in store.load_captures(opened)},
             captions=store.load_captions(opened),
             synonyms=store.load_synonyms(opened),

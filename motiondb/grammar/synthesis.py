@@ -13,7 +13,8 @@ by dynamic programming (:mod:`motiondb.generate.stitching`). Positions can be pi
 so that an edited string keeps its other segments. At the two ends, segments that begin or end a
 sentence of the takes are preferred: others may begin or stop in the middle of a step.
 
-A motion of a wanted duration is a chain of sentences, as a take is (:func:`draw_chain`).
+A motion of a wanted duration is a chain of sentences, as a take is
+(:mod:`motiondb.grammar.derivation.chain`).
 
 Segments are placed one after the other with blended seams. The position on the ground and the
 heading continue across seams, and feet are fixed while they are in contact with the ground. For
@@ -34,8 +35,6 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
-from motiondb.grammar.cfg.context_free import Grammar, Tree
-from motiondb.grammar.derivation.derive import derive
 from motiondb.pose import pose_vectors, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
@@ -237,47 +236,6 @@ def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> sti
     return stitching.Candidates(
         takes, starts, ends, np.array(entries), np.array(after), np.zeros(len(rows))
     )
-
-
-def draw_chain(
-    grammar: Grammar, seconds: Mapping[str, float], wanted: float, rng: np.random.Generator
-) -> tuple[Tree, ...]:
-    """Draw sentences that follow one another until they take a wanted time.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar of the sentences.
-    seconds : mapping of str to float
-        Mean duration of each terminal.
-    wanted : float
-        Wanted duration, seconds.
-    rng : numpy.random.Generator
-        Draws the sentences.
-
-    Returns
-    -------
-    tuple of Tree
-        One sentence or more. Of the numbers of sentences in the order drawn, the one whose mean
-        duration is nearest to the wanted one.
-
-    >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> chain = draw_chain(
-    ...     read_grammar("S -> a b"), {"a": 1.0, "b": 2.0}, 10.0, np.random.default_rng(0)
-    ... )
-    >>> [" ".join(tree.leaves()) for tree in chain]
-    ['a b', 'a b', 'a b']
-    """
-    trees: list[Tree] = []
-    total = 0.0
-    while total < wanted:
-        tree = derive(grammar, rng)
-        longer = total + sum(seconds[name] for name in tree.leaves())
-        if trees and wanted - total <= longer - wanted:
-            break
-        trees.append(tree)
-        total = longer
-    return tuple(trees)
 
 
 def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:

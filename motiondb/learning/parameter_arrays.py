@@ -94,8 +94,8 @@ def from_stored(stored: StoredLearning) -> LearnedModel:
     if COUNTED_NAME not in arrays:
         return model
     counted = _counted(arrays, model)
-    if counted.counts.moments.n < LEAST_CHECKING:  # older versions stored certainties all the same
-        model = replace(model, certainties=Certainties())
+    if model.started is not None and counted.counts.moments.n < LEAST_CHECKING:
+        model = replace(model, certainties=Certainties())  # older versions stored the start's
     return replace(model, counted=counted)
 
 

@@ -19,6 +19,7 @@ from motiondb.errors import UnknownWordsError
 from motiondb.learning.learned import Learned
 from motiondb.learning.written_words import WrittenWord, with_written
 from motiondb.records import Association, FloatArray
+from motiondb.search.examples.resemblance import MeaningSpace
 from motiondb.words.lexicon.lemmas import lemma
 from motiondb.words.lexicon.vocabulary import forms_of, split_actions
 from motiondb.words.maps.caption_map import CaptionMap
@@ -67,6 +68,11 @@ class LearnedWithTaken(Learned):
     def suggested_captions(self) -> FloatArray:
         """Captions that the motion suggests, of the known words; see :class:`Learned`."""
         return self.base.suggested_captions
+
+    @cached_property
+    def meaning_space(self) -> MeaningSpace:
+        """What captures are compared with an example by, in learned words; see :class:`Learned`."""
+        return self.base.meaning_space
 
     @cached_property
     def description_map(self) -> DescriptionMap | None:

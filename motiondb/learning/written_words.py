@@ -21,6 +21,7 @@ from motiondb.learning.caption_evidence import caption_evidence
 from motiondb.learning.learned import Learned
 from motiondb.records import CaptureInfo, FloatArray
 from motiondb.search.certainty import usual
+from motiondb.search.examples.resemblance import MeaningSpace
 from motiondb.search.questions.by_words import UNWRITTEN, WRITTEN
 from motiondb.words.lexicon.vocabulary import words_of
 from motiondb.words.maps.description_map import DescriptionMap
@@ -120,6 +121,11 @@ class LearnedWithWritten(Learned):
                 values[:, column] = WRITTEN if capture in word.captures else UNWRITTEN
                 values[in_caption, column] = WRITTEN
         return evidence
+
+    @cached_property
+    def meaning_space(self) -> MeaningSpace:
+        """What captures are compared with an example by, in learned words; see :class:`Learned`."""
+        return self.base.meaning_space
 
     @cached_property
     def description_map(self) -> DescriptionMap | None:

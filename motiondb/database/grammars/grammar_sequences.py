@@ -21,6 +21,7 @@ from motiondb.database.generate.keeping import keep_generated
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free
+from motiondb.grammar.derivation.chain import draw_chain
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 
 MAX_NAME = 200
@@ -191,7 +192,7 @@ def chain(material: Material, wanted: float, seed: int) -> GrammarSequence:
     seconds = {
         name: float(lengths[terminals.labels == k].mean()) for k, name in enumerate(terminals.names)
     }
-    return play(material, synthesis.draw_chain(learned.grammar, seconds, wanted, rng), rng)
+    return play(material, draw_chain(learned.grammar, seconds, wanted, rng), rng)
 
 
 def keep(

@@ -77,9 +77,7 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     laws : Laws
         The laws that must hold.
     """
-    n = 1  # nonterminals up to the last one that has rules
-    for r in range(table.used[ROWS]):
-        n = max(n, table.rows[r, LEFT] - table.n_terminals + 1)
+    n = 1 + _last_nonterminal(table)  # the arrays have room for many more
     if laws.loops:
         return _keeps_laws_with_loops(table, alternatives[:n], laws)
     derived = _Derived(
@@ -113,6 +111,17 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     if derived.sums[0] != laws.total or derived.nullable[0]:
         return False
     return not _repeats_nullable(table, derived.nullable)
+
+
+@compiled
+def _last_nonterminal(table: RuleTable) -> int:
+    """Return the greatest nonterminal with rules, or on a right side, where it may have none."""
+    last = 0
+    for r in range(table.used[ROWS]):
+        last = max(last, table.rows[r, LEFT] - table.n_terminals)
+        for k in range(table.rows[r, OFFSET], table.rows[r, OFFSET] + table.rows[r, LENGTH]):
+            last = max(last, table.text[k] - table.n_terminals)
+    return last
 
 
 @compiled

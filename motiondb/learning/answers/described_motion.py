@@ -87,4 +87,6 @@ def word_probabilities(learned: Learned, vectors: FloatArray) -> FloatArray:
     words, told = learned.word_map, learned.description_map
     if told is None or learned.description_calibration is None:
         return words.probabilities(vectors)
-    return score_probabilities(told.scores(vectors), learned.description_calibration)
+    return learned.widened(
+        score_probabilities(told.scores(vectors), learned.description_calibration)
+    )

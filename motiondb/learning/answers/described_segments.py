@@ -55,17 +55,17 @@ def segment_words(learned: Learned, capture: int) -> SegmentWords:
     vectors = interval_vectors(
         learned.standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
     )
-    probabilities = learned.widened(word_probabilities(learned, vectors)) * learned.is_known()
+    is_known = learned.is_known()
+    probabilities = word_probabilities(learned, vectors) * is_known
     aligned = np.zeros(probabilities.shape, dtype=bool)
-    said = learned.said_places.get(capture)
-    labelled = np.zeros(probabilities.shape[1], dtype=bool)
-    if said is not None:
-        labelled = said.max(axis=0) > 0.0
-        probabilities[:, labelled] = said[:, labelled] > 0.0
     if learned.places is not None and capture in learned.places.words:
-        words = np.array(learned.places.words[capture])
-        shown, by_motion = learned.places.shown[capture], probabilities[:, words]
-        by_interval = labelled[words]
-        probabilities[:, words] = np.where(by_interval, shown, np.maximum(shown, by_motion))
-        aligned[:, words] = ~by_interval & (shown > by_motion)
+        listed = np.array(learned.places.words[capture])
+        kept = is_known[listed]
+        words, shown = listed[kept], learned.places.shown[capture][:, kept]
+        aligned[:, words] = shown > probabilities[:, words]
+        probabilities[:, words] = np.maximum(shown, probabilities[:, words])
+    said = learned.said_places.get(capture)
+    if said is not None:
+        probabilities[said > 0.0] = 1.0
+        aligned[said > 0.0] = False
     return SegmentWords(probabilities, aligned)

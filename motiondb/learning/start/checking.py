@@ -16,7 +16,7 @@ A probability is given where both hold:
 * own captions hold the word that it stands beside (:func:`checked_words`). The own certainty was
   learned from questions about such words alone.
 
-Without a start all words come from own captions, so that the number of these alone decides.
+Without a start all words come from own captions, so that the first condition alone decides.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.learning.certainty.certainties import Certainties
 from motiondb.learning.counting import Counted
 from motiondb.learning.start.joining import join_certainty
 from motiondb.learning.start.knowledge import Started
@@ -65,6 +66,20 @@ def checked_certainty(
     return join_certainty(own_certainty, first, n_own)
 
 
+def given_certainties(learned: Certainties, counted: Counted | None) -> Certainties:
+    """The certainties by which answers are told: none while there are too few own captions.
+
+    Parameters
+    ----------
+    learned : Certainties
+        As the database learned and keeps them.
+    counted : Counted or None
+        Counts of own captions, as they are now.
+    """
+    too_few = counted is not None and counted.counts.moments.n < LEAST_CHECKING
+    return Certainties() if too_few else learned
+
+
 def checked_words(
     association: Association,
     started: Started | None,
@@ -84,7 +99,7 @@ def checked_words(
     counted : Counted or None
         Counts of own captions.
     certainty : Certainty or None
-        Of answers to words, as :func:`checked_certainty` gave it when the database learned.
+        Of answers to words, as :func:`given_certainties` gives it.
 
     Returns
     -------
@@ -94,7 +109,7 @@ def checked_words(
     if counted is None:  # a version that did not count
         return np.ones(len(association.words), dtype=bool)
     if started is None:
-        return np.full(len(association.words), counted.counts.moments.n >= LEAST_CHECKING)
+        return np.full(len(association.words), certainty is not None)
     if certainty is None:
         return np.zeros(len(association.words), dtype=bool)
     said = dict(zip(counted.reference.association.words, counted.counts.said.tolist()))

@@ -155,6 +155,7 @@ class SequenceFacts(Facts):
     grammar: str
     seed: int
     string: list[str]
+    sentences: int
     seconds: float
     join_cost: float
     greedy_join_cost: float

@@ -56,7 +56,13 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
 _PHRASES = (
     (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
-    (re.compile(r"\b(?:get|gets|getting|got)\s+(?:back\s+)?up\b", re.IGNORECASE), "stand up"),
+    (
+        re.compile(
+            r"\b(?:get|gets|getting|got)\s+(?:back\s+)?up\b(?!\s+(?:on|onto|to|speed)\b)",
+            re.IGNORECASE,
+        ),
+        "stand up",
+    ),
 )
 _APOSTROPHES = str.maketrans({"’": "'", "`": "'"})
 

@@ -198,3 +198,17 @@ def test_bits_and_laws_are_those_of_the_rule_set(rule_set, constants, singles, e
     total = sum(int(weights[c]) * number for c, number in constants.items())
     laws = Laws(weights, marks, total, rule_set.empties, np.zeros(8, bool), False)
     assert keeps_laws(arrays.table, alternatives, laws) == rule_set.lawful()
+
+
+@pytest.mark.parametrize("loops", [False, True])
+def test_rules_that_use_a_nonterminal_without_rules_break_the_laws(loops: bool) -> None:
+    """It lies beyond the nonterminals with rules; what lies there in memory must not be read."""
+    table = table_of(RuleSet(T, {S: {(0, A): 1}, A: {(1, 2): 1}}), 64, 600)
+    table.used[ROWS] = 1  # the rule of A is gone
+    alternatives = np.zeros(8, dtype=np.int64)
+    alternatives[0] = 1
+    zeros = np.zeros(T, dtype=np.int64)
+    laws = Laws(zeros, zeros, 0, True, np.full(8, loops), loops)
+    for _ in range(200):
+        np.ones(64, dtype=np.bool_)  # memory that is reused without being cleared
+        assert not keeps_laws(table, alternatives, laws)
