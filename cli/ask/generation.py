@@ -51,16 +51,19 @@ def print_generated(
     for made, one in zip(motions, facts):
         _print_one(made, one)
     if len(motions) < asked:
-        typer.echo(say_fewer(len(motions), asked))
+        typer.echo(say_fewer(len(motions), asked, motions[-1].took_all_places))
 
 
-def say_fewer(number: int, asked: int) -> str:
-    """That there are fewer different motions than asked for.
+def say_fewer(number: int, asked: int, took_all_places: bool) -> str:
+    """That there are fewer different motions than asked for, and why.
 
-    >>> say_fewer(1, 3)
+    >>> say_fewer(1, 3, True)
     '1 of 3 written: no other place shows this about as clearly'
+    >>> say_fewer(2, 3, False)
+    '2 of 3 written: no other was found'
     """
-    return f"{number} of {asked} written: no other place shows this about as clearly"
+    why = "no other place shows this about as clearly" if took_all_places else "no other was found"
+    return f"{number} of {asked} written: {why}"
 
 
 def _print_one(made: Generated, facts: dict[str, Any]) -> None:

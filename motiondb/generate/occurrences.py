@@ -6,7 +6,8 @@ words               one occurrence
 jump, leap, jete    a time of at least 0.1 s in which the pelvis is aloft
 hop                 such a time in which both feet are off the ground, and that ends on a foot on
                     which it began; a flight from one foot to the other is a leap
-kick                a time in which a foot is higher than the middle of the shank in standing
+kick                a time in which a foot is at least 0.35 m higher than in standing; the middle
+                    of the shank is at 0.29 m on this body
 punch               a time in which a hand is far from its shoulder, not lower than the chest, and
                     that began quickly
 ==================  =============================================================================

@@ -5,7 +5,18 @@ from dataclasses import replace
 import numpy as np
 
 from motiondb.learning.making.action_sources import usual_directions
-from motiondb.learning.making.excerpts import SHORTEST, Layout, Movement, find_excerpts, lay_out
+from motiondb.learning.making.excerpt_motion import ShownExcerpt
+from motiondb.learning.making.excerpt_report import _say_places, miscounted
+from motiondb.learning.making.excerpts import (
+    SHORTEST,
+    Excerpt,
+    Layout,
+    Movement,
+    counted_word,
+    find_excerpts,
+    lay_out,
+    recount,
+)
 from motiondb.learning.making.sentence_plan import Amount, PlannedAction
 from motiondb.learning.making.source_costs import Source
 
@@ -139,3 +150,42 @@ def test_too_few_measured_occurrences_are_repeated() -> None:
     assert last == (first[0], 70)
     assert "2 in an excerpt of" in layout.said
     assert layout.times == 5
+
+
+def _kicks(number: int) -> np.ndarray:
+    """A measured track with a number of kicks of the left leg."""
+    track = np.zeros((100, 10))
+    for n in range(number):
+        track[10 + 30 * n : 20 + 30 * n, 4] = 0.6
+    return track
+
+
+def test_a_number_is_said_only_if_the_motion_has_it() -> None:
+    action = PlannedAction((("kick",),), times=Amount(3, 3))
+    layout = _measured(3, (40, 50), (70, 80), (100, 110))
+    shown = ShownExcerpt(action, Excerpt(7, 30, 130, 0.0, (30, 130)), layout)
+    for number in (0, 1, 3):
+        said = recount(action, layout, _kicks(number)).said
+        left = [str(one.reason) for one in miscounted(shown, _kicks(number))]
+        is_right = number == 3
+        assert said == ("3 times, measured in the motion" if is_right else "")
+        assert left == ([] if is_right else [f"{number} measured in the motion"])
+
+
+def test_what_is_done_by_a_limb_of_one_side_is_not_counted() -> None:
+    assert counted_word(PlannedAction((("kick", "left", "leg"),))) is None
+    assert counted_word(PlannedAction((("kick",), ("wave", "left", "hand")))) == "kick"
+    assert counted_word(PlannedAction((("jump", "up"),))) == "jump"
+    sided = PlannedAction((("kick", "left", "leg"),), times=Amount(3, 3))
+    shown = ShownExcerpt(sided, Excerpt(7, 30, 130, 0.0, (30, 130)), Layout(((30, 130),)))
+    assert miscounted(shown, _kicks(1)) == ()
+
+
+def test_other_places_are_counted_in_words() -> None:
+    excerpt = Excerpt(7, 30, 130, 0.0, (30, 130))
+    shown = ShownExcerpt(PlannedAction((("kick",),)), excerpt, Layout(((30, 130),)), place=-1)
+    assert _say_places(shown) == ["1 other place shows it more clearly, but joins less well"]
+    assert _say_places(replace(shown, n_places=2)) == [
+        "2 other places show it more clearly, but join less well"
+    ]
+    assert _say_places(replace(shown, does=False)) == []

@@ -33,7 +33,7 @@ from motiondb.learning.taken_words import leave_unknown, nearest_suggested, repl
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.words.nearby.taking import Taking, hints_of
 from motiondb.words.question.known import KnownQuestion, hinted, with_hints
-from motiondb.words.question.tree import NotUsed
+from motiondb.words.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.words.translation import decoding
 
 __all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
@@ -41,8 +41,8 @@ __all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
 MOST_VARIANTS = 100
 """Motions of one sentence that are made at once. Chosen by hand."""
 MOST_TRIES = 2
-"""Motions that are made for each one asked for: of several actions, some may be made from the same
-places again. Chosen by hand."""
+"""Motions that are made for each one asked for: of several actions or alternatives, some may be
+made from the same places again. Chosen by hand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +88,9 @@ class Generated:
         Word that is in no caption and was not replaced -> suggested known words.
     sources : tuple of WordSource
         The captions from which the words were learned, if the database learned with a start.
+    took_all_places : bool
+        Whether no further variant follows because the places that show the sentence about as
+        clearly were all tried.
     """
 
     motion: Motion
@@ -108,6 +111,7 @@ class Generated:
     taken: Mapping[str, Taking] = field(default_factory=dict)
     suggested: Mapping[str, Taking] = field(default_factory=dict)
     sources: tuple[WordSource, ...] = ()
+    took_all_places: bool = False
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -212,8 +216,8 @@ def generate(
     settings : GenerateSettings
         How they are made.
     number : int
-        Most motions: those of this seed, the next one and so on. Stitched motions that are made
-        from the same places as an earlier one are left out, so that there may be fewer.
+        Most motions: those of this seed, the next one and so on. Stitched motions of the same
+        actions from the same places as an earlier one are left out, so that there may be fewer.
 
     Raises
     ------
@@ -230,7 +234,8 @@ def generate(
             f"variants: expected 1 for trajectory, which is one motion, found {number}. "
             "Use the method stitched or montecarlo."
         )
-    motions: dict[tuple[tuple[int, int], ...] | int, Generated] = {}
+    made: list[MadeMotion] = []
+    motions: list[Generated] = []
     with session.reading():
         if settings.exact:
             learned, takings = leave_unknown(session.learned, words, nearby_table())
@@ -241,15 +246,55 @@ def generate(
             rng = np.random.default_rng(variant)
             request = MotionRequest(words, settings.method, settings.anyway, instead, variant)
             generated = make_motion(learned, session.takes, request, rng)
-            places = generated.places or variant
-            if places not in motions:
-                motions[places] = _to_generated(
-                    session, generated, (words, variant), settings, (learned, takings)
+            if not any(_is_from_same(generated, earlier) for earlier in made):
+                made.append(generated)
+                asked = words, variant
+                motions.append(
+                    _to_generated(session, generated, asked, settings, (learned, takings))
                 )
-            different = math.lcm(*(n_places for _, n_places in generated.places))
-            if len(motions) == number or (generated.places and variant + 1 >= seed + different):
+            if len(motions) == number:
                 break
-    return list(motions.values())
+            if _took_all_places(generated, variant + 1 - seed):
+                motions[-1] = replace(motions[-1], took_all_places=True)
+                break
+    return motions
+
+
+def _took_all_places(motion: MadeMotion, n_tries: int) -> bool:
+    """Whether further seeds prefer the places of earlier ones, after some successive seeds.
+
+    Never where alternatives are drawn, since the next seed may draw another one.
+    """
+    if not motion.places or _has_alternatives(motion.question.tree):
+        return False
+    return n_tries >= math.lcm(*(n_places for _, n_places in motion.places))
+
+
+def _has_alternatives(node: Node) -> bool:
+    """Whether alternatives are drawn; those of what must not be shown are not."""
+    parts = (node.part,) if isinstance(node, Without) else parts_of(node)
+    return isinstance(node, AnyOf) or any(_has_alternatives(part) for part in parts)
+
+
+def _is_from_same(one: MadeMotion, other: MadeMotion) -> bool:
+    """Whether stitched motions show the same actions from the same places."""
+    if not one.places or (one.actions, one.decided) != (other.actions, other.decided):
+        return False
+    return all(
+        a == b and (a >= 0 or _shares_most(one, other, n))
+        for n, ((a, _), (b, _)) in enumerate(zip(one.places, other.places))
+    )
+
+
+def _shares_most(one: MadeMotion, other: MadeMotion, action: int) -> bool:
+    """Whether two motions share more than half of the frames of an action, of the shorter one."""
+    used = []
+    for made in (one.made, other.made):
+        end = sum(made.lengths[: action + 1])
+        inside = slice(end - made.lengths[action], end)
+        frames = np.round(made.frames[inside]).astype(int)
+        used.append(set(zip(made.captures[inside].tolist(), frames.tolist())))
+    return 2 * len(used[0] & used[1]) > min(map(len, used))
 
 
 def _replace_unknown(

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from motiondb.generate import contact, stitching, tempo
 from motiondb.generate.direction import ONCE, gone
-from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
+from motiondb.generate.occurrences import measured_track
 from motiondb.learning.making.action_sources import ActionSources
 from motiondb.learning.making.directed_excerpts import (
     DIRECTION_WEIGHT,
@@ -39,6 +39,8 @@ from motiondb.learning.making.excerpts import (
     Movement,
     find_excerpts,
     lay_out,
+    occurrences_in,
+    recount,
 )
 from motiondb.learning.making.segment_material import Takes, pose_vectors_of
 from motiondb.learning.making.sentence_plan import PlannedAction
@@ -94,6 +96,8 @@ class ShownExcerpt:
         Number of its place; -1 if it is not among those comparable with the best one.
     n_places : int
         Number of places that show the action about as clearly as the best one.
+    does : bool
+        Whether it does all that is measured.
     """
 
     action: PlannedAction
@@ -104,6 +108,7 @@ class ShownExcerpt:
     directions: tuple[str, ...] = ()
     place: int = 0
     n_places: int = 1
+    does: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,10 +165,8 @@ def excerpt_motion(
     speeds = [_speeds(material, each) for each in excerpts]
     costs = [_speed_costs(one.action, of) for of, one in zip(speeds, actions)]
     values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
-    places = [
-        number_places(each, value, _does(material, each, words))
-        for (each, words), value in zip(directed, values)
-    ]
+    does = [_does(material, each, words) for each, words in directed]
+    places = [number_places(*each) for each in zip(excerpts, values, does)]
     candidates = [
         _candidates(material, each, cost + _preference(numbers, value, choice), rng)
         for each, cost, numbers, value in zip(excerpts, costs, places, values)
@@ -179,7 +182,8 @@ def excerpt_motion(
         one = _lay_out(
             material, actions[number].action, excerpt, speeds[number], directed[number][1]
         )
-        one = replace(one, place=int(places[number][n]), n_places=int(places[number].max()) + 1)
+        numbers = int(places[number][n]), int(places[number].max()) + 1
+        one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
@@ -190,7 +194,14 @@ def excerpt_motion(
         shown.append(one)
     legs = [material.motions[origins[piece.capture][0]].leg_length for piece in pieces]
     stitched = stitching.stitch(pieces, sources)
-    return ExcerptMotion(_finish(stitched, origins, lengths, float(np.median(legs))), tuple(shown))
+    made = _finish(stitched, origins, lengths, float(np.median(legs)))
+    if any(one.layout.is_measured for one in shown):
+        parts = np.split(measured_track(made.motion), np.cumsum(lengths)[:-1])
+        shown = [
+            replace(one, layout=recount(one.action, one.layout, part))
+            for one, part in zip(shown, parts)
+        ]
+    return ExcerptMotion(made, tuple(shown))
 
 
 def _finish(
@@ -374,21 +385,7 @@ def _lay_out(
         vectors[:, 4:],
         edges_of(vectors, material.scale),
         any(word in ONCE for word in directions),
-        _occurrences(material, action, excerpt, rate),
+        occurrences_in(excerpt, action, material.tracks[excerpt.capture], rate),
     )
     layout = lay_out(action, span, movement)
     return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)
-
-
-def _occurrences(
-    material: _Material, action: PlannedAction, excerpt: Excerpt, rate: float
-) -> tuple[tuple[int, int], ...]:
-    """The occurrences of a counted action in an excerpt, in frames of the capture at a tempo."""
-    word = next((word for word in action.words if word in COUNTED), None)
-    if action.times is None or word is None:
-        return ()
-    track = material.tracks[excerpt.capture][excerpt.start : excerpt.end]
-    return tuple(
-        (round((excerpt.start + a) / rate), round((excerpt.start + b) / rate))
-        for a, b in find_occurrences(track, word)
-    )

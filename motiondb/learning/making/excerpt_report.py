@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.generate.occurrences import COUNTED, find_occurrences
+from motiondb.generate.occurrences import find_occurrences
 from motiondb.learning.certainty.place_certainty import count_performers, cues_of
 from motiondb.learning.learned import Learned
 from motiondb.learning.making.excerpt_motion import ShownExcerpt
+from motiondb.learning.making.excerpts import counted_word
 from motiondb.learning.making.sentence_plan import Amount, PlannedAction
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.search.certainty import probability
@@ -66,7 +67,7 @@ def report_excerpt(
         said, not_said = _report_speed(shown)
         done += said
         left += not_said
-    return (*done, _say_places(shown)), tuple(left)
+    return (*done, *_say_places(shown)), tuple(left)
 
 
 def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
@@ -80,24 +81,31 @@ def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
         Measured track of its part of the motion (:func:`.occurrences.measured_track`).
     """
     times = shown.action.times
-    word = next((word for word in shown.action.words if word in COUNTED), None)
+    word = counted_word(shown.action)
     if times is None or word is None:
         return ()
     count = len(find_occurrences(track, word))
     most = np.inf if times.most is None else times.most
-    if not count or times.least <= count <= most:
+    if times.least <= count <= most:
         return ()
     text = say_count(int(times.least), None if times.most is None else int(times.most))
     return (NotUsed(text, f"{count} measured in the motion"),)
 
 
-def _say_places(shown: ShownExcerpt) -> str:
-    """How many places show an action about as clearly."""
+def _say_places(shown: ShownExcerpt) -> list[str]:
+    """How many places show an action about as clearly.
+
+    Nothing for an excerpt that does not do what is measured and therefore is none of them.
+    """
+    if shown.place < 0 and not shown.does:
+        return []
+    if shown.place < 0 and shown.n_places == 1:
+        return ["1 other place shows it more clearly, but joins less well"]
     if shown.place < 0:
-        return f"{shown.n_places} other places show it more clearly, but join less well"
+        return [f"{shown.n_places} other places show it more clearly, but join less well"]
     if shown.n_places == 1:
-        return "the only place that shows it as clearly: other seeds take it too"
-    return f"place {shown.place + 1} of {shown.n_places} that show it about as clearly"
+        return ["no other place shows it about as clearly, so other seeds take the same one"]
+    return [f"place {shown.place + 1} of {shown.n_places} that show it about as clearly"]
 
 
 def source_span(shown: ShownExcerpt) -> tuple[float, float]:

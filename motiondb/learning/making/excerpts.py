@@ -13,16 +13,19 @@ duration is reached by further cycles.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
+from motiondb.generate.direction import OCCURRING
+from motiondb.generate.occurrences import COUNTED, find_occurrences
 from motiondb.learning.making.sentence_plan import PlannedAction
 from motiondb.learning.making.source_costs import Source
 from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.words.question.tree import LIMBS, SIDES
 
 DROP = 1.0
 """Nats by which a segment of an excerpt may be worse than the best. Of .7, 1 and 1.5, 1 gave the
@@ -162,11 +165,14 @@ class Layout:
         How the excerpt is repeated; "" where it is played once.
     times : int or None
         Number of performances of the action; None if no number was requested.
+    is_measured : bool
+        Whether these are measured occurrences.
     """
 
     parts: tuple[tuple[int, int], ...]
     said: str = ""
     times: int | None = None
+    is_measured: bool = False
 
     @property
     def n_frames(self) -> int:
@@ -195,6 +201,68 @@ class Movement:
     edges: FloatArray
     is_once: bool = False
     occurrences: tuple[tuple[int, int], ...] = ()
+
+
+def counted_word(action: PlannedAction) -> str | None:
+    """The word of an action whose occurrences are counted.
+
+    None for hops, kicks and punches with a limb of one side, since those of either one are found.
+
+    >>> counted_word(PlannedAction((("jump", "left"),)))
+    'jump'
+    >>> counted_word(PlannedAction((("kick", "left", "leg"),))) is None
+    True
+    """
+    for group in action.groups:
+        is_sided = bool(SIDES.intersection(group) and LIMBS.intersection(group))
+        for word in group:
+            if word in COUNTED and not (is_sided and word in OCCURRING):
+                return word
+    return None
+
+
+def occurrences_in(
+    excerpt: Excerpt, action: PlannedAction, track: FloatArray, rate: float
+) -> tuple[tuple[int, int], ...]:
+    """The occurrences in an excerpt that a number asks for, in frames of the capture at a tempo.
+
+    Parameters
+    ----------
+    excerpt : Excerpt
+        The excerpt.
+    action : PlannedAction
+        Its action.
+    track : array (frames, 10)
+        Measured track of the capture (:func:`.occurrences.measured_track`).
+    rate : float
+        Tempo: 2 is twice as fast as recorded.
+    """
+    word = counted_word(action)
+    if action.times is None or word is None:
+        return ()
+    return tuple(
+        (round((excerpt.start + a) / rate), round((excerpt.start + b) / rate))
+        for a, b in find_occurrences(track[excerpt.start : excerpt.end], word)
+    )
+
+
+def recount(action: PlannedAction, layout: Layout, track: FloatArray) -> Layout:
+    """A layout that does not say the number measured in its capture if the motion has another one.
+
+    Parameters
+    ----------
+    action : PlannedAction
+        The action.
+    layout : Layout
+        How its excerpt is played.
+    track : array (frames, 10)
+        Measured track of its part of the motion (:func:`.occurrences.measured_track`).
+    """
+    word = counted_word(action)
+    if not layout.is_measured or word is None:
+        return layout
+    is_right = len(find_occurrences(track, word)) == layout.times
+    return layout if is_right else replace(layout, said="", is_measured=False)
 
 
 def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) -> Layout:
@@ -296,7 +364,7 @@ def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> La
     said = f"{'once' if times == 1 else f'{times} times'}, measured in the motion"
     if times > n:
         said += f": {n} in an excerpt of {(whole[1] - whole[0]) / MOTION_FPS:.1f} s, repeated"
-    return Layout(tuple(parts), said, times)
+    return Layout(tuple(parts), said, times, is_measured=True)
 
 
 def _alike_ends(span: tuple[int, int], edges: FloatArray) -> tuple[int, int]:
