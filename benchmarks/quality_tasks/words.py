@@ -63,7 +63,11 @@ TOLD = (
     "a second opinion brought .01 or less beside the weights. The results of the caption map on "
     "the folds (.542 and .786; with a ridge of .3, .557 and .804) were known. Averaged over "
     "performers in place of captures, this map reaches .401 and .625 on the folds, the caption "
-    "map .429 and .625."
+    "map .429 and .625. "
+    "Known limit: one logistic map makes the probabilities of all words, and nearly all words "
+    "are near 0, so that they agree with the truth on average, but less well in between: on "
+    "the sample data, with performers left out, .32 of the words told with .14 are true, .67 "
+    "of those with .85 and .92 of those with .98."
 )
 
 

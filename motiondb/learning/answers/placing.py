@@ -67,7 +67,8 @@ class PartPlace:
         Probability that the capture shows the part; None if it is not known.
     right : float or None
         Probability that the interval is right, given that the capture shows the part; None if it is
-        not known.
+        not known. Whether the capture shows one action throughout is judged mostly by its length
+        (:mod:`motiondb.learning.certainty.place_certainty`).
     unknown : bool
         Whether the place is unknown.
     """

@@ -22,7 +22,12 @@ the performer as much as the word.
 
 One logistic map for all words makes probabilities, P(w) = sigmoid(a s_w + b). It is fitted to
 predictions without the performer and to predictions with other captures of the performer, half and
-half, as that of the word map.
+half, as that of the word map. Nearly all of these predictions are near 0 and decide its slope, so
+that the probabilities agree with the truth on average, but less well in between: on the sample
+data, with performers left out, .32 of the words told with .14 are true, .67 of those with .85 and
+.92 of those with .98. When the logistic map was fitted to the ten likeliest words of each interval,
+.86 of those told with .85 were true, but the expected calibration error over all words rose from
+.006 to .035.
 
 Where there are more than MOST_CENTRES intervals, f is restricted to the span of the kernels at that
 many of them (Nystroem's approximation), and the regression still counts all intervals.
@@ -88,7 +93,8 @@ class DescriptionMap:
         vectors : array (n, columns)
             Score vectors of the intervals.
         """
-        return np.asarray(kernel(vectors, self.centres) @ self.weights + self.offsets)
+        with threadpool_limits(1):  # sums of several threads differ in their last bits
+            return np.asarray(kernel(vectors, self.centres) @ self.weights + self.offsets)
 
 
 def kernel(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -187,7 +193,8 @@ def fit_description_calibration(
 ) -> FloatArray:
     """Calibration of the scores of words, a and b of the module's docstring: array (2,).
 
-    Only words of two or more performers are used, if there are any.
+    Only words of two or more performers are used, if there are any. With one performer, fifths of
+    the intervals are left out in place of performers.
 
     Parameters
     ----------
@@ -198,10 +205,11 @@ def fit_description_calibration(
     groups : array (n,)
         Performer of each interval; whole performers are left out.
     """
-    if len(np.unique(groups)) < 2:
-        groups = np.arange(len(vectors)) % 5
-    shared = shared_words(presence, groups)
-    parts = np.unique(groups, return_inverse=True)[1] % MOST_PARTS
+    among = np.unique(groups, return_inverse=True)[1]
+    if not among.any():  # the map itself keeps the one performer
+        among = np.arange(len(vectors)) % 5
+    shared = shared_words(presence, among)
+    parts = among % MOST_PARTS
     scores = [
         _left_out(vectors, presence, groups, left)[:, shared]
         for left in (parts, np.arange(len(vectors)) % 10)

@@ -8,17 +8,22 @@ between and after the actions (ratio 0):
     blank_0, action_1, blank_1, action_2, ..., action_m, blank_m.
 
 From one segment to the next the sequence stays in its state, moves to the next state, or moves from
-an action to the next action without a blank. An action may be left out, at a cost of ``-SKIP``
-nats.
+an action to the next action without a blank. An action may be left out, with the log-weight
+``SKIP``. The blanks on both sides of it are different states: where n segments lie between its
+neighbours, all blank, n + 1 sequences leave it out, with a log-weight of SKIP + ln(n + 1) together.
 
 The segments of one action form a run of D seconds. Where durations are given, a run has the
 log-weight
 
-    -1/2 (ln(D / mu) / SPREAD)^2,    mu = (seconds of the take) / (number of actions):
+    -min(1/2 (ln(D / mu) / SPREAD)^2, MOST_COST),
+    mu = (seconds of the take) / (number of actions):
 
 a list of actions seldom means that one of them fills the take. Without it, an action with a little
 evidence everywhere absorbs the segments of actions for which there is none yet. Forward and
 backward sums over runs give the posterior probability of each action at each segment.
+
+Their time and memory are quadratic in the segments. Takes of more than MOST_SEGMENTS segments are
+aligned without durations, where running sums take linear time and memory.
 
 Source: Graves, Fernandez, Gomez and Schmidhuber (2006), Connectionist temporal classification; for
 runs with durations, hidden semi-Markov models (Yu, 2010). Leaving actions out is added here,
@@ -40,6 +45,14 @@ SPREAD = 0.5
 """Standard deviation of the logarithm of a duration. On takes that were joined from Bandai-Namco
 captures, with a fifth of the actions unlisted, .58 of 243 questions about listed actions were
 placed right with 1, .65 with .5 and .35. On joined CMU captures it made no difference."""
+MOST_COST = -SKIP / 2.0
+"""Largest cost of a duration, in nats; reached at a fifth of mu and at five times mu. Half of the
+cost of leaving an action out, so that a short action with clear evidence is not left out for its
+duration alone: without a bound, 1 second in a take of 60 that lists two actions would cost 23 nats.
+Not tuned on tables."""
+MOST_SEGMENTS = 500
+"""Largest number of segments that are aligned with durations. Bounds the time of a call (0.05 s for
+10 actions) and its memory (2 MB an array); chosen by hand, not tuned."""
 
 
 def align_in_order(log_ratios: FloatArray, seconds: FloatArray | None = None) -> FloatArray:
@@ -51,7 +64,8 @@ def align_in_order(log_ratios: FloatArray, seconds: FloatArray | None = None) ->
         Log-likelihood ratio of each action against none of them, in nats. The actions are in the
         order of the caption.
     seconds : array (segments,), optional
-        Duration of each segment, above 0. Without it all durations of runs have the same weight.
+        Duration of each segment, above 0. Without it, and in takes of more than MOST_SEGMENTS
+        segments, all durations of runs have the same weight.
 
     Returns
     -------
@@ -72,38 +86,86 @@ def align_in_order(log_ratios: FloatArray, seconds: FloatArray | None = None) ->
     [[0.98, 0.0], [0.81, 0.18], [0.18, 0.81], [0.0, 0.98]]
     """
     n_segments, n_actions = log_ratios.shape
-    weights = _run_weights(n_segments, n_actions, seconds)
+    weights = None
+    if seconds is not None and n_segments <= MOST_SEGMENTS:
+        weights = _run_weights(n_actions, seconds)
     totals = np.concatenate([np.zeros((1, n_actions)), np.cumsum(log_ratios, axis=0)])
-
-    def runs(k: int) -> FloatArray:
-        return np.asarray(totals[None, :, k] - totals[:, None, k] + weights)
-
     forward = np.zeros((n_actions, n_segments + 1))
     for k in range(n_actions - 1):
-        ended = np.logaddexp(_log_sum(forward[k][:, None] + runs(k), axis=0), forward[k] + SKIP)
-        forward[k + 1] = np.logaddexp.accumulate(ended)
+        ended = _ended(totals[:, k], weights, forward[k])
+        forward[k + 1] = np.logaddexp.accumulate(np.logaddexp(ended, forward[k] + SKIP))
     posteriors = np.empty((n_segments, n_actions))
     backward = np.zeros(n_segments + 1)
     for k in range(n_actions - 1, -1, -1):
-        ways = runs(k) + backward[None, :]
-        begun = np.logaddexp(_log_sum(ways, axis=1), SKIP + backward)
+        begun, inside = _begun(totals[:, k], weights, forward[k], backward)
+        begun = np.logaddexp(begun, SKIP + backward)
         total = _log_sum(forward[k] + begun, axis=0)
-        shares = np.exp(forward[k][:, None] + ways - total)
-        covered = np.cumsum(shares.sum(axis=1) - shares.sum(axis=0))[:-1]
-        posteriors[:, k] = np.clip(covered, 0.0, 1.0)
+        posteriors[:, k] = np.clip(np.exp(inside - total), 0.0, 1.0)
         backward = np.logaddexp.accumulate(begun[::-1])[::-1]
     return posteriors
 
 
-def _run_weights(n_segments: int, n_actions: int, seconds: FloatArray | None) -> FloatArray:
+def _run_weights(n_actions: int, seconds: FloatArray) -> FloatArray:
     """Return the log-weights of the runs of segments [i, j): array (segments + 1, segments + 1)."""
-    bounds = np.arange(n_segments + 1)
-    weights = np.where(bounds[:, None] < bounds, 0.0, -np.inf)
-    if seconds is None:
-        return weights
+    bounds = np.arange(len(seconds) + 1)
     ends = np.concatenate([[0.0], np.cumsum(seconds)])
     shares = np.maximum(ends[None, :] - ends[:, None], 1e-9) * n_actions / ends[-1]
-    return np.asarray(weights - 0.5 * (np.log(shares) / SPREAD) ** 2)
+    costs = np.minimum(0.5 * (np.log(shares) / SPREAD) ** 2, MOST_COST)
+    return np.where(bounds[:, None] < bounds, -costs, -np.inf)
+
+
+def _ended(totals: FloatArray, weights: FloatArray | None, before: FloatArray) -> FloatArray:
+    """Return log-sums over the runs of one action that end at each bound: array (segments + 1,).
+
+    The run of segments [i, j), i < j, weighs totals[j] - totals[i] + weights[i, j]; without
+    ``weights``, the last term is 0.
+
+    Parameters
+    ----------
+    totals : array (segments + 1,)
+        Sum of the action's ratios before each bound between segments.
+    weights : array (segments + 1, segments + 1) or None
+        Log-weights of runs by their durations.
+    before : array (segments + 1,)
+        Log-weight of all that is before a run that starts at each bound.
+    """
+    if weights is None:
+        starts = np.logaddexp.accumulate(before - totals)[:-1]
+        return np.concatenate([[-np.inf], starts + totals[1:]])
+    return _log_sum((before - totals)[:, None] + weights, axis=0) + totals
+
+
+def _begun(
+    totals: FloatArray, weights: FloatArray | None, before: FloatArray, behind: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return log-sums over the runs of one action that start at, or hold, each segment.
+
+    Parameters
+    ----------
+    totals, weights, before
+        As for :func:`_ended`.
+    behind : array (segments + 1,)
+        Log-weight of all that is behind a run that ends at each bound.
+
+    Returns
+    -------
+    begun : array (segments + 1,)
+        For each bound over the runs that start there: the run and ``behind``.
+    inside : array (segments,)
+        For each segment over the runs that hold it: ``before``, the run and ``behind``.
+    """
+    if weights is None:
+        starts = np.logaddexp.accumulate(before - totals)[:-1]
+        stops = np.logaddexp.accumulate((totals + behind)[::-1])[::-1][1:]
+        return np.concatenate([stops - totals[:-1], [-np.inf]]), starts + stops
+    ways = weights + (totals + behind)
+    begun = _log_sum(ways, axis=1) - totals
+    joint = ways + (before - totals)[:, None]
+    top = float(joint.max())
+    shares = np.exp(joint - top)
+    held = np.cumsum(shares.sum(axis=1) - shares.sum(axis=0))[:-1]
+    with np.errstate(divide="ignore"):
+        return begun, np.log(np.maximum(held, 0.0)) + top
 
 
 def _log_sum(values: FloatArray, axis: int) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from threadpoolctl import threadpool_limits
 
 from motiondb.words.maps import description_map
 from motiondb.words.maps.description_map import (
@@ -20,6 +21,7 @@ from motiondb.words.maps.description_map import (
     score_probabilities,
 )
 from motiondb.words.maps.unit_length import unit
+from motiondb.words.maps.word_map import calibrate
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -162,9 +164,45 @@ def test_probabilities_are_as_large_as_words_are_frequent(n_performers: int) -> 
     assert np.concatenate(told).sum() == pytest.approx(2.0 * presence.sum(), rel=1e-4)
 
 
-def test_one_performer_alone_is_calibrated_in_fifths() -> None:
-    vectors, presence, _ = made_up(20)
-    alone = fit_description_calibration(vectors, presence, np.zeros(20, dtype=np.int64))
-    fifths = fit_description_calibration(vectors, presence, np.arange(20) % 5)
-    assert np.isfinite(alone).all()
-    np.testing.assert_array_equal(alone, fifths)
+@pytest.mark.parametrize("group", [0, 7])
+def test_one_performer_alone_is_calibrated_by_the_map_of_one_performer(group: int) -> None:
+    """Fifths are left out, but the map keeps its performer: the mean said is the mean true."""
+    vectors, presence, _ = made_up(40)
+    groups = np.full(40, group)
+    calibration = fit_description_calibration(vectors, presence, groups)
+    told = []
+    for parts in (np.arange(40) % 5, np.arange(40) % 10):
+        for part in np.unique(parts):
+            rest = parts != part
+            fitted = fit_description_map(vectors[rest], presence[rest], groups[rest])
+            told.append(score_probabilities(fitted.scores(vectors[~rest]), calibration))
+    assert np.concatenate(told).mean() == pytest.approx(presence.mean(), rel=1e-4)
+
+
+def test_with_one_performer_words_of_one_fifth_are_not_used() -> None:
+    """A word of the first fifth alone is not among those calibrated."""
+    vectors, presence, _ = made_up(40)
+    groups = np.zeros(40, dtype=np.int64)
+    assert all(presence[:, w].reshape(8, 5).any(axis=0).sum() > 1 for w in range(5))
+    rare = np.zeros((40, 1), dtype=bool)
+    seen = []
+
+    def keep(z: np.ndarray, logits: np.ndarray, truth: np.ndarray) -> np.ndarray:
+        seen.append(truth.shape)
+        return calibrate(z, logits, truth)
+
+    rare[[0, 5, 10]] = True
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(description_map, "calibrate", keep)
+        fit_description_calibration(vectors, np.hstack([presence, rare]), groups)
+    assert seen == [(80, 5)]
+
+
+def test_scores_are_the_same_on_any_number_of_threads() -> None:
+    """The last bits too."""
+    rng = np.random.default_rng(0)
+    vectors = unit(rng.normal(size=(400, 300)))
+    fitted = fit_description_map(vectors, rng.random((400, 40)) < 0.2, np.arange(400) % 7)
+    with threadpool_limits(1):
+        alone = fitted.scores(vectors)
+    np.testing.assert_array_equal(fitted.scores(vectors), alone)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from motiondb.records import FloatArray
-from motiondb.words.maps.ordered_alignment import SKIP, SPREAD, align_in_order
+from motiondb.words.maps import ordered_alignment
+from motiondb.words.maps.ordered_alignment import MOST_COST, SKIP, SPREAD, align_in_order
 
 
 def enumerated(log_ratios: FloatArray, seconds: FloatArray | None = None) -> FloatArray:
@@ -27,7 +29,8 @@ def enumerated(log_ratios: FloatArray, seconds: FloatArray | None = None) -> Flo
         for k in shown if seconds is not None else ():
             assert seconds is not None
             lasts = sum(seconds[i] for i, state in enumerate(path) if state == 2 * k + 1)
-            weight -= 0.5 * (np.log(lasts * n_actions / seconds.sum()) / SPREAD) ** 2
+            apart = np.log(lasts * n_actions / seconds.sum()) / SPREAD
+            weight -= min(0.5 * apart**2, MOST_COST)
         total += np.exp(weight)
         for i, state in enumerate(path):
             if state % 2:
@@ -49,6 +52,59 @@ def test_posteriors_with_durations_are_those_of_all_paths(n_segments: int, n_act
     ratios = rng.normal(0.0, 3.0, (n_segments, n_actions))
     seconds = rng.uniform(0.5, 4.0, n_segments)
     expected = enumerated(ratios, seconds)
+    assert align_in_order(ratios, seconds) == pytest.approx(expected, abs=1e-12)
+
+
+def test_durations_far_from_the_mean_cost_as_much_as_the_bound() -> None:
+    """Of 40 seconds, runs of a half to 38 cost from 0 to 5 nats, against all paths."""
+    ratios = np.random.default_rng(5).normal(0.0, 3.0, (4, 2))
+    seconds = np.array([0.5, 38.0, 0.5, 1.0])
+    expected = enumerated(ratios, seconds)
+    assert align_in_order(ratios, seconds) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_short_action_with_clear_evidence_is_not_left_out_for_its_duration() -> None:
+    """One second of 60, where two actions are listed."""
+    ratios = np.full((60, 2), -3.0)
+    ratios[:30, 0] = 3.0
+    ratios[45, 1] = 6.0
+    assert align_in_order(ratios, np.ones(60))[45, 1] > 0.9
+
+
+def test_leaving_an_action_out_weighs_as_many_sequences_as_divide_its_blanks() -> None:
+    """One action in n segments, all paths with it impossible: n + 1 sequences without it."""
+    n, weighs = 6, 5.0
+    ratios = np.full((n, 1), -100.0)
+    ratios[2] = weighs
+    shown = np.exp(weighs)
+    expected = shown / (shown + (n + 1) * np.exp(SKIP))
+    assert align_in_order(ratios)[2, 0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_large_take_is_aligned_without_durations_in_linear_memory() -> None:
+    """4,000 segments: one matrix of segments by segments would take 128 MB."""
+    ratios = np.full((4000, 3), -1.0)
+    for k in range(3):
+        ratios[1000 * k + 200 : 1000 * k + 900, k] = 1.0
+    tracemalloc.start()
+    placed = align_in_order(ratios, np.full(4000, 2.0))
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 5e6
+    assert placed == pytest.approx(align_in_order(ratios), abs=0.0)
+    for k in range(3):
+        assert (placed[1000 * k + 210 : 1000 * k + 890, k] > 0.99).all()
+    assert (placed.sum(axis=1) <= 1.0 + 1e-9).all()
+
+
+@pytest.mark.parametrize("most", [4, 5])
+def test_durations_count_up_to_the_largest_number_of_segments(
+    monkeypatch: pytest.MonkeyPatch, most: int
+) -> None:
+    rng = np.random.default_rng(3)
+    ratios, seconds = rng.normal(0.0, 3.0, (5, 2)), rng.uniform(0.5, 4.0, 5)
+    monkeypatch.setattr(ordered_alignment, "MOST_SEGMENTS", most)
+    expected = enumerated(ratios, seconds if most == 5 else None)
     assert align_in_order(ratios, seconds) == pytest.approx(expected, abs=1e-12)
 
 
