@@ -185,7 +185,9 @@ def separate(present: FloatArray, absent: FloatArray) -> float:
     if not len(present) or not len(absent):
         return float("nan")
     values = np.unique(np.concatenate([present, absent]))
-    between = np.concatenate([values[:1], (values[:-1] + values[1:]) / 2.0])
+    middles = (values[:-1] + values[1:]) / 2.0
+    middles = np.where(middles > values[:-1], middles, values[1:])  # where rounding gives the lower
+    between = np.concatenate([values[:1], middles])
     accuracy = np.array([np.mean(present >= t) + np.mean(absent < t) for t in between])
     best = np.flatnonzero(accuracy >= accuracy.max() - 1e-12)
     return float(between[best[len(best) // 2]])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
@@ -70,6 +70,7 @@ def test_a_cue_that_speaks_against_answers_gets_no_weight() -> None:
 
 
 @few
+@example([5e-324], [0.0])
 @given(
     st.lists(st.floats(-3, 3), min_size=1, max_size=12),
     st.lists(st.floats(-3, 3), min_size=1, max_size=12),
