@@ -17,30 +17,25 @@ from numpy.typing import NDArray
 
 from motiondb.errors import UnknownWordsError
 from motiondb.learning.learned import Learned
-from motiondb.learning.written_words import WrittenWord, with_written
+from motiondb.learning.written_words import LearnedWithMore, WrittenWord, with_written
 from motiondb.records import Association, FloatArray
-from motiondb.search.examples.resemblance import MeaningSpace
 from motiondb.words.lexicon.lemmas import lemma
 from motiondb.words.lexicon.vocabulary import forms_of, split_actions
 from motiondb.words.maps.caption_map import CaptionMap
-from motiondb.words.maps.description_map import DescriptionMap
 from motiondb.words.nearby.table import NearbyTable
 from motiondb.words.nearby.taking import Taking, mixture, take_word, with_virtual_words
 
 
 @dataclass(frozen=True, eq=False)
-class LearnedWithTaken(Learned):
+class LearnedWithTaken(LearnedWithMore):
     """A :class:`Learned` whose last words are taken ones.
 
     Attributes
     ----------
-    base : Learned
-        What was learned, without them.
     shares : array (words, taken words)
         Weights of the known words in every taken word; columns sum to 1.
     """
 
-    base: Learned = field(kw_only=True)
     shares: FloatArray = field(kw_only=True)
 
     @cached_property
@@ -68,16 +63,6 @@ class LearnedWithTaken(Learned):
     def suggested_captions(self) -> FloatArray:
         """Captions that the motion suggests, of the known words; see :class:`Learned`."""
         return self.base.suggested_captions
-
-    @cached_property
-    def meaning_space(self) -> MeaningSpace:
-        """What captures are compared with an example by, in learned words; see :class:`Learned`."""
-        return self.base.meaning_space
-
-    @cached_property
-    def description_map(self) -> DescriptionMap | None:
-        """Map to the learned words told of a motion; see :class:`Learned`."""
-        return self.base.description_map
 
     def widened(self, values: FloatArray) -> FloatArray:
         """Values of all words; those of taken words are weighted means (:class:`Learned`)."""

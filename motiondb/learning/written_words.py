@@ -69,18 +69,38 @@ class WrittenWord:
 
 
 @dataclass(frozen=True, eq=False)
-class LearnedWithWritten(Learned):
-    """A :class:`Learned` whose last words are written ones that were not learned.
+class LearnedWithMore(Learned):
+    """A :class:`Learned` with further words after the learned ones.
 
     Attributes
     ----------
     base : Learned
         The learned model without them.
+    """
+
+    base: Learned = field(kw_only=True)
+
+    @cached_property
+    def meaning_space(self) -> MeaningSpace:
+        """What captures are compared with an example by, in learned words; see :class:`Learned`."""
+        return self.base.meaning_space
+
+    @cached_property
+    def description_map(self) -> DescriptionMap | None:
+        """Map to the learned words told of a motion; see :class:`Learned`."""
+        return self.base.description_map
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedWithWritten(LearnedWithMore):
+    """A :class:`Learned` whose last words are written ones that were not learned.
+
+    Attributes
+    ----------
     added_words : tuple of WrittenWord
         Where each of them is written.
     """
 
-    base: Learned = field(kw_only=True)
     added_words: tuple[WrittenWord, ...] = field(kw_only=True)
 
     @cached_property
@@ -121,16 +141,6 @@ class LearnedWithWritten(Learned):
                 values[:, column] = WRITTEN if capture in word.captures else UNWRITTEN
                 values[in_caption, column] = WRITTEN
         return evidence
-
-    @cached_property
-    def meaning_space(self) -> MeaningSpace:
-        """What captures are compared with an example by, in learned words; see :class:`Learned`."""
-        return self.base.meaning_space
-
-    @cached_property
-    def description_map(self) -> DescriptionMap | None:
-        """Map to the learned words told of a motion; see :class:`Learned`."""
-        return self.base.description_map
 
     def widened(self, values: FloatArray) -> FloatArray:
         """Values of all words; 0 for written words, of which the motion says nothing."""
