@@ -24,6 +24,7 @@ from quality_protocol.confidence import weighted_draws, weighted_measure
 from quality_protocol.recognition import recognise, seen_without
 from quality_protocol.report import Measure, Picture, TaskReport, draw
 from quality_protocol.word_methods import Answers, Fold
+from quality_tasks.told_words import TOLD
 
 OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
@@ -40,34 +41,6 @@ CHOSEN = (
     "autocorrelations, quantiles, soft levels of velocities; mirrored copies in training (0.01 "
     "better without travel, worse with it). Because the five training parts together contain "
     "every capture, the figures are slightly optimistic."
-)
-
-
-TOLD = (
-    "Words are told by a kernel ridge regression to captions with a weight for every performer "
-    "(`motiondb/words/maps/description_map.py`). Its form was found among about 150 settings "
-    "within the five training parts, which makes the figures there optimistic; its four constants "
-    "were then selected from 36 settings there by a rule that was written down before the folds "
-    "were measured: the best mean of F1 and reciprocal rank, half with each performer left out, "
-    "half with tenths of the captures left out. With performers left out, F1 and reciprocal rank "
-    "were .465 and .690 by the caption map (words in the order of their shares, as before) and "
-    ".494 and .723 by this map (mean of both better by .031, standard error over performers "
-    ".018), .489 and .716 without the performers' weights, .477 and .704 without the local term "
-    "of the kernel, and .490 and .719 without the effective number of performers of a word. With "
-    "tenths left out they were .829 and .950 by the caption map and .834 and .960 by this map; "
-    "with performers left out and single segments with their surroundings in place of whole "
-    "captures (two of the five parts), .319 and .500, and .364 and .547. The following did not "
-    "help there: a mixed model with an effect of each performer, a logistic combination of "
-    "several maps learned on performers left out, smoothing captions by the correlations of "
-    "words, captions of the nearest captures, and other lengths of captions. Pooled statistics as "
-    "a second opinion brought .01 or less beside the weights. The results of the caption map on "
-    "the folds (.542 and .786; with a ridge of .3, .557 and .804) were known. Averaged over "
-    "performers in place of captures, this map reaches .401 and .625 on the folds, the caption "
-    "map .429 and .625. "
-    "Known limit: one logistic map makes the probabilities of all words, and nearly all words "
-    "are near 0, so that they agree with the truth on average, but less well in between: on "
-    "the sample data, with performers left out, .32 of the words told with .14 are true, .67 "
-    "of those with .85 and .92 of those with .98."
 )
 
 
