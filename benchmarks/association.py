@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from motiondb.records import Association
-from motiondb.words.translation.association import Pair, fit_association
-from motiondb.words.translation.explanation import log_probability
+from motiondb.language.translation.association import Pair, fit_association
+from motiondb.language.translation.explanation import log_probability
 
 TARGET = 50.0
 """Times faster than NLTK that the table asks for."""

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from nearby_table import GENERAL, GENERAL_SHARE, OUTPUT, read_similarity
 
-from motiondb.words.nearby.table import NearbyTable, read_table
-from motiondb.words.nearby.taking import SUGGESTED, TAKEN, say_chance
+from motiondb.language.nearby.table import NearbyTable, read_table
+from motiondb.search.taking import SUGGESTED, TAKEN, say_chance
 from nearby_words.crossed import by_others
 from nearby_words.judge import MEASURES, Answer, ask_all, interval, reliability
 from nearby_words.key import read_key, read_pairs, read_vocabulary
@@ -185,7 +185,7 @@ def opening(table: NearbyTable, data: bytes) -> list[str]:
     held = int((np.diff(table.starts) > 0).sum())
     return [
         "# Nearby words", "",
-        "Known words that stand for a word that is in no caption (`motiondb/words/nearby/`). "
+        "Known words that stand for a word that is in no caption (`motiondb/language/nearby/`). "
         "`python benchmarks/nearby_table.py` builds the table from WordNet 3.0 and sentence "
         "vectors; `python benchmarks/nearby_quality.py` writes this page.",
         "",

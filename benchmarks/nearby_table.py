@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.words.nearby.table import UNIT, read_table, write_table
+from motiondb.language.nearby.table import UNIT, read_table, write_table
 from nearby_words.choice import N_WORDS, answers, by_use
 from nearby_words.key import read_key, read_pairs, read_vocabulary
 from nearby_words.model import (
@@ -37,7 +37,7 @@ from nearby_words.opposites import vetoes
 from nearby_words.pairs import Lexicon, base, evidence, make_lexicon
 from nearby_words.wordnet import FLATTENING, read_wordnet
 
-OUTPUT = Path(__file__).parents[1] / "motiondb" / "words" / "nearby" / "words.table"
+OUTPUT = Path(__file__).parents[1] / "motiondb" / "language" / "nearby" / "words.table"
 N_TAKEN = 12
 """Known words kept for one word. Chosen by hand; not tuned."""
 LEAST_KEPT = 0.03

@@ -29,7 +29,7 @@ import numpy as np
 
 import motiondb
 from motiondb import AddSettings, LearnSettings, store
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import Caption, CaptureInfo
 
 ROOT = Path(__file__).resolve().parents[1]

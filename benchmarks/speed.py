@@ -25,7 +25,7 @@ from measured_run import machine, motiondb_command, run_measured, versions
 
 import motiondb
 from motiondb.database import MotionDB
-from motiondb.learning.recognition import decode
+from motiondb.learn.recognition import decode
 from real_tasks.questions import EXAMPLES, SENTENCES, WORDS
 from real_tasks.real_page import table
 

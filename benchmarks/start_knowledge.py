@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb.knowledge.knowledge_file import read_knowledge
-from motiondb.learning.start.knowledge import Knowledge
-from motiondb.learning.start.knowledge_arrays import knowledge_arrays
+from motiondb.files.knowledge_file import read_knowledge
+from motiondb.learn.start.knowledge import Knowledge
+from motiondb.learn.start.knowledge_arrays import knowledge_arrays
 
 SHIPPED = Path(motiondb.__file__).parent / "knowledge" / "cmu.knowledge"
 CREDIT = (

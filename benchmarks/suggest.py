@@ -19,12 +19,12 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb.learning import counting
-from motiondb.learning.caption_evidence import whole_vectors
-from motiondb.learning.learned import Learned
+from motiondb.meaning import counting
+from motiondb.meaning.caption_evidence import whole_vectors
+from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray, IntArray
-from motiondb.words.maps.word_moments import solve_word_map, word_moments
-from motiondb.words.suggestion import suggest
+from motiondb.meaning.maps.word_moments import solve_word_map, word_moments
+from motiondb.search.suggestion import suggest
 
 STEPS = (5, 10, 15, 20, 30, 40, 60, 80, 100)
 """Numbers of captions at which the curves are measured."""
@@ -206,7 +206,7 @@ def report(curves: dict[str, tuple[FloatArray, FloatArray]], n: int, picture: st
         "",
         "`motiondb words suggest` ranks the captures without words by how much a caption of each "
         "would reduce the uncertainty about all of them (expected reduction of variance, greedy; "
-        "see `motiondb/words/suggestion.py`). This page measures it on real captures.",
+        "see `motiondb/search/suggestion.py`). This page measures it on real captures.",
         "",
         f"Made by `python benchmarks/suggest.py --data DIR`. {n} captures of the CMU database with "
         "words; symbols learned from all motion, without words. A third of the captures is held "

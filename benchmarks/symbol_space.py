@@ -4,7 +4,7 @@ Both minimise the same stress by the same majorisation; they differ in starts an
 scikit-learn is run three ways: from our start (the principal coordinates), from its own classical
 start, and from four random ones, of which it keeps the best; each with its default number of
 iterations and tolerance, and with ours. Stress is normalised as in
-``motiondb.symbols.distances.space``. "Same twice" says whether a second run, with another seed,
+``motiondb.symbols.space``. "Same twice" says whether a second run, with another seed,
 gives the same distances between points.
 
     python benchmarks/symbol_space.py --db FILE       (a database that has learned)
@@ -22,7 +22,7 @@ import numpy as np
 
 import motiondb
 from motiondb.records import FloatArray
-from motiondb.symbols.distances.space import classical_scaling, scale, smacof
+from motiondb.symbols.space import classical_scaling, scale, smacof
 
 Scaling = Callable[[FloatArray, int, int], FloatArray]
 """Distances, number of dimensions, seed -> coordinates."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motiondb.capture import ReadLimits, read_capture, unit_from_name
+    from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
@@ -43,15 +43,15 @@ if TYPE_CHECKING:
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.grammar.cfg.context_free import Tree
-    from motiondb.learning.answers.example_answers import ExampleAnswer
-    from motiondb.learning.answers.explained_answer import ExplainedWord, Explanation
-    from motiondb.learning.answers.word_answers import WordAnswer
-    from motiondb.learning.answers.word_sources import WordSource
-    from motiondb.learning.drift import Drift
-    from motiondb.learning.making.shown_actions import JudgedAction
-    from motiondb.learning.start.knowledge import Knowledge
-    from motiondb.learning.symbol_fitting import LearnSettings
-    from motiondb.learning.written_words import WrittenWord
+    from motiondb.search.example_answers import ExampleAnswer
+    from motiondb.search.explained_answer import ExplainedWord, Explanation
+    from motiondb.search.word_answers import WordAnswer
+    from motiondb.search.word_sources import WordSource
+    from motiondb.learn.drift import Drift
+    from motiondb.generate.shown_actions import JudgedAction
+    from motiondb.learn.start.knowledge import Knowledge
+    from motiondb.learn.symbol_fitting import LearnSettings
+    from motiondb.search.written_words import WrittenWord
     from motiondb.page.serving.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
@@ -68,9 +68,9 @@ if TYPE_CHECKING:
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
     from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
-    from motiondb.words.nearby.taking import Taking
-    from motiondb.words.question.known import KnownQuestion
-    from motiondb.words.question.tree import NotUsed
+    from motiondb.search.taking import Taking
+    from motiondb.language.question.known import KnownQuestion
+    from motiondb.language.question.tree import NotUsed
 
 __all__ = [
     "CMU_TERMS",
@@ -149,7 +149,7 @@ __all__ = [
 __version__ = "0.1.0"
 
 _PLACES = {
-    "motiondb.capture": "ReadLimits read_capture unit_from_name",
+    "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
@@ -168,25 +168,25 @@ _PLACES = {
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
-    "motiondb.learning.answers.example_answers": "ExampleAnswer",
-    "motiondb.learning.answers.explained_answer": "ExplainedWord Explanation",
-    "motiondb.learning.answers.word_answers": "WordAnswer",
-    "motiondb.learning.answers.word_sources": "WordSource",
-    "motiondb.learning.drift": "Drift",
-    "motiondb.learning.making.shown_actions": "JudgedAction",
-    "motiondb.learning.start.knowledge": "Knowledge",
-    "motiondb.learning.symbol_fitting": "LearnSettings",
+    "motiondb.search.example_answers": "ExampleAnswer",
+    "motiondb.search.explained_answer": "ExplainedWord Explanation",
+    "motiondb.search.word_answers": "WordAnswer",
+    "motiondb.search.word_sources": "WordSource",
+    "motiondb.learn.drift": "Drift",
+    "motiondb.generate.shown_actions": "JudgedAction",
+    "motiondb.learn.start.knowledge": "Knowledge",
+    "motiondb.learn.symbol_fitting": "LearnSettings",
     "motiondb.page.serving.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
-    "motiondb.learning.written_words": "WrittenWord",
+    "motiondb.search.written_words": "WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
-    "motiondb.words.nearby.taking": "Taking",
-    "motiondb.words.question.known": "KnownQuestion",
-    "motiondb.words.question.tree": "NotUsed",
+    "motiondb.search.taking": "Taking",
+    "motiondb.language.question.known": "KnownQuestion",
+    "motiondb.language.question.tree": "NotUsed",
 }
 """The public names of each module, separated by spaces."""
 _PUBLIC = {name: module for module, names in _PLACES.items() for name in names.split()}
@@ -264,7 +264,7 @@ def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
         When it is neither, has no frames or numbers that are not finite, or the file cannot be
         written.
     """
-    from motiondb import capture
+    from motiondb import files as capture
 
     capture.write_bvh(_to_clip(motion), path)
 
@@ -279,14 +279,14 @@ def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
     path : str or Path
         The file.
     """
-    from motiondb import capture
+    from motiondb import files as capture
 
     capture.write_gltf(_to_clip(motion), path)
 
 
 def _to_clip(motion: object) -> Clip:
     from motiondb.errors import MotionDBError
-    from motiondb.pose import retarget
+    from motiondb.body import retarget
     from motiondb.records import Clip, Motion
 
     if isinstance(motion, Motion):

@@ -6,7 +6,7 @@ matrix sum to 1. Two translations of the last state are offered.
 
 - With an *exit state*: state K + 1 is absorbing, and no frame can be in it (its mean is
   ``EXIT_MEAN`` in every dimension). ``model.score(frames)`` is then exactly the log-likelihood of
-  :func:`motiondb.symbols.models.hmm.score`, and the translation back is exact. Such a model is for
+  :func:`motiondb.symbols.hmm.score`, and the translation back is exact. Such a model is for
   scoring and decoding: hmmlearn's ``fit`` finds no frames for the exit state, and ``sample`` enters
   it.
 - Without: the last state has the self-loop 1. The K states can be fitted and sampled by hmmlearn;

@@ -18,7 +18,7 @@ import numpy as np
 if __package__ in (None, ""):  # run as a program: make the package importable
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import Clip
 from sample_data.grammars import GRAMMARS, Derivation
 from sample_data.phrases import long_captions, short_captions, timed_caption

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import FloatArray, Skeleton
 from sample_data.performers import INDEX, ROLES, Performer
 

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import Clip, FloatArray
 from sample_data import rig
 from sample_data.performers import ROLES, Performer, skeleton

@@ -13,7 +13,7 @@ import motiondb
 from motiondb import MotionDB
 from motiondb.database.generate.generating import Generated
 from motiondb.records import MOTION_FPS, CaptureInfo
-from motiondb.words.lexicon import vocabulary
+from motiondb.language import vocabulary
 
 SENTENCES = (
     "a person walks then kicks",

@@ -12,10 +12,10 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, store
-from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import decode
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import decode
 from motiondb.records import SymbolSpace
-from motiondb.words.translation import transition
+from motiondb.language.translation import transition
 
 WORDS = ("walk", "jump", "kick", "punch", "bow", "wave", "sit", "run", "dance", "dribble", "guard")
 

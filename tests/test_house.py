@@ -199,10 +199,10 @@ MEMOS = {
     "motiondb/grammar/cfg/compiled.py": "the compiled form of a grammar, a frozen record",
     "motiondb/grammar/cfg/lengths.py": "string lengths of a grammar, a frozen record",
     "motiondb/grammar/derivation/derive.py": "plans of derivation of a grammar, a frozen record",
-    "motiondb/learning/certainty/place_certainty.py": "word maps inside one call, gone with it",
+    "motiondb/meaning/certainty/place_certainty.py": "word maps inside one call, gone with it",
     "motiondb/scene/sampling/play.py": "derivations of a grammar, a frozen record",
-    "motiondb/symbols/models/hmm_jobs.py": "the thread pools of this process, which never change",
-    "motiondb/words/lexicon/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
+    "motiondb/symbols/hmm_jobs.py": "the thread pools of this process, which never change",
+    "motiondb/language/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
 }
 """Modules of the pure folders with memos: what is remembered, from which arguments alone."""
 

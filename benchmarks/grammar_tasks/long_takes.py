@@ -24,7 +24,7 @@ from motiondb.grammar.selection.ledger import make_ledger
 from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import find_terminals
-from motiondb.pose.retarget import to_motion
+from motiondb.body.retarget import to_motion
 from motiondb.records import IntArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))

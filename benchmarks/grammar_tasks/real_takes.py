@@ -31,7 +31,7 @@ from motiondb.grammar.sentences.classes import induce_in_classes
 from motiondb.grammar.sentences.partition import Sentences, find_sentences, sentences_between
 from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import Terminals, strings_of
-from motiondb.pose import body, retarget
+from motiondb.body import body, retarget
 from motiondb.records import IntArray
 from quality_protocol.captures import Capture, load_cmu
 

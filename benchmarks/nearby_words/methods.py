@@ -11,7 +11,7 @@ from difflib import SequenceMatcher
 
 import numpy as np
 
-from motiondb.words.nearby.table import NearbyTable
+from motiondb.language.nearby.table import NearbyTable
 from nearby_words.model import Model, Similarity, fit, pair_features, target_facts, training_pairs
 from nearby_words.pairs import Lexicon, base, evidence
 from nearby_words.wordnet import WordNet

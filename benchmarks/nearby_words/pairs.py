@@ -19,8 +19,8 @@ from functools import lru_cache
 import numpy as np
 
 from motiondb.records import FloatArray
-from motiondb.words.lexicon.lemmas import lemma
-from motiondb.words.lexicon.vocabulary import STOP_WORDS
+from motiondb.language.lemmas import lemma
+from motiondb.language.vocabulary import STOP_WORDS
 from nearby_words.wordnet import Synset, WordNet, gloss_words, is_plain
 
 CHANNELS = (

@@ -13,7 +13,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray
-from motiondb.words.maps.unit_length import unit
+from motiondb.meaning.maps.unit_length import unit
 from quality_protocol.kept import kept
 
 Words = NDArray[np.bool_]

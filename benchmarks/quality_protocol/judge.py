@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.search.examples import warping
+from motiondb.meaning.evidence import warping
 from motiondb.symbols.feature_space import FeatureSpace
 from quality_protocol.captures import Capture
 

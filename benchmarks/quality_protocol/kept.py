@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 import motiondb
 
 T = TypeVar("T")
-FOLDERS = ("pose", "symbols", "records")
+FOLDERS = ("body", "symbols", "records")
 """Folders of the package on whose source symbols and segments depend."""
 MODULES = ("symbol_fitting.py", "movement.py", "posture_and_travel.py")
 """Single modules beside them."""

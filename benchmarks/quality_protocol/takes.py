@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from motiondb.pose.features import FEATURE_FPS
+from motiondb.body.features import FEATURE_FPS
 from motiondb.records import IntArray
 from quality_protocol.captures import Capture
 

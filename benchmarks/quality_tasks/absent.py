@@ -16,14 +16,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning.certainty import asked_certainty as simulation
+from motiondb.meaning.certainty import asked_certainty as simulation
 from motiondb.records import FloatArray
-from motiondb.search import certainty
-from motiondb.search.examples.by_motion import resemblance
-from motiondb.search.vectors.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.words.lexicon import vocabulary
-from motiondb.words.maps import word_map
-from motiondb.words.maps.unit_length import unit
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning.evidence.by_motion import resemblance
+from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.language import vocabulary
+from motiondb.meaning.maps import word_map
+from motiondb.meaning.maps.unit_length import unit
 from quality_protocol import baselines as base
 from quality_protocol.captures import (
     Capture,

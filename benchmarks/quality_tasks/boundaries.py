@@ -21,8 +21,8 @@ import numpy as np
 import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
-from motiondb.learning.answers.word_answers import search_words
-from motiondb.learning.symbol_fitting import LearnSettings
+from motiondb.search.word_answers import search_words
+from motiondb.learn.symbol_fitting import LearnSettings
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 
@@ -98,7 +98,7 @@ _NOTES = (
     "were chosen among about twenty settings with these marks in view (medians from .17 to .35), "
     "together with the share of whole activities (walking, running) that is kept. So was the rule "
     "that activities which fill more than three fifths of their interval keep the boundaries of "
-    "segments (`NARROW` in `motiondb/learning/answers/placing.py`, chosen among .3 to .7 with the "
+    "segments (`NARROW` in `motiondb/search/placing.py`, chosen among .3 to .7 with the "
     "parts of *By word* in view as well). The figures are therefore optimistic.",
     'Where the place itself is wrong, no boundary can be right: "stand up" is placed on the '
     "sitting of performer 14, who sits down and stands up twice in most takes, while the captions "

@@ -20,9 +20,9 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from motiondb.pictures.strip import strip_figure
-from motiondb.pose.features import FEATURE_FPS
+from motiondb.body.features import FEATURE_FPS
 from motiondb.records import FloatArray
-from motiondb.symbols.segments import activities
+from motiondb.symbols import activities
 from quality_protocol.captures import Capture, load_cmu
 from quality_protocol.report import TaskReport, draw
 from quality_protocol.takes import LongTake, load_takes

@@ -12,12 +12,12 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.generate.contact import foot_slip
-from motiondb.learning.answers.described_motion import describe
+from motiondb.search.described_motion import describe
 from motiondb.pictures.strip import strip_figure
-from motiondb.pose import body, retarget
-from motiondb.pose.features import recognition_features
+from motiondb.body import body, retarget
+from motiondb.body.features import recognition_features
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
-from motiondb.search.examples import warping
+from motiondb.meaning.evidence import warping
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

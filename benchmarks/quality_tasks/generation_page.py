@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.pictures.stick import draw_figure, view_motion
-from motiondb.pose import features, retarget
+from motiondb.body import features, retarget
 from motiondb.records import MOTION_FPS, IntArray, Motion
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import motiondb
-from motiondb.learning.answers.part_suggestions import PartSuggestion, suggest_parts
-from motiondb.learning.answers.word_answers import search_words
-from motiondb.learning.learned import Learned
-from motiondb.learning.places.place_fitting import Written, find_places
+from motiondb.search.part_suggestions import PartSuggestion, suggest_parts
+from motiondb.search.word_answers import search_words
+from motiondb.learn.learned import Learned
+from motiondb.meaning.places.place_fitting import Written, find_places
 from motiondb.records import Caption
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.records import IntArray, Motion
-from motiondb.search.questions.by_question import search_order
-from motiondb.words.lexicon import vocabulary
-from motiondb.words.maps import word_map
+from motiondb.meaning.evidence.by_question import search_order
+from motiondb.language import vocabulary
+from motiondb.meaning.maps import word_map
 from quality_protocol.captures import (
     Capture,
     load_cmu,

@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.pose.features import FEATURE_FPS
+from motiondb.body.features import FEATURE_FPS
 from motiondb.records import FloatArray, IntArray
 from motiondb.symbols import feature_space
-from motiondb.symbols.segments import activities
-from motiondb.symbols.segments.segmentation import context
+from motiondb.symbols import activities
+from motiondb.symbols.segmentation import context
 from quality_protocol.captures import Capture, load_cmu
 from quality_protocol.confidence import mean_of
 from quality_protocol.report import Measure, TaskReport

@@ -15,8 +15,8 @@ from motiondb import pictures
 from motiondb.database import MotionDB
 from motiondb.database.generate import generated_files
 from motiondb.database.generate.generating import METHODS, Generated
-from motiondb.learning.making.shown_actions import JudgedAction
-from motiondb.learning.recognition import understand
+from motiondb.generate.shown_actions import JudgedAction
+from motiondb.learn.recognition import understand
 from motiondb.records import Match, Motion
 from real_tasks.measures import (
     Part,

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.generate.contact import foot_slip
-from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import understand
-from motiondb.pose import retarget
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import understand
+from motiondb.body import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
-from motiondb.search.questions import by_question, by_words
-from motiondb.search.vectors import score_vectors
-from motiondb.words.lexicon import vocabulary
-from motiondb.words.maps import word_map
-from motiondb.words.question.readings import readings
+from motiondb.meaning.evidence import by_question, by_words
+from motiondb.meaning.maps import score_vectors
+from motiondb.language import vocabulary
+from motiondb.meaning.maps import word_map
+from motiondb.language.question.readings import readings
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""

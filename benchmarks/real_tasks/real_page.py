@@ -8,7 +8,7 @@ from pathlib import Path
 from measured_run import machine, versions
 
 from motiondb.database.generate.generating import METHODS
-from motiondb.learning.making.shown_actions import JudgedAction
+from motiondb.generate.shown_actions import JudgedAction
 from motiondb.records import Match
 from real_tasks.answers import (
     FIRST,

@@ -18,8 +18,8 @@ import numpy as np
 import odd_captures
 
 from motiondb import MotionDB
-from motiondb.capture import AsfFile, capture_format, guarded, read_capture_bytes
-from motiondb.capture.input.limits import ReadLimits, ReadOptions
+from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
+from motiondb.files.limits import ReadLimits, ReadOptions
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from robustness_tasks.odd_texts import text_case
 
@@ -69,9 +69,9 @@ def _read_capture(
     suffix: str, data: bytes, companions: Mapping[str, bytes], seed: int, place: Place
 ) -> object:
     """Read a capture as ``add`` does, up to the motion on the canonical body; or a sheet."""
-    from motiondb.capture.sheets.event_sheet import read_event_sheet
-    from motiondb.capture.sheets.sheet import read_sheet
-    from motiondb.pose import retarget
+    from motiondb.files.event_sheet import read_event_sheet
+    from motiondb.files.sheet import read_sheet
+    from motiondb.body import retarget
 
     if suffix in (".tsv", ".csv"):
         path = place.folder / f"sheet{suffix}"
@@ -217,13 +217,13 @@ def _read_page(data: bytes, _place: Place) -> object:
 
 
 def _read_synonyms(data: bytes, _place: Place) -> object:
-    from motiondb.words.lexicon.synonyms import parse_synonyms
+    from motiondb.language.synonyms import parse_synonyms
 
     return parse_synonyms(_text(data))
 
 
 def _read_unit(data: bytes, _place: Place) -> object:
-    from motiondb.capture.input.units import unit_from_name
+    from motiondb.files.units import unit_from_name
 
     return unit_from_name(_text(data))
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from motiondb.records import FloatArray
-from motiondb.search.certainty import probability
+from motiondb.meaning.calibration import probability
 from quality_protocol.confidence import weighted_draws, weighted_measure
 
 CALIBRATION = "calibration error of the first five answers"

@@ -17,28 +17,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.learning import fitting, knowledge_making
-from motiondb.learning.certainty import asked_certainty
-from motiondb.learning.learned import Learned
-from motiondb.learning.learned_model import LearnedModel
-from motiondb.learning.start.carried_certainty import carry
-from motiondb.learning.start.checking import checked_words
-from motiondb.learning.start.joining import is_set_aside, strange_share
-from motiondb.learning.start.knowledge import Knowledge, Started, begin
-from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, segment_table
-from motiondb.learning.word_fitting import (
+from motiondb.learn import fitting, knowledge_making
+from motiondb.meaning.certainty import asked_certainty
+from motiondb.learn.learned import Learned
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.start.carried_certainty import carry
+from motiondb.learn.start.checking import checked_words
+from motiondb.learn.start.joining import is_set_aside, strange_share
+from motiondb.learn.start.knowledge import Knowledge, Started, begin
+from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, segment_table
+from motiondb.learn.word_fitting import (
     FittedWords,
     TaughtWords,
     fit_words,
     fit_words_with_start,
 )
-from motiondb.pose.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_STEP
 from motiondb.records import Caption, CaptureInfo, SegmentTable
-from motiondb.search import certainty
-from motiondb.search.questions import by_words
-from motiondb.search.vectors import score_vectors
-from motiondb.symbols.discovery import acquisition
-from motiondb.words.lexicon import vocabulary
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning.evidence import by_words
+from motiondb.meaning.maps import score_vectors
+from motiondb.symbols import acquisition
+from motiondb.language import vocabulary
 from quality_protocol.captures import (
     Capture,
     load_bandai,

@@ -12,10 +12,10 @@ from motiondb import store
 from motiondb.database.ask.fact_verbs import FactVerbs
 from motiondb.database.learn import learning, starting
 from motiondb.database.session import Session
-from motiondb.learning.drift import Drift
-from motiondb.learning.learned_model import LearnedModel
-from motiondb.learning.start.knowledge import Knowledge
-from motiondb.learning.symbol_fitting import LearnSettings, Progress
+from motiondb.learn.drift import Drift
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.start.knowledge import Knowledge
+from motiondb.learn.symbol_fitting import LearnSettings, Progress
 
 if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_verbs import Grammars

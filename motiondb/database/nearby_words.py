@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from importlib import resources
 
-from motiondb.words.nearby.table import NearbyTable, read_table
+from motiondb.language.nearby.table import NearbyTable, read_table
 
 _FILE = "words.table"
 
@@ -13,4 +13,4 @@ _FILE = "words.table"
 @lru_cache(maxsize=1)
 def nearby_table() -> NearbyTable:
     """The table that is shipped with motiondb; read once."""
-    return read_table(resources.files("motiondb.words.nearby").joinpath(_FILE).read_bytes(), _FILE)
+    return read_table(resources.files("motiondb.language.nearby").joinpath(_FILE).read_bytes(), _FILE)

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from motiondb import store
 from motiondb.errors import NotLearnedError
-from motiondb.learning.counting import join_tables
-from motiondb.learning.learned import Learned
-from motiondb.learning.making.segment_material import Takes
-from motiondb.learning.parameter_arrays import from_stored
-from motiondb.learning.recognition import recognise_capture
-from motiondb.learning.start.checking import given_certainties
-from motiondb.learning.symbol_fitting import FeaturePool
-from motiondb.pose.features import N_FEATURES, features_of_motions
+from motiondb.meaning.counting import join_tables
+from motiondb.learn.learned import Learned
+from motiondb.generate.segment_material import Takes
+from motiondb.learn.parameter_arrays import from_stored
+from motiondb.learn.recognition import recognise_capture
+from motiondb.learn.start.checking import given_certainties
+from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.body.features import N_FEATURES, features_of_motions
 from motiondb.records import SegmentTable
 
 T = TypeVar("T")

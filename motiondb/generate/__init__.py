@@ -1,1 +1,1 @@
-"""Generation: hidden Markov models in series, trajectories, stitched clips, foot contacts."""
+"""New motion from a sentence."""

@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.pose import body, kinematics, retarget, rotation
-from motiondb.pose.features import runs
+from motiondb.body import body, kinematics, retarget, rotation
+from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 MAX_HEIGHT = 0.05

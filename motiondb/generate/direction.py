@@ -35,7 +35,7 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
 from motiondb.records import MOTION_FPS, FloatArray
-from motiondb.words.question.tree import LIMBS, SIDES
+from motiondb.language.question.tree import LIMBS, SIDES
 
 FULL = {
     "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,

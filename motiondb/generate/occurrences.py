@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
-from motiondb.pose import body, retarget
-from motiondb.pose.features import runs
-from motiondb.pose.pose_vectors import to_path
+from motiondb.body import body, retarget
+from motiondb.body.features import runs
+from motiondb.body.pose_vectors import to_path
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 COUNTED = ("jump", "hop", "leap", "jete", "kick", "punch")

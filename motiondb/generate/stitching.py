@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import FloatArray, IntArray
 
 BLEND_FRAMES = 10

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.pose import retarget, rotation
+from motiondb.body import retarget, rotation
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 SLOW_SHARE, FAST_SHARE = 0.15, 0.85

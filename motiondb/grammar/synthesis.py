@@ -35,7 +35,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
-from motiondb.pose import pose_vectors, rotation
+from motiondb.body import pose_vectors, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from motiondb.capture.folder import CAPTURE_ENDINGS
+from motiondb.files.folder import CAPTURE_ENDINGS
 
 VERSION = version("motiondb")
 """The installed version of motiondb."""

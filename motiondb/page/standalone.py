@@ -28,15 +28,15 @@ from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
 from motiondb.page.files.bundle_files import BUNDLE, NO_BUNDLE, is_built
 from motiondb.page.motion import container, figure
 from motiondb.page.settings import VERSION
-from motiondb.pose.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion
 
 if TYPE_CHECKING:
     from motiondb.database.generate.generating import Generated
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scene_verbs import Scene
-    from motiondb.learning.answers.example_answers import ExampleAnswer
-    from motiondb.learning.answers.word_answers import WordAnswer
+    from motiondb.search.example_answers import ExampleAnswer
+    from motiondb.search.word_answers import WordAnswer
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
 """Elements that the page's ``index.html`` contains exactly once."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
-from motiondb.pose import body, kinematics, rotation
+from motiondb.body import body, kinematics, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:

@@ -70,7 +70,7 @@ class MotionSymbols:
             Number of the symbol.
         exit_state : bool, optional
             Whether the model gets a further state, absorbing and without frames, for a symbol that
-            was left. Then ``score`` is exactly that of ``motiondb.symbols.models.hmm``. A model
+            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model
             without it can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
 
         Raises
@@ -207,8 +207,8 @@ class Association:
 class StoredLearning:
     """The results of ``learn``, in the form of the tables of the store.
 
-    :mod:`motiondb.learning.parameter_arrays` turns it into typed records
-    (``motiondb.learning.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
+    :mod:`motiondb.learn.parameter_arrays` turns it into typed records
+    (``motiondb.learn.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
 
     Attributes
     ----------

@@ -80,7 +80,7 @@ class Clip:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A motion on the canonical body (``motiondb.pose.body``) at 30 frames a second.
+    """A motion on the canonical body (``motiondb.body.body``) at 30 frames a second.
 
     World frame: right-handed, y up, the ground at y = 0.
 
@@ -115,16 +115,16 @@ class Motion:
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the 21 joints, in the order of all arrays; parents come before children."""
-        from motiondb.pose.body import JOINTS
+        from motiondb.body.body import JOINTS
 
         return tuple(JOINTS)
 
     def joint_positions(self) -> FloatArray:
         """World positions of all joints: array (frames, 21, 3), metres on the standard body.
 
-        Right-handed, y up. Multiply by ``leg_length / motiondb.pose.body.LEG_LENGTH`` for the
+        Right-handed, y up. Multiply by ``leg_length / motiondb.body.body.LEG_LENGTH`` for the
         performer's size.
         """
-        from motiondb.pose.retarget import motion_positions
+        from motiondb.body.retarget import motion_positions
 
         return motion_positions(self)[0]

@@ -1,1 +1,1 @@
-"""Search: intervals of captures by words or by an example, with reasons and probabilities."""
+"""Answers to questions and examples, with reasons and certainty."""

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.pose import body, features, retarget, rotation
+from motiondb.body import body, features, retarget, rotation
 from motiondb.records import Float32Array, IntArray, Motion
 
 NEAR = 0.01

@@ -1,1 +1,1 @@
-"""Motion symbols: segments of captures, their hidden Markov models, distances and clusters."""
+"""Motion symbols: segments, hidden Markov models, discovery, distances."""

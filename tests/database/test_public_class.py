@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.records import Motion
 
 

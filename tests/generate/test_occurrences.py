@@ -5,7 +5,7 @@ import pytest
 
 from motiondb.generate.direction import directions_of, furthest_part, gone
 from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
-from motiondb.pose import body, rotation
+from motiondb.body import body, rotation
 from motiondb.records import Motion
 
 N_FRAMES = 150

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.generate import stitching
 from motiondb.generate.stitching import BLEND_FRAMES, Candidates, Piece
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import FloatArray
 
 Sources = dict[int, tuple[FloatArray, FloatArray]]

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motiondb.generate import tempo
-from motiondb.pose import body, pose_vectors, rotation
+from motiondb.body import body, pose_vectors, rotation
 
 
 def _path(n_frames: int, speed: float) -> tuple[np.ndarray, np.ndarray]:

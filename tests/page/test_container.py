@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.page.motion import container, figure
 from motiondb.page.motion.container import Track
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.records import Motion
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.pose import body, rotation
+from motiondb.body import body, rotation
 from motiondb.records import Motion
 
 

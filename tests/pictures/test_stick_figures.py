@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from motiondb.errors import MotionDBError
 from motiondb.pictures import stick, style
-from motiondb.pose import body
+from motiondb.body import body
 
 L_WRIST = body.INDEX["l_wrist"]
 

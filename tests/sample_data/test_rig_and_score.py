@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from motiondb.pose import kinematics, rotation
+from motiondb.body import kinematics, rotation
 from sample_data import grammars, performers, repertoire, rig
 from sample_data.grammars import GRAMMARS, derive
 from sample_data.performers import INDEX, PERFORMERS, ROLES, Performer, skeleton, spelled

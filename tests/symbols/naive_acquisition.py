@@ -8,7 +8,7 @@ from math import log
 import numpy as np
 
 from motiondb.records import Float32Array, IntArray, MotionSymbols
-from motiondb.symbols.models import hmm
+from motiondb.symbols import hmm
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of ``motiondb.symbols.models.hmm``: every path is written out."""
+"""Slow, obvious twins of ``motiondb.symbols.hmm``: every path is written out."""
 
 from __future__ import annotations
 

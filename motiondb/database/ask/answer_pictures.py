@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from motiondb import pictures
 from motiondb.errors import QueryError
-from motiondb.learning.answers.explained_answer import ExplainedWord
-from motiondb.learning.answers.word_answers import WordAnswer
+from motiondb.search.explained_answer import ExplainedWord
+from motiondb.search.word_answers import WordAnswer
 from motiondb.records import Match, Motion
 
 if TYPE_CHECKING:

@@ -11,24 +11,24 @@ from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
-from motiondb.learning.answers import (
+from motiondb.search import (
     caption_suggestions,
     described_motion,
     example_answers,
     part_suggestions,
     word_answers,
 )
-from motiondb.learning.answers.word_sources import WordSource, why_unchecked, word_sources
-from motiondb.learning.learned import Learned
-from motiondb.learning.taken_words import (
+from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
+from motiondb.learn.learned import Learned
+from motiondb.search.taken_words import (
     add_written,
     leave_unknown,
     replace_unknown,
     take_unknown,
 )
-from motiondb.learning.written_words import LearnedWithWritten, WrittenWord, written_words
+from motiondb.search.written_words import LearnedWithWritten, WrittenWord, written_words
 from motiondb.records import Motion
-from motiondb.words.nearby.taking import Taking
+from motiondb.search.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row

@@ -12,10 +12,10 @@ import numpy as np
 from motiondb import pictures, store
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
-from motiondb.learning.learned import Learned
-from motiondb.pose.features import FEATURE_STEP, recognition_features
+from motiondb.learn.learned import Learned
+from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.records import MOTION_FPS, SegmentTable
-from motiondb.symbols.segments.activities import find_activities
+from motiondb.symbols.activities import find_activities
 
 if TYPE_CHECKING:
     from motiondb.database.ask.question_verbs import QuestionVerbs
@@ -118,7 +118,7 @@ def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
 def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
     """The successive activities of a capture; equal numbers are the same activity.
 
-    Found in the capture alone, without labels (:mod:`motiondb.symbols.segments.activities`); where
+    Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where
     words were learned, each comes with those that its motion most likely shows. Empty if the
     capture does one thing throughout.
     """

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from motiondb import store
-from motiondb.capture.sheets.event_sheet import EventSheet
-from motiondb.capture.sheets.sheet import Sheet
+from motiondb.files.event_sheet import EventSheet
+from motiondb.files.sheet import Sheet
 from motiondb.records import Caption
 
 

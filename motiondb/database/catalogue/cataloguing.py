@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import capture, store
-from motiondb.capture.sheets.event_sheet import EventSheet
-from motiondb.capture.sheets.sheet import Sheet, SheetEntry, capture_name
+from motiondb import store
+from motiondb import files as capture
+from motiondb.files.event_sheet import EventSheet
+from motiondb.files.sheet import Sheet, SheetEntry, capture_name
 from motiondb.database.catalogue.added_sheets import (
     Sheets,
     captions_within,
@@ -19,7 +20,7 @@ from motiondb.database.catalogue.added_sheets import (
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.file_names import is_file, is_folder
+from motiondb.files.file_names import is_file, is_folder
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 

@@ -21,12 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import capture, store
-from motiondb.bounded_files import read_bounded_text
-from motiondb.capture.sheets.sheet import SheetEntry
+from motiondb import store
+from motiondb import files as capture
+from motiondb.files.bounded_files import read_bounded_text
+from motiondb.files.sheet import SheetEntry
 from motiondb.errors import CaptureError, MotionDBError
-from motiondb.parent_process import end_with_parent, is_main_thread
-from motiondb.pose import retarget
+from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.body import retarget
 from motiondb.records import CaptureInfo, Clip, Motion
 
 _FEW = 4

@@ -2,7 +2,7 @@
 
 No capture fulfils a condition ``caption ~ word``, ``tag = word`` or ``tag ~ word`` with an unknown
 word. If the word may be taken as words that captions, or the values of this tag, do hold
-(:mod:`motiondb.words.nearby.taking`), the condition asks for these instead. Conditions with ``!=``
+(:mod:`motiondb.search.taking`), the condition asks for these instead. Conditions with ``!=``
 and ``!~``, and those within ``not``, are not changed: an unknown word excludes nothing.
 """
 
@@ -14,9 +14,9 @@ from motiondb import store
 from motiondb.database.nearby_words import nearby_table
 from motiondb.records import CaptureInfo
 from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where
-from motiondb.words.lexicon.lemmas import lemma
-from motiondb.words.lexicon.vocabulary import forms_of
-from motiondb.words.nearby.taking import TAKEN, Taking, take_word
+from motiondb.language.lemmas import lemma
+from motiondb.language.vocabulary import forms_of
+from motiondb.search.taking import TAKEN, Taking, take_word
 
 
 def take_filter_words(

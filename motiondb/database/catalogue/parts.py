@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import capture
+from motiondb import files as capture
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.records import MOTION_FPS, Clip, Motion
-from motiondb.whole_files import whole_file
+from motiondb.files.whole_files import whole_file
 
 
 def cut_motion(motion: Motion, start: float | None, end: float | None, step: int = 1) -> Motion:

@@ -14,13 +14,14 @@ import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import capture, store
+from motiondb import store
+from motiondb import files as capture
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
-from motiondb.file_names import check_file_name
-from motiondb.pose import retarget
+from motiondb.files.file_names import check_file_name
+from motiondb.body import retarget
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
-from motiondb.whole_files import delete_all, is_running
+from motiondb.files.whole_files import delete_all, is_running
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from motiondb import pictures, store
 from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.pose import retarget
+from motiondb.body import retarget
 from motiondb.records import MOTION_FPS, Motion
 
 

@@ -19,22 +19,22 @@ from motiondb.database.generate.generated_files import (
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
-from motiondb.learning.answers.word_sources import WordSource, word_sources
-from motiondb.learning.learned import Learned
-from motiondb.learning.making.motion_making import (
+from motiondb.search.word_sources import WordSource, word_sources
+from motiondb.learn.learned import Learned
+from motiondb.generate.motion_making import (
     METHODS,
     MadeMotion,
     MotionRequest,
     make_motion,
 )
-from motiondb.learning.making.sentence_plan import speed_of
-from motiondb.learning.making.shown_actions import JudgedAction
-from motiondb.learning.taken_words import leave_unknown, nearest_suggested, replace_unknown
+from motiondb.generate.sentence_plan import speed_of
+from motiondb.generate.shown_actions import JudgedAction
+from motiondb.search.taken_words import leave_unknown, nearest_suggested, replace_unknown
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.words.nearby.taking import Taking, hints_of
-from motiondb.words.question.known import KnownQuestion, hinted, with_hints
-from motiondb.words.question.tree import AnyOf, Node, NotUsed, Without, parts_of
-from motiondb.words.translation import decoding
+from motiondb.search.taking import Taking, hints_of
+from motiondb.language.question.known import KnownQuestion, hinted, with_hints
+from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
+from motiondb.language.translation import decoding
 
 __all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
 

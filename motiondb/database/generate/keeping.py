@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from motiondb import capture, store
-from motiondb.pose import retarget
+from motiondb import store
+from motiondb import files as capture
+from motiondb.body import retarget
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
 
 

@@ -3,7 +3,7 @@
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
 them. A word means one segment, with one of the terminals in whose segments the word is probable
 (:mod:`.grammar_words`). A word that no caption holds may be taken as known ones
-(:mod:`motiondb.learning.taken_words`), and is probable where these are. A text without ``?`` and
+(:mod:`motiondb.search.taken_words`), and is probable where these are. A text without ``?`` and
 ``...`` that does not consist of terminals is a sentence in words: its words follow each other in
 this order, with anything between, before and after. The steps are from words to motion symbols (the
 association), to terminals, to a sentence that obeys the grammar, to motion.
@@ -28,12 +28,12 @@ from motiondb.database.nearby_words import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
-from motiondb.learning.learned import Learned
-from motiondb.learning.recognition import understand
-from motiondb.learning.taken_words import made_of_unknown, with_taken
-from motiondb.words.lexicon.vocabulary import motion_word, nearest_words, nothing_known
-from motiondb.words.nearby.taking import Taking
-from motiondb.words.question.plain import plain_actions
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import understand
+from motiondb.search.taken_words import made_of_unknown, with_taken
+from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
+from motiondb.search.taking import Taking
+from motiondb.language.question.plain import plain_actions
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

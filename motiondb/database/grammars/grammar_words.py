@@ -6,7 +6,7 @@ takes, by the difference
 
     p(word | segments of the terminal) - p(word | all segments).
 
-The probabilities are those of :mod:`motiondb.learning.answers.described_segments`: by the captions
+The probabilities are those of :mod:`motiondb.search.described_segments`: by the captions
 that people wrote, and otherwise by the motion. A word whose place only the alignment of a whole
 caption gives has no probability. If the database has learned motion symbols, a terminal also gets
 the symbols that cover most of the time of its segments. The database therefore keeps a single table
@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
-from motiondb.learning.answers.described_segments import segment_words
-from motiondb.learning.learned import Learned
+from motiondb.search.described_segments import segment_words
+from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
 
 N_WORDS = 2

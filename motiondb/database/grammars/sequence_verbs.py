@@ -12,7 +12,7 @@ from motiondb.database.grammars import (
     grammar_strips,
 )
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
-from motiondb.words.nearby.taking import Taking
+from motiondb.search.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -11,20 +11,20 @@ from motiondb import store
 from motiondb.database.learn.starting import find_start
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
-from motiondb.learning.drift import Drift, count_word_use, measure_drift
-from motiondb.learning.fitting import fit_model
-from motiondb.learning.learned_model import LearnedModel
-from motiondb.learning.parameter_arrays import (
+from motiondb.learn.drift import Drift, count_word_use, measure_drift
+from motiondb.learn.fitting import fit_model
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.parameter_arrays import (
     DRIFT_NAMES,
     LEMMA_NAME,
     drift_baseline_from,
     lemmas_from,
     to_stored,
 )
-from motiondb.learning.performer_groups import performers_of
-from motiondb.learning.start.knowledge import Knowledge, begin
-from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings, Progress
-from motiondb.learning.word_fitting import TaughtWords
+from motiondb.learn.performer_groups import performers_of
+from motiondb.learn.start.knowledge import Knowledge, begin
+from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, Progress
+from motiondb.learn.word_fitting import TaughtWords
 
 _ATTEMPTS = 3
 """How often to learn from the beginning where captures change meanwhile. Chosen by hand."""

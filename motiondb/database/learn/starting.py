@@ -11,19 +11,19 @@ from typing import Any
 
 from motiondb import store
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
-from motiondb.knowledge.knowledge_file import (
+from motiondb.files.knowledge_file import (
     from_bytes,
     read_knowledge,
     read_summary,
     write_knowledge,
 )
-from motiondb.learning.answers.word_sources import why_unchecked
-from motiondb.learning.knowledge_making import make_knowledge
-from motiondb.learning.learned import Learned
-from motiondb.learning.parameter_arrays import ORIGIN_NAME, started_from
-from motiondb.learning.start.joining import fits, start_weight, strange_share
-from motiondb.learning.start.knowledge import Knowledge
-from motiondb.learning.symbol_fitting import LearnSettings
+from motiondb.search.word_sources import why_unchecked
+from motiondb.learn.knowledge_making import make_knowledge
+from motiondb.learn.learned import Learned
+from motiondb.learn.parameter_arrays import ORIGIN_NAME, started_from
+from motiondb.learn.start.joining import fits, start_weight, strange_share
+from motiondb.learn.start.knowledge import Knowledge
+from motiondb.learn.symbol_fitting import LearnSettings
 
 NONE = "none"
 """Name that means no start."""
@@ -33,7 +33,7 @@ _RUN = ("kind", "seed", "version")  # of a run, what does not depend on the mach
 
 def shipped_names() -> list[str]:
     """Names of the knowledge that is shipped with motiondb, sorted."""
-    files = resources.files("motiondb.knowledge").iterdir()
+    files = resources.files("motiondb.files").iterdir()
     return sorted(f.name.removesuffix(ENDING) for f in files if f.name.endswith(ENDING))
 
 
@@ -41,7 +41,7 @@ def shipped_starts() -> list[dict[str, Any]]:
     """Facts of the knowledge that is shipped with motiondb: its origin, and number of words."""
     facts = []
     for name in shipped_names():
-        file = resources.files("motiondb.knowledge").joinpath(f"{name}{ENDING}")
+        file = resources.files("motiondb.files").joinpath(f"{name}{ENDING}")
         origin, words = read_summary(file.read_bytes(), file.name)
         facts.append({**origin.facts(), "name": name, "words": len(words)})
     return facts
@@ -62,7 +62,7 @@ def load_knowledge(what: str | Path) -> Knowledge:
     """
     names = shipped_names()
     if str(what) in names:
-        file = resources.files("motiondb.knowledge").joinpath(f"{what}{ENDING}")
+        file = resources.files("motiondb.files").joinpath(f"{what}{ENDING}")
         return from_bytes(file.read_bytes(), file.name)
     if not Path(what).exists():
         raise KnowledgeError(

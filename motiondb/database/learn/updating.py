@@ -4,7 +4,7 @@ One context manager surrounds every change of captures, words or synonyms. Befor
 counts of the captures that will change are subtracted. After it, the captures that are there are
 counted (new captures are first cut and scored by the learned symbols), and everything that follows
 from the counts is saved in the same transaction. Counts are exact
-(:mod:`motiondb.learning.counting`), so that a capture that was added and removed leaves no trace.
+(:mod:`motiondb.meaning.counting`), so that a capture that was added and removed leaves no trace.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motiondb import store
-from motiondb.learning import counting
-from motiondb.learning.counting import Counted
-from motiondb.learning.learned_model import LearnedModel
-from motiondb.learning.parameter_arrays import COUNTED_NAME, from_stored, to_stored
-from motiondb.learning.recognition import recognise_capture
-from motiondb.learning.recounting import with_counts
+from motiondb.meaning import counting
+from motiondb.meaning.counting import Counted
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.parameter_arrays import COUNTED_NAME, from_stored, to_stored
+from motiondb.learn.recognition import recognise_capture
+from motiondb.learn.recounting import with_counts
 from motiondb.records import SegmentTable
-from motiondb.words.lexicon import vocabulary
+from motiondb.language import vocabulary
 
 
 @dataclass

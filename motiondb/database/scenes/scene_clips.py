@@ -23,8 +23,8 @@ from motiondb import store
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.scenes.scene_words import take_phrases
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.words.lexicon.vocabulary import split_actions, words_of
-from motiondb.words.nearby.taking import Taking
+from motiondb.language.vocabulary import split_actions, words_of
+from motiondb.search.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -5,9 +5,9 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from motiondb.bounded_files import read_bounded_text
+from motiondb.files.bounded_files import read_bounded_text
 from motiondb.errors import SceneError, suggestion
-from motiondb.file_names import is_file
+from motiondb.files.file_names import is_file
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram

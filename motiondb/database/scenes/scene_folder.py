@@ -24,8 +24,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb import capture, pictures, store
-from motiondb.capture.writers.gltf_scene import Character
+from motiondb import pictures, store
+from motiondb import files as capture
+from motiondb.files.writers.gltf_scene import Character
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_files import GRAMMAR, TACTICS
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
@@ -33,7 +34,7 @@ from motiondb.database.scenes.scene_records import from_json, to_json
 from motiondb.database.scenes.scene_reports import report_facts, report_text
 from motiondb.errors import MotionDBError, SceneError
 from motiondb.pictures.scenes.scene_paths import performer_colours
-from motiondb.pose import body, retarget
+from motiondb.body import body, retarget
 from motiondb.records import Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram

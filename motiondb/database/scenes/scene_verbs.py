@@ -37,11 +37,11 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_reports import source_list
 from motiondb.database.scenes.scene_texts import SceneTextVerbs, read_scene_text
 from motiondb.errors import QueryError, suggestion
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
-from motiondb.words.nearby.taking import Taking
+from motiondb.search.taking import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -25,7 +25,7 @@ import numpy as np
 from motiondb.grammar.terminals.pose_distance import make_poses
 from motiondb.grammar.terminals.segment_distance import distances_to
 from motiondb.grammar.terminals.terminals import Terminals
-from motiondb.pose import retarget
+from motiondb.body import retarget
 from motiondb.records import FloatArray, IntArray, Motion
 
 Classes = tuple[tuple[str, ...], ...]

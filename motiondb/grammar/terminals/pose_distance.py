@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.pose import body, features, retarget, rotation
+from motiondb.body import body, features, retarget, rotation
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, IntArray, Motion
 
 COMPARED = (

@@ -18,7 +18,7 @@ from motiondb.page.delivery.scene_motions import load_scene
 from motiondb.page.facts.scene_facts import find_kept
 from motiondb.page.parameters import Part
 from motiondb.page.session.state import Page
-from motiondb.pose import retarget
+from motiondb.body import retarget
 from motiondb.records import Motion
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")

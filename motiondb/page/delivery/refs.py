@@ -14,7 +14,7 @@ from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.page.answers import PageError, unknown
 from motiondb.page.session.state import Page
-from motiondb.pose.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_STEP
 from motiondb.records import Motion
 
 KINDS = ("capture", "upload", "made", "sequence", "scene", "first", "kept")

@@ -10,7 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 from motiondb.records import Match
-from motiondb.words.nearby.taking import Taking
+from motiondb.search.taking import Taking
 
 
 def match_facts(match: Match) -> dict[str, Any]:

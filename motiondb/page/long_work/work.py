@@ -94,7 +94,7 @@ class Workshop:
         return self._opened[read_only]
 
     def _add(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
-        from motiondb.capture import unit_from_name
+        from motiondb.files import unit_from_name
         from motiondb.database.catalogue.file_reading import AddSettings
 
         unit, place = parameters["unit"], str(Path(parameters["folder"]).absolute())
@@ -122,7 +122,7 @@ class Workshop:
         }
 
     def _learn(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
-        from motiondb.learning.symbol_fitting import LearnSettings
+        from motiondb.learn.symbol_fitting import LearnSettings
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.generate.contact import find_contacts
-from motiondb.pose import body, retarget, rotation
+from motiondb.body import body, retarget, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
 POINTS: tuple[str, ...] = (

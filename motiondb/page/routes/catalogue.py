@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 
-from motiondb.capture.folder import CAPTURE_ENDINGS
+from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
 from motiondb.page.answers import Answer, PageError, unknown

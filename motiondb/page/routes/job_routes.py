@@ -13,7 +13,7 @@ from fastapi import Path as PathParameter
 from pydantic import Field
 from starlette.responses import StreamingResponse
 
-from motiondb.capture import unit_from_name
+from motiondb.files import unit_from_name
 from motiondb.page.answers import Answer, PageError, to_json
 from motiondb.page.files.folders import allowed_path, list_folder
 from motiondb.page.long_work.jobs import Job

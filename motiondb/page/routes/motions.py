@@ -15,7 +15,7 @@ from motiondb.page.motion import container, figure
 from motiondb.page.motion.container import Track, body_track
 from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
 from motiondb.page.session.state import Page
-from motiondb.pose.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
 MOST_THUMBS = 200

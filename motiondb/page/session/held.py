@@ -15,7 +15,7 @@ from typing import Any
 from motiondb.database import MotionDB
 from motiondb.database.session import feature_arrays
 from motiondb.errors import MotionDBError
-from motiondb.learning.drift import Drift
+from motiondb.learn.drift import Drift
 
 EXAMPLE = 2.0
 """Longest example, in seconds, by which the data for examples are loaded. Chosen by hand."""

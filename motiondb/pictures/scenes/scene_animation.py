@@ -21,8 +21,8 @@ from motiondb.pictures import style
 from motiondb.pictures.scenes.scene_paths import BALL, check_performers, performer_colours
 from motiondb.pictures.scenes.tactics import court_lines
 from motiondb.pictures.stick import BONES, HEAD_RADIUS, head_centre, world_points
-from motiondb.pose import body, retarget, rotation
-from motiondb.pose.pose_vectors import heading_rotations
+from motiondb.body import body, retarget, rotation
+from motiondb.body.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 

@@ -17,7 +17,7 @@ from motiondb.errors import MotionDBError
 from motiondb.pictures import style
 from motiondb.pictures.scenes.tactics import tactics_figure
 from motiondb.pictures.stick import check_motion
-from motiondb.pose.pose_vectors import heading_rotations
+from motiondb.body.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.language.tactics import DEFENCE, Diagram
 

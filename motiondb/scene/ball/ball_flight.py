@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.pose import retarget
+from motiondb.body import retarget
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.ball.ball_acts import BallActs, Possession
 from motiondb.scene.ball.hands import palms, reach

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.pose import body, retarget, rotation
+from motiondb.body import body, retarget, rotation
 from motiondb.records import FloatArray, Motion
 from motiondb.scene.ball.ball_acts import BallActs
 from motiondb.scene.ball.ball_flight import RIM

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.pose import body, kinematics, retarget, rotation
+from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.records import FloatArray, Motion
 
 PALM = 0.09

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.pose import body, features, pose_vectors, rotation
+from motiondb.body import body, features, pose_vectors, rotation
 from motiondb.records import FloatArray
 from motiondb.scene.ball.ball_acts import Possession
 from motiondb.scene.ball.hands import palms

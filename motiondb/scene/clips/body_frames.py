@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.generate.contact import find_contacts
-from motiondb.pose import body, features, pose_vectors, retarget, rotation
+from motiondb.body import body, features, pose_vectors, retarget, rotation
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.ground import compose, relative
 

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.pose.features import runs
+from motiondb.body.features import runs
 from motiondb.records import Event, Motion
 from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from motiondb.errors import SceneError
-from motiondb.pose import pose_vectors, retarget, rotation
+from motiondb.body import pose_vectors, retarget, rotation
 from motiondb.records import IntArray, Motion
 from motiondb.scene.clips.clip_variants import edited_stretch
 from motiondb.scene.clips.clips import ClipSource

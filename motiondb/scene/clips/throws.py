@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
 from motiondb.scene.clips.clip_cutting import AROUND, farthest_up
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.pose.features import runs
+from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.ball.ball_acts import BallActs
 from motiondb.scene.energy.rule_table import DISTANCE, RuleTable

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.records import Motion
 
 LEAST = math.radians(1.0)
@@ -27,7 +27,7 @@ _EDITS = {
 def joint_edits(spliced: Motion, finished: Motion) -> dict[str, NDArray[np.bool_]]:
     """Return in which frames a finished motion was edited: arrays (frames,), by the edit.
 
-    >>> from motiondb.pose import rotation
+    >>> from motiondb.body import rotation
     >>> local = np.tile(rotation.IDENTITY, (2, len(body.JOINTS), 1))
     >>> still = Motion(local.astype(np.float32), np.zeros((2, 3), np.float32), 0.9)
     >>> local[1, body.INDEX["neck"]] = rotation.from_axis_angle([0.0, 1.0, 0.0], 0.1)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.generate.contact import foot_heights
-from motiondb.pose import body, retarget
-from motiondb.pose.features import runs
+from motiondb.body import body, retarget
+from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.polish.stepping import APART, LIFT, SWING, move_ankles
 

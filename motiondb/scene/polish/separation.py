@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.pose.features import runs
+from motiondb.body.features import runs
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.energy.collisions import CONTACT_FRAMES, CONTACT_RADIUS, RADIUS
 from motiondb.scene.energy.rule_table import RuleTable

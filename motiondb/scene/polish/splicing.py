@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.generate.contact import FEET, find_contacts, lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
-from motiondb.pose import body, pose_vectors, retarget, rotation
-from motiondb.pose.features import runs
+from motiondb.body import body, pose_vectors, retarget, rotation
+from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clips.clip_motion import clip_motion
 from motiondb.scene.clips.clips import ClipSource

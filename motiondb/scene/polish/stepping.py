@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.pose import body, features, kinematics, pose_vectors, retarget, rotation
-from motiondb.pose.features import runs
+from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
+from motiondb.body.features import runs
 from motiondb.records import FloatArray, Motion
 
 SWING = 9

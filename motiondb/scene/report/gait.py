@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.generate.contact import MAX_HEIGHT, foot_heights
-from motiondb.pose.features import runs
+from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.polish.seam_steps import ANKLES, LIFTED, TOES
 

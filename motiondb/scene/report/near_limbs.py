@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.records import FloatArray
 
 REACH = 2.4

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.generate.contact import find_contacts, foot_heights
-from motiondb.pose import retarget
-from motiondb.pose.features import runs
+from motiondb.body import retarget
+from motiondb.body.features import runs
 from motiondb.records import FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import rule_table as kinds

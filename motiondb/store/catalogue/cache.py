@@ -34,7 +34,7 @@ from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.columns import fetch, from_rows
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import read_meta
-from motiondb.whole_files import is_being_written
+from motiondb.files.whole_files import is_being_written
 
 Arrays = dict[str, NDArray[Any]]
 

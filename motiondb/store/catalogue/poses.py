@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.pose import body
+from motiondb.body import body
 from motiondb.records import Float32Array, Motion
 
 POSE_SIZE = 3 + 4 * len(body.JOINTS)

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from motiondb.errors import StoreError
-from motiondb.parent_process import end_with_parent, is_main_thread
+from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.store.checking.blocks import find_damage
 from motiondb.store.connection.faults import damage_sentence
 

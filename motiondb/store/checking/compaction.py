@@ -7,13 +7,13 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.file_names import plain_name
+from motiondb.files.file_names import plain_name
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import is_lock
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.statements import Connection
-from motiondb.whole_files import delete_all
+from motiondb.files.whole_files import delete_all
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:

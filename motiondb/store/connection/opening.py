@@ -18,12 +18,12 @@ from typing import Any
 import duckdb
 
 from motiondb.errors import HeldError, StoreError
-from motiondb.file_names import check_file_name, plain_name
+from motiondb.files.file_names import check_file_name, plain_name
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
-from motiondb.whole_files import delete_all, is_being_written, is_duckdb
+from motiondb.files.whole_files import delete_all, is_being_written, is_duckdb
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 import motiondb
 from motiondb.cli.main import app
-from motiondb.search.questions import by_question, reasons
+from motiondb.meaning.evidence import by_question
+from motiondb.search import reasons
 
 
 @pytest.mark.parametrize("question", ["kick", "walk, turn left, sit down", "walk, ?, wave"])

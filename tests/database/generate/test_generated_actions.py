@@ -15,7 +15,7 @@ from motiondb import MotionDB
 from motiondb.cli.main import app
 from motiondb.errors import QueryError
 from motiondb.generate.occurrences import find_occurrences, measured_track
-from motiondb.learning.making.shown_actions import Asked, judge_motion
+from motiondb.generate.shown_actions import Asked, judge_motion
 from motiondb.records import MOTION_FPS
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb.capture.sheets.sheet import capture_name, read_sheet
+from motiondb.files.sheet import capture_name, read_sheet
 from motiondb.database.catalogue.importing import ImportReport
 from motiondb.errors import QueryError, SheetError
 

@@ -9,7 +9,7 @@ import pytest
 
 import motiondb
 from motiondb import AddSettings, store
-from motiondb.learning import drift
+from motiondb.learn import drift
 from motiondb.records import FloatArray, SegmentTable
 
 

@@ -15,16 +15,16 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.errors import MotionDBError
-from motiondb.learning import symbol_fitting
-from motiondb.learning.symbol_fitting import FeaturePool, LearnSettings
-from motiondb.pose.features import N_FEATURES
+from motiondb.learn import symbol_fitting
+from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings
+from motiondb.body.features import N_FEATURES
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
-from motiondb.symbols.discovery.acquisition import AcquisitionSettings, Cutting
+from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
 
 LEARN_AND_DIGEST = """
 import hashlib, sys
 import motiondb
-from motiondb.learning.symbol_fitting import LearnSettings
+from motiondb.learn.symbol_fitting import LearnSettings
 with motiondb.open(sys.argv[1]) as db:
     found = db.learn(LearnSettings(seed=5))
 digest = hashlib.sha256()

@@ -9,10 +9,10 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.capture import read_capture
+from motiondb.files import read_capture
 from motiondb.database.catalogue.parts import cut_clip
 from motiondb.errors import MotionDBError, NotLearnedError
-from motiondb.learning.symbol_fitting import LearnSettings
+from motiondb.learn.symbol_fitting import LearnSettings
 
 
 def test_no_captures(tmp_path: Path) -> None:

@@ -16,14 +16,14 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.learn import starting
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
-from motiondb.learning.answers.described_motion import describe
-from motiondb.learning.answers.example_answers import search_motion
-from motiondb.learning.answers.word_answers import search_words
-from motiondb.learning.certainty.certainties import Certainties
-from motiondb.learning.parameter_arrays import from_stored, to_stored
-from motiondb.learning.start.checking import NO_EXAMPLES_CHECKED
-from motiondb.learning.start.joining import start_weight
-from motiondb.search.certainty import Certainty
+from motiondb.search.described_motion import describe
+from motiondb.search.example_answers import search_motion
+from motiondb.search.word_answers import search_words
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.start.checking import NO_EXAMPLES_CHECKED
+from motiondb.learn.start.joining import start_weight
+from motiondb.meaning.calibration import Certainty
 
 NAMES = (
     "ana/walk_1", "ana/jump_1", "ana/bow_1", "boris/kick_1", "boris/punch_1", "boris/walk_1",
@@ -237,7 +237,7 @@ def test_the_shipped_start_is_sound_and_holds_lemmas_alone() -> None:
     (facts,) = motiondb.shipped_starts()
     assert facts["words"] == len(knowledge.words)
     assert facts["captions"] == knowledge.origin.captions
-    file = Path(starting.__file__).parents[2] / "knowledge" / "cmu.knowledge"
+    file = Path(starting.__file__).parents[2] / "files" / "cmu.knowledge"
     assert file.stat().st_size < 2_000_000
 
 
@@ -313,8 +313,8 @@ def test_commands_offer_start_and_say_what_comes_from_it(
 def test_a_start_that_does_not_fit_is_told_and_set_aside(
     bare: MotionDB, handed_on: Path, monkeypatch: pytest.MonkeyPatch, command: Any
 ) -> None:
-    monkeypatch.setattr("motiondb.learning.start.joining.STRANGE", -1.0)
-    monkeypatch.setattr("motiondb.learning.start.joining.ENOUGH", 2)
+    monkeypatch.setattr("motiondb.learn.start.joining.STRANGE", -1.0)
+    monkeypatch.setattr("motiondb.learn.start.joining.ENOUGH", 2)
     path = str(bare.store.path)
     bare.close()
     told = command("learn", "--start", handed_on, "--db", path)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import motiondb
 from motiondb import store
 from motiondb.records import Caption, FloatArray
-from motiondb.words.suggestion import NOISE, suggest
+from motiondb.search.suggestion import NOISE, suggest
 
 
 def vectors_of(seed: int, n: int, n_symbols: int = 5) -> FloatArray:

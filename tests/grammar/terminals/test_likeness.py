@@ -16,7 +16,7 @@ from motiondb.grammar.terminals.likeness import (
     terminal_distances,
 )
 from motiondb.grammar.terminals.terminals import Terminals
-from motiondb.pose import body, rotation
+from motiondb.body import body, rotation
 from motiondb.records import Motion
 
 LENGTH = 20

@@ -13,7 +13,7 @@ from motiondb.grammar.terminals.segment_distance import (
     segment_distance,
     segment_distances,
 )
-from motiondb.pose import rotation
+from motiondb.body import rotation
 from motiondb.records import Motion
 
 

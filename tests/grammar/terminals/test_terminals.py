@@ -8,7 +8,7 @@ import naive_terminals as naive
 import numpy as np
 import pytest
 
-from motiondb.capture import read_capture
+from motiondb.files import read_capture
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import terminals as module
 from motiondb.grammar.terminals.terminals import (
@@ -18,7 +18,7 @@ from motiondb.grammar.terminals.terminals import (
     strings_of,
     terminals_from_symbols,
 )
-from motiondb.pose.retarget import to_motion
+from motiondb.body.retarget import to_motion
 from motiondb.records import Motion, SegmentTable
 
 QUICK = TerminalSettings(n_starts=4, n_trials=400)

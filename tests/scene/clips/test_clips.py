@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.errors import SceneError
-from motiondb.pose import body, pose_vectors, retarget, rotation
+from motiondb.body import body, pose_vectors, retarget, rotation
 from motiondb.records import Event, Motion
 from motiondb.scene.clips.body_frames import body_frames
 from motiondb.scene.clips.clip_cutting import ShownMotion

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.pose import rotation
-from motiondb.pose.pose_vectors import yaw
+from motiondb.body import rotation
+from motiondb.body.pose_vectors import yaw
 from motiondb.scene.clips.ground import compose, inverse, relative
 
 number = st.floats(-20.0, 20.0)

@@ -11,7 +11,7 @@ import pytest
 
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
-from motiondb.pose import body, retarget, rotation
+from motiondb.body import body, retarget, rotation
 from motiondb.records import Event, Motion
 from motiondb.scene.ball.ball_acts import Possession
 from motiondb.scene.ball.ball_flight import (

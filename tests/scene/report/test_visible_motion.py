@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.pose import body, retarget
+from motiondb.body import body, retarget
 from motiondb.records import Motion
 from motiondb.scene.report.gait import (
     FootJump,

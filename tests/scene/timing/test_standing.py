@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.generate.contact import foot_slip, lock_feet
-from motiondb.pose import body, features, retarget, rotation
+from motiondb.body import body, features, retarget, rotation
 from motiondb.records import Motion
 from motiondb.scene.ball.ball_acts import BallActs, Bounce, Possession
 from motiondb.scene.ball.gaze import AIMING, MOST_YAW, look

@@ -1,0 +1,255 @@
+"""Which joint of a capture's skeleton is which joint of the canonical body.
+
+A *convention* names, for every role (a joint of :mod:`motiondb.body.body`), the joint that has
+this role in the skeletons of some program; ``end:NAME`` means the end site of NAME. Names are
+compared without namespace, prefix, case and separators, so that ``mixamorig:LeftUpLeg``,
+``Neo_LeftUpLeg`` and ``LeftUpLeg`` are equal. The convention with the most required roles is taken,
+then the one with the most roles, then the first. :func:`joint_map` refuses a skeleton without hips,
+knees, ankles, shoulders, elbows and a neck, and lists its joints.
+
+Where a spine has more joints than the canonical one, the joints nearest to a quarter and to half of
+the way from the pelvis to the neck are taken. Skeletons of Vicon Shogun have the names of
+MotionBuilder.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from motiondb.errors import SkeletonError, suggestion
+from motiondb.body import body
+from motiondb.records import Skeleton
+
+Roles = Mapping[str, str]
+"""Role -> normalised joint name."""
+
+REQUIRED = (
+    "l_hip", "l_knee", "l_ankle", "r_hip", "r_knee", "r_ankle", "neck",
+    "l_shoulder", "l_elbow", "r_shoulder", "r_elbow",
+)  # fmt: skip
+"""Roles that a skeleton must have; all others can be estimated from these."""
+_PREFIX = re.compile(r"^(mixamorig\d*|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])")
+_SEPARATORS = re.compile(r"[\s_.\-]")
+_MAX_LISTED = 40
+"""Joints that a message lists: those of a body without fingers."""
+
+
+def _sided(centre: dict[str, str], sided: dict[str, str], swap: tuple[str, str]) -> Roles:
+    """Return the central roles with those of both sides.
+
+    Parameters
+    ----------
+    centre : dict of str to str
+        Role -> joint name, for the trunk.
+    sided : dict of str to str
+        Role without side -> joint name with "*" for the side.
+    swap : tuple of 2 str
+        What stands for "*" on the left and on the right.
+    """
+    sides = {f"l_{role}": name.replace("*", swap[0]) for role, name in sided.items()}
+    sides |= {f"r_{role}": name.replace("*", swap[1]) for role, name in sided.items()}
+    return MappingProxyType(centre | sides)
+
+
+CONVENTIONS: Mapping[str, Roles] = MappingProxyType({
+    "CMU ASF": _sided(
+        {"spine": "upperback", "chest": "thorax", "neck": "lowerneck", "head": "head"},
+        {"hip": "*femur", "knee": "*tibia", "ankle": "*foot", "toe": "*toes",
+         "shoulder": "*humerus", "elbow": "*radius", "wrist": "*wrist"},
+        ("l", "r"),
+    ),
+    "CMU BVH": _sided(
+        {"spine": "chest", "chest": "chest2", "neck": "lowerneck", "head": "head"},
+        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
+         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
+        ("left", "right"),
+    ),
+    "Xsens BVH": _sided(
+        {"spine": "chest", "chest": "chest3", "neck": "neck", "head": "head"},
+        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
+         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
+        ("left", "right"),
+    ),
+    "BVH hip-knee-ankle": _sided(
+        {"spine": "chest", "chest": "chest2", "neck": "neck", "head": "head"},
+        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
+         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
+        ("left", "right"),
+    ),
+    "Mixamo / MotionBuilder": _sided(
+        {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
+        {"hip": "*upleg", "knee": "*leg", "ankle": "*foot", "toe": "*toebase",
+         "shoulder": "*arm", "elbow": "*forearm", "wrist": "*hand"},
+        ("left", "right"),
+    ),
+    "MotionBuilder without toes and hands": _sided(
+        {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "end:neck"},
+        {"hip": "*upleg", "knee": "*leg", "ankle": "*foot", "toe": "end:*foot",
+         "shoulder": "*arm", "elbow": "*forearm", "wrist": "end:*forearm"},
+        ("left", "right"),
+    ),
+    "MotionBuilder with two spines": _sided(
+        {"spine": "spine", "chest": "spine1", "neck": "neck", "head": "head"},
+        {"hip": "*upleg", "knee": "*leg", "ankle": "*foot", "toe": "*toebase",
+         "shoulder": "*arm", "elbow": "*forearm", "wrist": "*hand"},
+        ("left", "right"),
+    ),
+    "Poser": _sided(
+        {"spine": "abdomen", "chest": "chest", "neck": "neck", "head": "head"},
+        {"hip": "*thigh", "knee": "*shin", "ankle": "*foot", "toe": "end:*foot",
+         "shoulder": "*shldr", "elbow": "*forearm", "wrist": "*hand"},
+        ("l", "r"),
+    ),
+    "Character Creator": _sided(
+        {"spine": "waist", "chest": "spine02", "neck": "necktwist01", "head": "head"},
+        {"hip": "*thigh", "knee": "*calf", "ankle": "*foot", "toe": "*toebase",
+         "shoulder": "*upperarm", "elbow": "*forearm", "wrist": "*hand"},
+        ("l", "r"),
+    ),
+    "Bandai-Namco": _sided(
+        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+        {"hip": "upperleg*", "knee": "lowerleg*", "ankle": "foot*", "toe": "toes*",
+         "shoulder": "upperarm*", "elbow": "lowerarm*", "wrist": "hand*"},
+        ("l", "r"),
+    ),
+    "SMPL": _sided(
+        {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
+        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*foot",
+         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
+        ("l", "r"),
+    ),
+    "DeepMimic": _sided(
+        {"spine": "chest", "neck": "neck", "head": "end:neck"},
+        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "end:*ankle",
+         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "end:*elbow"},
+        ("left", "right"),
+    ),
+    "3ds Max Biped": _sided(
+        {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
+        {"hip": "*thigh", "knee": "*calf", "ankle": "*foot", "toe": "*toe0",
+         "shoulder": "*upperarm", "elbow": "*forearm", "wrist": "*hand"},
+        ("l", "r"),
+    ),
+    "Rigify": _sided(
+        {"spine": "spine001", "chest": "spine003", "neck": "spine004", "head": "spine006"},
+        {"hip": "thigh*", "knee": "shin*", "ankle": "foot*", "toe": "toe*",
+         "shoulder": "upperarm*", "elbow": "forearm*", "wrist": "hand*"},
+        ("l", "r"),
+    ),
+    "Blender": _sided(
+        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+        {"hip": "thigh*", "knee": "shin*", "ankle": "foot*", "toe": "toe*",
+         "shoulder": "upperarm*", "elbow": "forearm*", "wrist": "hand*"},
+        ("l", "r"),
+    ),
+    "Unreal": _sided(
+        {"spine": "spine01", "chest": "spine03", "neck": "neck01", "head": "head"},
+        {"hip": "thigh*", "knee": "calf*", "ankle": "foot*", "toe": "ball*",
+         "shoulder": "upperarm*", "elbow": "lowerarm*", "wrist": "hand*"},
+        ("l", "r"),
+    ),
+    "Unity Humanoid": _sided(
+        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+        {"hip": "*upperleg", "knee": "*lowerleg", "ankle": "*foot", "toe": "*toes",
+         "shoulder": "*upperarm", "elbow": "*lowerarm", "wrist": "*hand"},
+        ("left", "right"),
+    ),
+    "Xsens": _sided(
+        {"spine": "l5", "chest": "t12", "neck": "neck", "head": "head"},
+        {"hip": "*upperleg", "knee": "*lowerleg", "ankle": "*foot", "toe": "*toe",
+         "shoulder": "*upperarm", "elbow": "*forearm", "wrist": "*hand"},
+        ("left", "right"),
+    ),
+    "Rokoko": _sided(
+        {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
+        {"hip": "*thigh", "knee": "*shin", "ankle": "*foot", "toe": "*toe",
+         "shoulder": "*arm", "elbow": "*forearm", "wrist": "*hand"},
+        ("left", "right"),
+    ),
+    "motiondb": _sided(
+        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
+         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
+        ("l", "r"),
+    ),
+})  # fmt: skip
+"""Name of a convention -> role -> normalised joint name."""
+
+
+def normalised(name: str) -> str:
+    """Return a joint name without namespace, known prefix, case and separators.
+
+    >>> normalised("mixamorig:LeftUpLeg"), normalised("CC_Base_L_Thigh"), normalised("DEF-thigh.L")
+    ('leftupleg', 'lthigh', 'thighl')
+    """
+    return _SEPARATORS.sub("", _PREFIX.sub("", name.rsplit(":", 1)[-1].lower()))
+
+
+def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> dict[str, int]:
+    """Find the joint of every role in a skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The skeleton of a capture.
+    user_map : mapping of str to str or None
+        Role -> joint name (or ``end:NAME``) for skeletons that no convention fits; its entries
+        override those of the convention.
+
+    Returns
+    -------
+    dict of str to int
+        Role -> joint number; an end site e counts as -1 - e.
+
+    Raises
+    ------
+    SkeletonError
+        When a required role has no joint; the message names the nearest convention.
+    """
+    numbers: dict[str, int] = {}
+    for number, name in enumerate(skeleton.names):
+        numbers.setdefault(normalised(name), number)
+    for number, (joint, _) in enumerate(skeleton.end_sites):
+        numbers.setdefault("end:" + normalised(skeleton.names[joint]), -1 - number)
+    maps = {
+        name: {role: numbers[joint] for role, joint in roles.items() if joint in numbers}
+        for name, roles in CONVENTIONS.items()
+    }
+    best = max(
+        maps, key=lambda name: (sum(role in maps[name] for role in REQUIRED), len(maps[name]))
+    )
+    chosen = maps[best] | _read_user_map(user_map or {}, numbers, skeleton)
+    missing = [role for role in REQUIRED if role not in chosen]
+    if missing:
+        names = ", ".join(name[:_MAX_LISTED] for name in skeleton.names[:_MAX_LISTED])
+        names += ", ..." if len(skeleton.names) > _MAX_LISTED else ""
+        raise SkeletonError(
+            f"skeleton: expected joints for {', '.join(missing)}, found none among: {names} "
+            f"(nearest convention: {best}). Name them in a joint map, lines of `role = joint`."
+        )
+    return chosen
+
+
+def _read_user_map(
+    user_map: Mapping[str, str], numbers: Mapping[str, int], skeleton: Skeleton
+) -> dict[str, int]:
+    """Return role -> joint number of the user's map; ``numbers`` by normalised names."""
+    chosen: dict[str, int] = {}
+    for role, name in user_map.items():
+        if role not in body.INDEX:
+            raise SkeletonError(
+                f"joint map: expected a role among {', '.join(body.JOINTS)}, found {role!r}."
+                + suggestion(role, body.JOINTS)
+            )
+        end = name.startswith("end:")
+        key = ("end:" if end else "") + normalised(name.removeprefix("end:"))
+        if key not in numbers:
+            ends = [f"end:{skeleton.names[joint]}" for joint, _ in skeleton.end_sites]
+            raise SkeletonError(
+                f"joint map: expected a joint of the skeleton for {role}, found {name!r}."
+                + suggestion(name, ends if end else skeleton.names)
+            )
+        chosen[role] = numbers[key]
+    return chosen

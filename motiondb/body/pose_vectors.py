@@ -1,0 +1,177 @@
+"""Vectors that generation models: one for each frame, from which a motion can be computed back.
+
+Notation, per frame: h pelvis height (metres); v planar velocity of the pelvis to the next frame, in
+axes that follow the heading (x left, z ahead; metres per second); w turning to the next frame
+(radians per second); r_j = log(mean_j^-1 q_j) the rotation vector of joint j about its mean local
+rotation (the pelvis relative to the heading). The vector is [h, v_x, v_z, w, r_0, r_1, ...] over
+the joints that turn. :func:`from_vectors` integrates w and v, so it gives the motion back
+exactly, up to the position and the heading of the first frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.body import body, features, retarget, rotation
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+
+FIXED = ("head", "l_wrist", "r_wrist", "l_toe", "r_toe")
+"""Joints that keep their rest rotation on the canonical body."""
+TURNING = np.array([n for n, joint in enumerate(body.JOINTS) if joint not in FIXED])
+"""Numbers of all other joints."""
+N_VALUES = 4 + 3 * len(TURNING)
+"""Values in a vector."""
+_UP = np.array([0.0, 1.0, 0.0])
+"""The vertical axis y."""
+
+
+def yaw(angle: FloatArray) -> FloatArray:
+    """Return rotations (..., 4) about the vertical by angles (...), radians."""
+    return rotation.from_axis_angle(_UP, angle)
+
+
+def mean_rotations(rotations: FloatArray) -> FloatArray:
+    """Compute the mean rotation of every joint over the frames.
+
+    It is the eigenvector of the largest eigenvalue of the sum of q q^T (Markley et al., "Averaging
+    quaternions", Journal of Guidance, Control, and Dynamics 30(4), 2007).
+
+    Parameters
+    ----------
+    rotations : array (frames, joints, 4)
+        Quaternions w, x, y, z; q and -q count as equal.
+
+    Returns
+    -------
+    array (joints, 4)
+        With w not negative.
+    """
+    moments = np.einsum("tja,tjb->jab", rotations, rotations)
+    vectors = np.linalg.eigh(moments)[1][..., -1]
+    return vectors * np.where(vectors[:, :1] < 0, -1.0, 1.0)
+
+
+def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Split the rotations of a motion into its heading and the rest.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+
+    Returns
+    -------
+    local : array (frames, 21, 4)
+        Local rotations; the pelvis relative to the heading.
+    heading : array (frames,)
+        Radians about y, 0 = facing +z, unwrapped in time.
+    """
+    _, world = retarget.motion_positions(motion, features.TRUNK)
+    heading = features.headings(world)
+    local = motion.local_rotations.astype(np.float64)
+    local[:, 0] = rotation.multiply(yaw(-heading), local[:, 0])
+    return local, heading
+
+
+def to_path(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Split a motion into its path over the ground and its rotations.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+
+    Returns
+    -------
+    path : array (frames, 4)
+        [h, v_x, v_z, w]; the last step repeats the one before.
+    local : array (frames, 21, 4)
+        Local rotations; the pelvis relative to the heading.
+    """
+    local, heading = heading_rotations(motion)
+    root = motion.root_positions.astype(np.float64)
+    step = np.diff(root, axis=0, append=root[-1:]) * MOTION_FPS
+    turning = np.diff(heading, append=heading[-1:]) * MOTION_FPS
+    if len(root) > 1:
+        step[-1], turning[-1] = step[-2], turning[-2]
+    planar = rotation.rotate(yaw(-heading), step)
+    path = np.stack([root[:, 1], planar[:, 0], planar[:, 2], turning], axis=1)
+    return path, local
+
+
+def from_path(
+    path: FloatArray,
+    local: FloatArray,
+    start: tuple[float, float] = (0.0, 0.0),
+    heading: float = 0.0,
+    leg_length: float = body.LEG_LENGTH,
+) -> Motion:
+    """Compute the motion of a path and of rotations relative to the heading.
+
+    The inverse of :func:`to_path`.
+
+    Parameters
+    ----------
+    path : array (frames, 4)
+        [h, v_x, v_z, w] as the module describes.
+    local : array (frames, 21, 4)
+        Local rotations; the pelvis relative to the heading.
+    start : tuple of 2 float
+        Position of the pelvis on the ground in the first frame, (x, z), metres.
+    heading : float
+        Heading in the first frame, radians about y.
+    leg_length : float
+        Leg length that is recorded in the motion, metres.
+
+    Returns
+    -------
+    Motion
+        On the standard body, at 30 frames a second.
+    """
+    turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / MOTION_FPS])
+    planar = np.zeros((len(path), 3))
+    planar[:, [0, 2]] = path[:, 1:3]
+    steps = rotation.rotate(yaw(turns), planar) / MOTION_FPS
+    root = np.concatenate([np.zeros((1, 3)), np.cumsum(steps[:-1], axis=0)])
+    root += np.array([start[0], 0.0, start[1]])
+    root[:, 1] = path[:, 0]
+    world = local.copy()
+    world[:, 0] = rotation.multiply(yaw(turns), local[:, 0])
+    return Motion(
+        local_rotations=rotation.unroll(world).astype(np.float32),
+        root_positions=root.astype(np.float32),
+        leg_length=leg_length,
+    )
+
+
+def from_vectors(
+    vectors: FloatArray,
+    means: FloatArray,
+    start: tuple[float, float] = (0.0, 0.0),
+    heading: float = 0.0,
+    leg_length: float = body.LEG_LENGTH,
+) -> Motion:
+    """Compute the motion of vectors.
+
+    Parameters
+    ----------
+    vectors : array (frames, 52)
+        [h, v_x, v_z, w, r_0, r_1, ...] as the module describes.
+    means : array (21, 4)
+        Mean local rotations.
+    start : tuple of 2 float
+        Position of the pelvis on the ground in the first frame, (x, z), metres.
+    heading : float
+        Heading in the first frame, radians about y.
+    leg_length : float
+        Leg length that is recorded in the motion, metres.
+
+    Returns
+    -------
+    Motion
+        On the standard body, at 30 frames a second.
+    """
+    local = np.tile(rotation.IDENTITY, (len(vectors), len(body.JOINTS), 1))
+    turned = rotation.exp(vectors[:, 4:].reshape(len(vectors), -1, 3))
+    local[:, TURNING] = rotation.multiply(means[TURNING], turned)
+    return from_path(vectors[:, :4], local, start, heading, leg_length)

@@ -1,0 +1,333 @@
+"""A capture on its own skeleton, turned into a motion on the canonical body, and back.
+
+The canonical rotations follow from joint positions alone, so that neither rest pose nor joint axes
+of the source matter: pelvis and chest get full frames (line of hips or shoulders, and up), every
+other bone the smallest rotation in its parent's frame that points it where the source points it
+(swing without twist). Bone lengths are the standard body's; the root is scaled by leg length.
+What is lost: the rotation of head, hands and feet about their own bone, and shrugs along the bone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from motiondb.errors import ImplausibleError, SkeletonError
+from motiondb.body import body, cleaning, kinematics, rotation
+from motiondb.body.keypoints import clip_keypoints
+from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion
+
+_I = body.INDEX
+_COLLAR_FROM_NECK = body.OFFSETS[_I["l_collar"]] - body.OFFSETS[_I["neck"]]
+_TOE_HEIGHT = 0.02
+"""Height of the toe joint above the ground in a flat stance, metres."""
+_GROUND_PERCENTILE = 5
+"""The ground is at this percentile of the lower foot's height over the frames: low enough for
+walks, in which one foot is always on the ground, and not at the single lowest frame, which depends
+on noise."""
+
+
+def to_motion(
+    clip: Clip, user_map: Mapping[str, str] | None = None, keep_implausible: bool = True
+) -> Motion:
+    """Turn a clip into a motion on the canonical body at 30 frames a second.
+
+    Parameters
+    ----------
+    clip : Clip
+        A capture on any skeleton that a convention of :mod:`motiondb.body.joint_names` fits.
+    user_map : mapping of str to str or None
+        Role -> joint name, for other skeletons.
+    keep_implausible : bool
+        Keep a capture that moves faster than people can, with its leaps interpolated.
+
+    Returns
+    -------
+    Motion
+        Metres on the standard body, feet on y = 0, the pelvis of the first frame over the origin.
+
+    Raises
+    ------
+    SkeletonError
+        When the joints cannot be matched, or the body has no size.
+    ImplausibleError
+        When the capture moves faster than people can and is not to be kept.
+    """
+    keypoints = clip_keypoints(clip, user_map)
+    if not keep_implausible:
+        reason = cleaning.implausible(keypoints, clip.fps, _leg_length(keypoints))
+        if reason:
+            raise ImplausibleError(
+                f"motion: expected the motion of a person, found {reason}. Check the frame rate "
+                "(--fps) and the unit (--unit), or pass --keep-implausible."
+            )
+    return motion_from_positions(keypoints, clip.fps)
+
+
+def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
+    """Solve the canonical body for joint positions.
+
+    Parameters
+    ----------
+    keypoints : array (frames, 21, 3)
+        Positions of the canonical joints, metres, world frame, y up.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    Motion
+        At 30 frames a second, on the standard body.
+
+    Raises
+    ------
+    SkeletonError
+        When no frame holds numbers, or the legs have no sensible length.
+    """
+    leg_length = _leg_length(keypoints)
+    points, notes = cleaning.clean(keypoints, fps, leg_length)
+    points = resample(points, fps) * (body.LEG_LENGTH / leg_length)
+    rotations = solve_rotations(points)
+    root = points[:, _I["pelvis"]]
+    root = root - np.array([root[0, 0], 0.0, root[0, 2]])
+    positions, _ = kinematics.forward(body.PARENTS, body.OFFSETS, rotations, root)
+    root[:, 1] -= ground_height(positions)
+    return Motion(
+        local_rotations=rotation.unroll(rotations).astype(np.float32),
+        root_positions=root.astype(np.float32),
+        leg_length=leg_length,
+        notes=notes,
+    )
+
+
+def motion_positions(
+    motion: Motion, joints: Sequence[int] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Compute world positions and rotations of a motion.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+    joints : sequence of int or None
+        Numbers of the joints that are needed, others may be NaN; None: all.
+
+    Returns
+    -------
+    positions : array (frames, 21, 3)
+        Metres on the standard body, world frame.
+    rotations : array (frames, 21, 4)
+        Quaternions w, x, y, z, world frame.
+    """
+    return kinematics.forward(
+        body.PARENTS,
+        body.OFFSETS,
+        motion.local_rotations.astype(np.float64),
+        motion.root_positions.astype(np.float64),
+        joints,
+    )
+
+
+def to_clip(motion: Motion, leg_length: float | None = None) -> Clip:
+    """Turn a motion into a clip on the canonical skeleton.
+
+    Parameters
+    ----------
+    motion : Motion
+        On the standard body.
+    leg_length : float or None
+        Hip to ankle of the clip's body, metres; None: the performer's.
+
+    Returns
+    -------
+    Clip
+        Metres, y up, 30 frames a second; files are written in centimetres.
+    """
+    length = motion.leg_length if leg_length is None else leg_length
+    skeleton = body.standard_skeleton(length)
+    return Clip(
+        skeleton=skeleton,
+        fps=MOTION_FPS,
+        local_rotations=rotation.normalize(motion.local_rotations.astype(np.float64)),
+        root_positions=motion.root_positions.astype(np.float64) * (length / body.LEG_LENGTH),
+        unit=0.01,
+    )
+
+
+def mirror(motion: Motion) -> Motion:
+    """Return the mirror image in the plane x = 0, left and right exchanged."""
+    flip = np.array([1.0, 1.0, -1.0, -1.0], dtype=np.float32)
+    return Motion(
+        local_rotations=motion.local_rotations[:, body.MIRROR] * flip,
+        root_positions=motion.root_positions * np.array([-1.0, 1.0, 1.0], dtype=np.float32),
+        leg_length=motion.leg_length,
+        notes=motion.notes,
+    )
+
+
+def resample(points: FloatArray, fps: float) -> FloatArray:
+    """Interpolate positions linearly in time to 30 frames a second, over the same duration.
+
+    Parameters
+    ----------
+    points : array (frames, joints, 3)
+        Positions at ``fps``.
+    fps : float
+        Frames per second.
+
+    Returns
+    -------
+    array (new frames, joints, 3)
+        Positions at 30 frames a second; at least one frame.
+    """
+    n_frames = max(1, round(len(points) / fps * MOTION_FPS))
+    times = np.arange(n_frames) * (fps / MOTION_FPS)
+    below = np.minimum(times.astype(np.int64), len(points) - 1)
+    above = np.minimum(below + 1, len(points) - 1)
+    share = (times - below).clip(0.0, 1.0)[:, None, None]
+    return points[below] * (1.0 - share) + points[above] * share
+
+
+def solve_rotations(points: FloatArray) -> FloatArray:
+    """Compute rotations that point the bones of the canonical body like those of ``points``.
+
+    Parameters
+    ----------
+    points : array (frames, 21, 3)
+        Metres, world frame, y up, scaled to the standard leg length: the collar keeps its place
+        below the neck on the standard body.
+
+    Returns
+    -------
+    array (frames, 21, 4)
+        Local rotations, quaternions w, x, y, z relative to the parent.
+    """
+    n_frames = len(points)
+    local = np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
+    world = np.empty_like(local)
+
+    def at(name: str) -> FloatArray:
+        return points[:, _I[name]]
+
+    world[:, 0] = _frame(at("l_hip") - at("r_hip"), at("spine") - at("pelvis"))
+    chest = _frame(at("l_shoulder") - at("r_shoulder"), at("neck") - at("chest"))
+    left = rotation.rotate(world[:, 0], _axis(0, n_frames)) + rotation.rotate(
+        chest, _axis(0, n_frames)
+    )
+    world[:, _I["spine"]] = _frame(left, at("chest") - at("spine"))
+    world[:, _I["chest"]] = chest
+    local[:, 0] = world[:, 0]
+    _set_local(local, world, "spine")
+    _set_local(local, world, "chest")
+    _swing(local, world, "neck", at("head") - at("neck"), body.OFFSETS[_I["head"]])
+    _swing(local, world, "head", None, None)
+    for side in "lr":
+        _solve_arm(local, world, points, side)
+        for joint, child in (("hip", "knee"), ("knee", "ankle"), ("ankle", "toe")):
+            bone = at(f"{side}_{child}") - at(f"{side}_{joint}")
+            _swing(local, world, f"{side}_{joint}", bone, body.OFFSETS[_I[f"{side}_{child}"]])
+        _swing(local, world, f"{side}_toe", None, None)
+    return local
+
+
+def ground_height(positions: FloatArray) -> float:
+    """Estimate the height of the ground under a motion from its feet.
+
+    Parameters
+    ----------
+    positions : array (frames, 21, 3)
+        Metres on the standard body, world frame, y up.
+
+    Returns
+    -------
+    float
+        Metres.
+    """
+    toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - _TOE_HEIGHT
+    ankles = positions[:, [_I["l_ankle"], _I["r_ankle"]], 1] - body.ANKLE_HEIGHT
+    return float(np.percentile(np.minimum(toes, ankles).min(axis=1), _GROUND_PERCENTILE))
+
+
+def _solve_arm(local: FloatArray, world: FloatArray, points: FloatArray, side: str) -> None:
+    """Set the rotations of collar, shoulder, elbow and wrist of a side.
+
+    The collar starts at its place below the neck on the canonical body.
+    """
+    chest, neck = world[:, _I["chest"]], points[:, _I["neck"]]
+    shoulder = points[:, _I[f"{side}_shoulder"]]
+    offset = _COLLAR_FROM_NECK * np.array([1.0 if side == "l" else -1.0, 1.0, 1.0])
+    collar = neck + rotation.rotate(chest, np.broadcast_to(offset, neck.shape))
+    rest = body.OFFSETS
+    _swing(local, world, f"{side}_collar", shoulder - collar, rest[_I[f"{side}_shoulder"]])
+    upper = points[:, _I[f"{side}_elbow"]] - shoulder
+    _swing(local, world, f"{side}_shoulder", upper, rest[_I[f"{side}_elbow"]])
+    fore = points[:, _I[f"{side}_wrist"]] - points[:, _I[f"{side}_elbow"]]
+    _swing(local, world, f"{side}_elbow", fore, rest[_I[f"{side}_wrist"]])
+    _swing(local, world, f"{side}_wrist", None, None)
+
+
+def _swing(
+    local: FloatArray,
+    world: FloatArray,
+    joint: str,
+    bone: FloatArray | None,
+    rest: FloatArray | None,
+) -> None:
+    """Turn a joint as little as possible so that its bone points from ``rest`` to ``bone``.
+
+    Parameters
+    ----------
+    local, world : array (frames, 21, 4)
+        Rotations so far; those of the joint are set.
+    joint : str
+        Name of the joint.
+    bone : array (frames, 3) or None
+        Direction of the bone, world frame; None: the joint keeps its rest rotation.
+    rest : array (3,) or None
+        Offset of the bone in the rest pose.
+    """
+    number, parent = _I[joint], world[:, body.PARENTS[_I[joint]]]
+    if bone is not None and rest is not None:
+        direction = rotation.rotate(rotation.conjugate(parent), bone)
+        local[:, number] = rotation.between(np.broadcast_to(rest, direction.shape), direction)
+    world[:, number] = rotation.multiply(parent, local[:, number])
+
+
+def _set_local(local: FloatArray, world: FloatArray, joint: str) -> None:
+    """Set the local rotation of a joint from its world rotation and its parent's."""
+    parent = world[:, body.PARENTS[_I[joint]]]
+    local[:, _I[joint]] = rotation.relative(parent, world[:, _I[joint]])
+
+
+def _axis(number: int, n_frames: int) -> FloatArray:
+    """Return a unit vector along x, y or z for every frame: array (frames, 3)."""
+    return np.broadcast_to(np.eye(3)[number], (n_frames, 3))
+
+
+def _frame(left: FloatArray, up: FloatArray) -> FloatArray:
+    """Return rotations with x axis ``left``, and y axis ``up`` made orthogonal to it."""
+    x = rotation.normalize(left)
+    z = rotation.normalize(np.cross(x, up))
+    y = np.cross(z, x)
+    return rotation.from_matrix(np.stack([x, y, z], axis=-1))
+
+
+def _leg_length(points: FloatArray) -> float:
+    """Return the median length of hip-knee-ankle over the frames that hold numbers, metres."""
+    known = points[np.isfinite(points).all(axis=(1, 2))]
+    if len(known) == 0:
+        raise SkeletonError(
+            "positions: expected numbers, found none in any frame. Export the capture again."
+        )
+    bones = [
+        (f"{s}_{a}", f"{s}_{b}") for s in "lr" for a, b in (("hip", "knee"), ("knee", "ankle"))
+    ]
+    lengths = [np.linalg.norm(known[:, _I[a]] - known[:, _I[b]], axis=-1) for a, b in bones]
+    length = float(np.median(np.sum(lengths, axis=0)) / 2.0)
+    if not 1e-3 < length < 1e3:
+        raise SkeletonError(
+            f"skeleton: expected a leg between 1 mm and 1 km long, found {length:.3g} m. "
+            "Give the length unit of the file (--unit)."
+        )
+    return length

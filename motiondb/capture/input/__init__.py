@@ -1,1 +1,0 @@
-"""Text, units and limits of files, before any format is known."""

@@ -1,1 +1,0 @@
-"""Readers of the capture formats, one format a module."""

@@ -1,1 +1,0 @@
-"""Sheets of words and of events."""

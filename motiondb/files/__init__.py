@@ -1,0 +1,50 @@
+"""Input and output of files: captures of all formats become clips, clips become BVH and glTF.
+
+>>> from motiondb.files import CAPTURE_ENDINGS
+>>> CAPTURE_ENDINGS
+('.bvh', '.amc', '.txt', '.json', '.npz', '.c3d')
+"""
+
+from motiondb.files.folder import (
+    CAPTURE_ENDINGS,
+    find_captures,
+    name_fault,
+    named_skeleton,
+    not_read,
+    printable,
+    skeleton_path,
+)
+from motiondb.files.formats import capture_format, read_capture, read_capture_bytes, read_file
+from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
+from motiondb.files.units import UNITS, unit_from_name
+from motiondb.files.readers.amc import AsfFile
+from motiondb.files.writers.bvh_writer import to_bvh, write_bvh
+from motiondb.files.writers.gltf import write_gltf
+from motiondb.files.writers.gltf_scene import Character, write_gltf_scene
+
+__all__ = [
+    "CAPTURE_ENDINGS",
+    "NO_LIMITS",
+    "UNITS",
+    "AsfFile",
+    "Character",
+    "ReadLimits",
+    "ReadOptions",
+    "cap_memory",
+    "capture_format",
+    "find_captures",
+    "guarded",
+    "name_fault",
+    "named_skeleton",
+    "not_read",
+    "printable",
+    "read_capture",
+    "read_capture_bytes",
+    "read_file",
+    "skeleton_path",
+    "to_bvh",
+    "unit_from_name",
+    "write_bvh",
+    "write_gltf",
+    "write_gltf_scene",
+]

@@ -1,0 +1,295 @@
+"""Which files of a folder are captures, which are not, and which skeleton belongs to an AMC.
+
+Files that a user may expect to be captures are not skipped silently: :func:`not_read` names links
+to folders and files of other motion-capture programs, and :func:`name_fault` finds names that no
+capture can have.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import MappingProxyType
+
+from motiondb.files.text import quoted
+from motiondb.errors import CaptureError
+
+FORMATS = MappingProxyType(
+    {
+        ".bvh": "bvh",
+        ".amc": "amc",
+        ".txt": "deepmimic",
+        ".json": "deepmimic",
+        ".npz": "amass",
+        ".c3d": "c3d",
+    }
+)
+"""Ending, lower case -> format."""
+CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
+"""Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON."""
+OTHER_FORMATS = MappingProxyType(
+    {
+        ".fbx": "Autodesk FBX",
+        ".trc": "marker tracks of Motion Analysis or OpenSim",
+        ".trb": "marker tracks of Motion Analysis",
+        ".htr": "Motion Analysis HTR",
+        ".gtr": "Motion Analysis GTR",
+        ".mot": "OpenSim motion",
+        ".sto": "OpenSim storage",
+        ".osim": "OpenSim model",
+        ".v": "Vicon V-file",
+        ".vsk": "Vicon skeleton",
+        ".vst": "Vicon skeleton template",
+        ".vss": "Vicon Shogun skeleton",
+        ".vsr": "Vicon retarget setup",
+        ".x1d": "Vicon raw data",
+        ".x2d": "Vicon raw data",
+        ".mcp": "Vicon Shogun capture",
+        ".tak": "OptiTrack take",
+        ".qtm": "Qualisys capture",
+        ".mvn": "Xsens capture",
+        ".mvnx": "Xsens XML",
+        ".bip": "3ds Max Biped",
+        ".csm": "Character Studio markers",
+        ".pkl": "Python pickle, as some SMPL data sets use",
+        ".npy": "single NumPy array",
+        ".glb": "glTF",
+        ".gltf": "glTF",
+        ".dae": "Collada",
+        ".usd": "USD",
+        ".usda": "USD",
+        ".usdc": "USD",
+        ".blend": "Blender scene",
+        ".vmd": "MikuMikuDance motion",
+        ".vrma": "VRM animation",
+        ".anim": "Unity or Maya animation",
+        ".abc": "Alembic",
+    }
+)
+"""Ending of a format that motiondb does not read -> its name."""
+GENERIC_SKELETONS = frozenset(
+    {"skeleton", "skel", "body", "actor", "performer", "subject", "character", "rig", "model",
+     "base", "default", "template", "mocap", "human"}
+)  # fmt: skip
+"""Names of an ASF that say nothing about whose it is."""
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+"""Characters that end lines, command terminals or turn the direction of writing around: a list of
+captures that holds them would show what is not there."""
+_LOOK = 4096
+"""Bytes at both ends of a text file in which the key "Frames" is searched for: DeepMimic writes it
+within the first or, where other keys follow, the last few hundred bytes."""
+
+
+def find_captures(folder: Path | str) -> list[Path]:
+    """Return all captures below a folder, sorted; hidden files and folders are skipped."""
+    return sorted(
+        path
+        for path in _visible(Path(folder))
+        if path.suffix.lower() in FORMATS
+        and path.is_file()
+        and (path.suffix.lower() not in (".txt", ".json") or _is_deepmimic(path))
+    )
+
+
+def not_read(folder: Path | str) -> tuple[str, ...]:
+    """Describe the contents of a folder that are not read although they may hold captures.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for every link to a folder, every folder that may not be read and every capture
+        that is no file (a broken link, a pipe), and one for every other format, with its files.
+    """
+    others: dict[str, list[Path]] = {}
+    sentences = []
+    for path in sorted(_visible(Path(folder))):
+        if path.is_symlink() and path.is_dir():
+            sentences.append(
+                f"{printable(path)}: a link to a folder is not followed; add that folder by itself"
+            )
+        elif path.is_dir():
+            if not os.access(path, os.R_OK | os.X_OK):
+                sentences.append(f"{printable(path)}: a folder that may not be read")
+        elif path.suffix.lower() in FORMATS and not path.is_file():
+            what = "a link that leads to no file" if path.is_symlink() else "a pipe or device"
+            sentences.append(f"{printable(path)}: {what} is not read")
+        elif path.suffix.lower() in OTHER_FORMATS and path.is_file():
+            others.setdefault(path.suffix.lower(), []).append(path)
+    for ending, paths in others.items():
+        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+        sentences.append(
+            f"{printable(paths[0])}{more}: {ending} ({OTHER_FORMATS[ending]}) is not read; "
+            "export as BVH"
+        )
+    return tuple(sentences)
+
+
+def printable(path: Path | str) -> str:
+    r"""Return a path as text that can be printed and stored.
+
+    Bytes that are no text, and control characters, become ``\\x..``.
+
+    >>> printable("walk.bvh")
+    'walk.bvh'
+    """
+    text = os.fsencode(path).decode("utf-8", errors="backslashreplace")
+    return _CONTROL.sub(lambda character: character[0].encode("unicode_escape").decode(), text)
+
+
+def name_fault(path: Path | str) -> str:
+    r"""Say what keeps the name of a file from being that of a capture.
+
+    Returns
+    -------
+    str
+        The rest of a sentence that begins with "expected a file name"; "" where nothing does.
+
+    >>> name_fault("walk.bvh"), name_fault("line\nbreak.bvh")
+    ('', 'without control characters, found one')
+    """
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        return "in UTF-8, found other bytes"
+    return "without control characters, found one" if _CONTROL.search(str(path)) else ""
+
+
+def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path | None:
+    """Return the ASF file that belongs to an AMC file; None for captures that need none.
+
+    That is, in this order: ``skeleton`` if given; of the ASF files of the same folder, in any case
+    of letters, the one with the longest name that the AMC's name is or begins with (``16.asf`` for
+    ``16_01.amc``); the only one of the folder, if its name is the folder's or says nothing about
+    whose skeleton it is (``skeleton.asf``). An ASF file with another performer's name is not used.
+
+    Parameters
+    ----------
+    path : Path or str
+        The capture.
+    skeleton : Path or str or None
+        The skeleton, if the user names one.
+
+    Raises
+    ------
+    CaptureError
+        When there is none, or when it is not clear which.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".amc":
+        return None
+    if skeleton is not None:
+        return Path(skeleton)
+    beside = sorted(p for p in _children(path.parent) if p.suffix.lower() == ".asf")
+    named = [asf for asf in beside if _begins_with(path.stem, asf.stem)]
+    if named:
+        return max(named, key=lambda asf: (len(asf.stem), path.stem.startswith(asf.stem)))
+    if len(beside) == 1 and _is_generic(beside[0]):
+        return beside[0]
+    wanted = f"{path.stem.split('_')[0]}.asf"
+    present = ", ".join(p.name for p in beside[:5]) if beside else "no ASF file"
+    raise CaptureError(
+        path,
+        f"expected its skeleton {wanted} in the same folder, found {present}. "
+        "Put the ASF beside the AMC, or name it in the sheet's column 'skeleton'.",
+    )
+
+
+def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = False) -> Path:
+    """Return the skeleton that a sheet names, below the added folder or beside the capture.
+
+    Parameters
+    ----------
+    path : Path
+        The AMC file.
+    name : str
+        The entry of the sheet: a path with or without its ending.
+    folder : Path
+        The added folder, or the added file.
+    allow_outside : bool
+        Whether the skeleton may lie outside the added folder.
+
+    Raises
+    ------
+    CaptureError
+        If there is no such file, or it lies outside the added folder.
+    """
+    root = folder if folder.is_dir() else folder.parent
+    outside = False
+    if "\0" not in name:
+        for base in (root, path.parent):
+            for ending in ("", ".asf"):
+                candidate = base / (name + ending)
+                if not _is_file(candidate):
+                    continue
+                if allow_outside or candidate.resolve().is_relative_to(root.resolve()):
+                    return candidate
+                outside = True
+    if outside:
+        raise CaptureError(
+            path,
+            f"expected a skeleton inside the added folder, found {quoted(name, 200)} outside. "
+            "Copy it into the folder, or pass --outside-skeletons.",
+        )
+    raise CaptureError(
+        path,
+        f"expected the skeleton {quoted(name, 200)} of the sheet below {root} or beside the "
+        "capture, found none. Correct the column 'skeleton'.",
+    )
+
+
+def _begins_with(stem: str, name: str) -> bool:
+    """Say whether a capture's name is a skeleton's name, or begins with it as a whole word.
+
+    >>> _begins_with("16_01", "16"), _begins_with("161_01", "16"), _begins_with("Ann-walk", "ann")
+    (True, False, True)
+    """
+    stem, name = stem.lower(), name.lower()
+    return bool(name) and stem.startswith(name) and not stem[len(name) : len(name) + 1].isalnum()
+
+
+def _is_generic(asf: Path) -> bool:
+    """Say whether the only ASF of a folder may belong to every capture in it."""
+    stem = asf.stem.lower()
+    words = set(re.split(r"[^a-z]+", stem)) - {""}
+    return stem == asf.parent.name.lower() or bool(words & GENERIC_SKELETONS)
+
+
+def _visible(root: Path) -> Iterator[Path]:
+    """Yield all paths below a folder but hidden ones."""
+    for path in root.rglob("*"):
+        if not any(part.startswith(".") for part in path.relative_to(root).parts):
+            yield path
+
+
+def _children(folder: Path) -> list[Path]:
+    """Return the contents of a folder; empty if it cannot be read."""
+    try:
+        return list(folder.iterdir())
+    except OSError:
+        return []
+
+
+def _is_file(path: Path) -> bool:
+    """Say whether a path leads to a file; a path that the system refuses does not."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _is_deepmimic(path: Path) -> bool:
+    """Say whether a text file starts like JSON and names its Frames near its start or end.
+
+    A file that may not be read may be one, so that reading it tells why not.
+    """
+    try:
+        with path.open("rb") as file:
+            start = file.read(_LOOK)
+            file.seek(max(0, path.stat().st_size - _LOOK))
+            end = file.read(_LOOK)
+    except OSError:
+        return True
+    start = start.removeprefix(b"\xef\xbb\xbf").lstrip()
+    return start.startswith(b"{") and (b'"Frames"' in start or b'"Frames"' in end)

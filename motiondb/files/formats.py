@@ -1,0 +1,204 @@
+"""Which reader reads a capture, and what every clip must fulfil.
+
+Every reader turns bytes into a :class:`Clip`; paths serve for messages only, so that a capture can
+be read again from the bytes that the store keeps. :func:`read_capture_bytes` is the boundary to
+untrusted data: any exception of a reader that is not an error of this project becomes one here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
+from motiondb.files.limits import (
+    ReadOptions,
+    check_clip_size,
+    check_duration,
+    check_file_size,
+    check_options,
+    guarded,
+)
+from motiondb.files.readers.amc import AsfFile
+from motiondb.errors import CaptureError
+from motiondb.records import Clip
+
+_UNIT_LENGTH = 1e-3
+"""How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
+larger difference comes from numbers that overflowed."""
+
+
+def capture_format(path: Path | str) -> str:
+    """Return the format that a file's ending names.
+
+    >>> capture_format("walk.BVH")
+    'bvh'
+
+    Raises
+    ------
+    CaptureError
+        For any other ending.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in FORMATS:
+        known = ", ".join(CAPTURE_ENDINGS)
+        raise CaptureError(
+            path, f"expected a capture ({known}), found ending {ending!r}. Rename or convert it."
+        )
+    return FORMATS[ending]
+
+
+def read_capture(
+    path: Path | str,
+    *,
+    skeleton: Path | str | None = None,
+    fps: float | None = None,
+    unit: float | None = None,
+    data: bytes | None = None,
+    skip_bad_frames: bool = False,
+) -> Clip:
+    """Read the clip in a capture file.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file; its ending names the format.
+    skeleton : Path or str or None
+        The ASF file of an AMC; None: the one that :func:`skeleton_path` finds.
+    fps : float or None
+        Frames per second, instead of the rate in the file.
+    unit : float or None
+        Metres per length unit; None: the unit in the file, or estimated from the size of the body.
+    data : bytes or None
+        Content of the file, if it is at hand.
+    skip_bad_frames : bool
+        Leave out bad frames instead of refusing the file.
+
+    Returns
+    -------
+    Clip
+        Metres, seconds; world axes as in the file (see each reader).
+
+    Raises
+    ------
+    CaptureError
+        When the file cannot be read; it lists every structural fault with its line.
+    """
+    path = Path(path)
+    kind = capture_format(path)
+    options = ReadOptions(fps, unit, skip_bad_frames)
+    asf = skeleton_path(path, skeleton) if kind == "amc" else None
+    return read_capture_bytes(
+        read_file(path, options) if data is None else data,
+        kind,
+        path=path,
+        skeleton=None if asf is None else AsfFile(read_file(asf, options), asf),
+        options=options,
+    )
+
+
+def read_capture_bytes(
+    data: bytes,
+    kind: str,
+    *,
+    path: Path | str = "capture",
+    skeleton: AsfFile | None = None,
+    options: ReadOptions | None = None,
+) -> Clip:
+    """Read the clip in the bytes of a capture.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    kind : str
+        Its format: "bvh", "amc", "deepmimic", "amass" or "c3d".
+    path : Path or str
+        Name of the file in messages.
+    skeleton : AsfFile or None
+        The skeleton file of an AMC.
+    options : ReadOptions or None
+        How to read it; None: the defaults.
+
+    Returns
+    -------
+    Clip
+        Metres, seconds; world axes as in the file (see each reader).
+
+    Raises
+    ------
+    CaptureError
+        When the bytes cannot be read, whatever they hold; no other error leaves this function.
+    """
+    options = options or ReadOptions()
+    check_options(options, path)
+    check_file_size(len(data), path, options.limits)
+    with guarded(path):
+        clip = _read(data, kind, path, skeleton, options)
+        n_joints = len(clip.skeleton.names)
+        check_clip_size(clip.n_frames, n_joints, len(data), path, options.limits)
+        check_duration(clip.n_frames, clip.fps, path)
+        _check_finite(clip, path)
+    return clip
+
+
+def read_file(path: Path, options: ReadOptions) -> bytes:
+    """Return the content of a file that is not too large.
+
+    Raises
+    ------
+    CaptureError
+        If it is too large or cannot be read.
+    """
+    try:
+        if not path.is_file() and path.exists():  # a pipe would be waited for
+            raise CaptureError(path, "expected a file, found something else. Name another file.")
+        check_file_size(path.stat().st_size, path, options.limits)
+        return path.read_bytes()
+    except OSError as error:
+        reason = (error.strerror or "an error").lower()
+        raise CaptureError(path, f"expected a readable file, found: {reason}.") from error
+
+
+def _read(
+    data: bytes, kind: str, path: Path | str, skeleton: AsfFile | None, options: ReadOptions
+) -> Clip:
+    """Call the reader of a format; each is imported where it is needed."""
+    if kind == "bvh":
+        from motiondb.files.readers.bvh import read_bvh
+
+        return read_bvh(data, path, options)
+    if kind == "amc":
+        from motiondb.files.readers.amc import read_amc
+
+        return read_amc(data, path, skeleton, options)
+    if kind == "deepmimic":
+        from motiondb.files.readers.deepmimic import read_deepmimic
+
+        return read_deepmimic(data, path, options)
+    if kind == "amass":
+        from motiondb.files.readers.amass import read_amass
+
+        return read_amass(data, path, options)
+    if kind == "c3d":
+        from motiondb.files.readers.c3d import read_c3d
+
+        return read_c3d(data, path, options)
+    raise CaptureError(path, f"expected a known format, found {kind!r}.")
+
+
+def _check_finite(clip: Clip, path: object) -> None:
+    """Refuse a clip in which numbers overflowed while it was computed (CaptureError)."""
+    ends = np.array([offset for _, offset in clip.skeleton.end_sites])
+    places = [clip.skeleton.offsets, clip.root_positions, ends]
+    if clip.joint_positions is not None:
+        places.append(clip.joint_positions)
+    squares = np.einsum("fjq,fjq->fj", clip.local_rotations, clip.local_rotations)
+    finite = all(np.isfinite(values).all() for values in places)
+    if not (finite and np.all(np.abs(squares - 1.0) < _UNIT_LENGTH)):
+        raise CaptureError(
+            path,
+            "expected lengths and angles of a body, found numbers that are too large or invalid "
+            "rotations. Export it again.",
+        )

@@ -1,0 +1,292 @@
+"""Files of knowledge: text and arrays of numbers, checked on reading, never executed.
+
+A file has three parts. The first line names the format,
+
+    motiondb knowledge 1
+
+The second line is a JSON object in ASCII:
+
+=========  =========================================================================
+``origin``  name, version, captures, captions, performers, seconds, licences, runs, credit
+``words``   the words, sorted
+``arrays``  for every array its name and shape, in the order of the data
+``size``    number of bytes of the data
+``sha256``  SHA-256 of the data, hexadecimal
+=========  =========================================================================
+
+The rest is a zlib stream of the data: the arrays one after another, in C order, as little-endian
+float32. The same knowledge gives the same bytes with the same version of zlib.
+
+Reading bounds every size before it allocates, and checks the numbers
+(:mod:`motiondb.learn.start.knowledge_check`). A digest shows damage, not who wrote the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import zlib
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motiondb.errors import KnowledgeError
+from motiondb.learn.start.knowledge import Knowledge, Origin
+from motiondb.learn.start.knowledge_arrays import (
+    knowledge_arrays,
+    knowledge_from,
+)
+from motiondb.learn.start.knowledge_check import MOST_WORDS, array_faults
+from motiondb.records import FloatArray
+from motiondb.files.whole_files import whole_file
+
+HEADING = b"motiondb knowledge 1\n"
+MOST_BYTES = 16_000_000
+"""Largest file that is read; what ``export`` writes has less than 2 MB for 100 symbols."""
+MOST_HEADER = 1_000_000
+"""Largest second line."""
+MOST_DATA = 64_000_000
+"""Largest number of bytes of the data."""
+_WORD = re.compile(r"[^\W_][\w'-]{0,63}")
+_TEXT = 2_000  # characters of a text of the origin
+
+
+def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
+    """Write knowledge; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    knowledge : Knowledge
+        What to write. Numbers are rounded to float32.
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    KnowledgeError
+        When the file cannot be written.
+    """
+    path = Path(path)
+    try:
+        with whole_file(path) as draft:
+            draft.write_bytes(to_bytes(knowledge))
+    except OSError as error:
+        raise KnowledgeError(
+            f"{path}: expected a file that can be written, found: {error.strerror}. "
+            "Choose another place."
+        ) from None
+    return path
+
+
+def to_bytes(knowledge: Knowledge) -> bytes:
+    """The bytes of a file of knowledge."""
+    arrays = knowledge_arrays(knowledge)
+    data = b"".join(np.ascontiguousarray(v, dtype="<f4").tobytes() for v in arrays.values())
+    header = {
+        "origin": knowledge.origin.facts(),
+        "words": list(knowledge.taught.words),
+        "arrays": [[name, list(values.shape)] for name, values in arrays.items()],
+        "size": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+    }
+    line = json.dumps(header, sort_keys=True, separators=(",", ":")).encode("ascii")
+    return HEADING + line + b"\n" + zlib.compress(data, 9)
+
+
+def read_knowledge(path: str | Path) -> Knowledge:
+    """Read a file of knowledge.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    KnowledgeError
+        When there is no such file, or it is not a valid file of knowledge.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise KnowledgeError(
+            f"{path}: expected a file of knowledge, found: {error.strerror or error}. "
+            "Name a file that motiondb knowledge export wrote, or cmu."
+        ) from None
+    return from_bytes(content, str(path))
+
+
+def from_bytes(content: bytes, source: str) -> Knowledge:
+    """Knowledge from the bytes of a file.
+
+    Parameters
+    ----------
+    content : bytes
+        As :func:`to_bytes` makes them.
+    source : str
+        What to call the file in messages.
+
+    Raises
+    ------
+    KnowledgeError
+        When they are no sound file of knowledge.
+    """
+    if not content.startswith(HEADING):
+        raise _fault(source, f"the line {HEADING.decode().strip()!r}", repr(content[:30])[1:])
+    if len(content) > MOST_BYTES:
+        raise _fault(source, f"at most {MOST_BYTES:,} bytes", "more")
+    line, _, stream = content[len(HEADING) :].partition(b"\n")
+    header = _read_header(line, source)
+    origin = _read_origin(header["origin"], source)
+    words = _read_words(header["words"], source)
+    data = _inflate(stream, header, source)
+    arrays = _read_arrays(data, header["arrays"], source)
+    faults = array_faults(arrays, len(words))
+    if faults:
+        raise KnowledgeError(
+            "\n".join(f"{source}: {fault}." for fault in faults[:5])
+            + " The file is damaged or was not written by motiondb: get it again."
+        )
+    digest = hashlib.sha256(content).hexdigest()
+    return knowledge_from(replace(origin, digest=digest), words, arrays)
+
+
+def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
+    """Origin and words of the bytes of a file, without its numbers; parameters as `from_bytes`.
+
+    Raises
+    ------
+    KnowledgeError
+        When its first two lines are not those of a file of knowledge.
+    """
+    if not content.startswith(HEADING):
+        raise _fault(source, f"the line {HEADING.decode().strip()!r}", repr(content[:30])[1:])
+    header = _read_header(content[len(HEADING) :].partition(b"\n")[0], source)
+    return _read_origin(header["origin"], source), _read_words(header["words"], source)
+
+
+def _fault(source: str, expected: str, actual: str) -> KnowledgeError:
+    return KnowledgeError(
+        f"{source}: expected {expected}, found {actual}. "
+        "The file is damaged, or not a file of knowledge: get it again."
+    )
+
+
+def _read_header(line: bytes, source: str) -> dict[str, Any]:
+    if len(line) > MOST_HEADER:
+        raise _fault(source, f"a second line of at most {MOST_HEADER:,} bytes", "a longer one")
+    try:
+        header = json.loads(line.decode("ascii"))
+    except (ValueError, RecursionError):
+        raise _fault(source, "a second line in JSON", "something else") from None
+    expected = {"origin": dict, "words": list, "arrays": list, "size": int, "sha256": str}
+    if not isinstance(header, dict) or set(header) != set(expected):
+        raise _fault(source, f"the fields {', '.join(expected)}", "others")
+    for name, kind in expected.items():
+        if not isinstance(header[name], kind) or isinstance(header[name], bool):
+            raise _fault(source, f"{name!r} as {kind.__name__}", type(header[name]).__name__)
+    return header
+
+
+def _read_origin(facts: Mapping[str, Any], source: str) -> Origin:
+    expected = {field.name for field in fields(Origin)} - {"digest"}
+    if set(facts) != expected:
+        raise _fault(source, f"an origin with {', '.join(sorted(expected))}", "another")
+    texts = {name: facts[name] for name in ("name", "version", "credit")}
+    numbers = {name: facts[name] for name in ("captures", "captions", "performers", "seconds")}
+    licences, runs = facts["licences"], facts["runs"]
+    sound = (
+        all(isinstance(t, str) and _is_text(t) for t in texts.values())
+        and all(_is_number(n) for n in numbers.values())
+        and isinstance(licences, dict)
+        and all(_is_text(k) and _is_number(n) for k, n in licences.items())
+        and isinstance(runs, list)
+        and all(isinstance(run, dict) and _is_text(json.dumps(run)) for run in runs)
+    )
+    if not sound or len(runs) > 100 or len(licences) > 100:
+        raise _fault(source, "an origin of short texts and numbers", "others")
+    return Origin(
+        name=facts["name"],
+        version=facts["version"],
+        captures=int(facts["captures"]),
+        captions=int(facts["captions"]),
+        performers=int(facts["performers"]),
+        seconds=float(facts["seconds"]),
+        licences=licences,
+        runs=tuple(runs),
+        credit=facts["credit"],
+    )
+
+
+def _is_text(text: str) -> bool:
+    return len(text) <= _TEXT and text.isprintable()
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= 1e12
+
+
+def _read_words(words: list[Any], source: str) -> tuple[str, ...]:
+    if len(words) > MOST_WORDS:
+        raise _fault(source, f"at most {MOST_WORDS} words", str(len(words)))
+    if not all(isinstance(word, str) and _WORD.fullmatch(word) for word in words):
+        raise _fault(source, "words of letters", "others")
+    if words != sorted(set(words)):
+        raise _fault(source, "sorted words, each once", "others")
+    return tuple(words)
+
+
+def _inflate(stream: bytes, header: Mapping[str, Any], source: str) -> bytes:
+    size = header["size"]
+    if not 0 < size <= MOST_DATA:
+        raise _fault(source, f"1 to {MOST_DATA:,} bytes of data", str(size)[:20])
+    unpack = zlib.decompressobj()
+    try:
+        data = unpack.decompress(stream, size + 1)
+    except zlib.error:
+        raise _fault(source, "a zlib stream after the second line", "something else") from None
+    if len(data) != size or not unpack.eof or unpack.unused_data:
+        raise _fault(source, f"{size:,} bytes of data", "more or fewer")
+    if hashlib.sha256(data).hexdigest() != header["sha256"]:
+        raise _fault(source, "data with the SHA-256 that its header gives", "other data")
+    return data
+
+
+def _read_arrays(data: bytes, listed: list[Any], source: str) -> dict[str, FloatArray]:
+    numbers = len(data) // 4
+    if len(listed) > 100:
+        raise _fault(source, "at most 100 arrays", str(len(listed)))
+    arrays: dict[str, FloatArray] = {}
+    place = 0
+    for entry in listed:
+        name, shape = _read_entry(entry, source)
+        size = int(np.prod(shape, dtype=object)) if shape else 1
+        if name in arrays or size > numbers - place:
+            raise _fault(source, "every array once, and data for it", f"{name!r} otherwise")
+        flat = np.frombuffer(data, "<f4", size, 4 * place)
+        arrays[name] = flat.astype(np.float64).reshape(shape)
+        place += size
+    if 4 * place != len(data):
+        raise _fault(source, f"{4 * place:,} bytes of data for its arrays", f"{len(data):,}")
+    return arrays
+
+
+def _read_entry(entry: object, source: str) -> tuple[str, tuple[int, ...]]:
+    if isinstance(entry, list) and len(entry) == 2:
+        name, shape = entry
+        if (
+            isinstance(name, str)
+            and len(name) <= 40
+            and name.isprintable()
+            and isinstance(shape, list)
+            and len(shape) <= 4
+            and all(type(n) is int and 0 <= n <= MOST_DATA for n in shape)
+        ):
+            return name, tuple(shape)
+    raise _fault(source, "a name and a shape for every array", "something else")

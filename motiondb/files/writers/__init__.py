@@ -1,0 +1,1 @@
+"""Writers: motions, clips and scenes as BVH and glTF."""

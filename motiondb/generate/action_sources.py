@@ -1,0 +1,341 @@
+"""Which captures can show a planned action, and how well each of their segments does.
+
+A capture can show an action if one of its captions says the words of the action together. Notation,
+for segment i of such a capture:
+
+    y_i   probability that the words are shown at the segment, by the order of the caption
+          (:mod:`motiondb.meaning.places.place_fitting`); the least over the words,
+    e_i   evidence for them in the motion, nats a second: the mean of that by the map of all other
+          takes and that by the map of other performers, where these show the words too,
+    q_i   how much more the captures that move most like it say the words than others,
+    r_i   how much more evidence a map of whole captions has for the words than for others, nats a
+          second (both: :mod:`motiondb.generate.competing_words`),
+    x_i   the largest evidence for an excluded action,
+    u     number of words of the captions besides those of the action,
+    d     distance of posture and travel from those of the other sources, in standard deviations,
+    a     largest unlikelihood of a segment of the capture among all motion, nats a frame.
+
+The value of a segment is
+
+    v_i = log max(y_i, Y) + E e_i + N q_i + R r_i - X max(x_i, 0),
+
+and the cost of a capture U u + D d^2 + A max(a - a0, 0), where a0 is the least median of a over the
+captures of a performer, or RARE where that is more. So a bar, a motorcycle, a dance or a
+somersault is used for a plain word only where no plain capture shows it, and the standing before a
+jump is not used as the jump.
+
+Words of direction ("sit down") may be said by no caption. They are left out of the words and kept
+as directions, which are measured in the motion (:mod:`motiondb.generate.direction`). A direction
+that nearly all captions say with the action belongs to it: where they say "stand up", "stand" goes
+up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from motiondb.generate.direction import ACTIONS, FULL, directions_of
+from motiondb.learn.learned import Learned
+from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.generate.source_costs import (
+    Source,
+    against_rivals,
+    with_distance,
+    with_rarity,
+)
+from motiondb.meaning.places.place_fitting import Written
+from motiondb.records import FloatArray
+from motiondb.language.lemmas import VERBS
+from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
+
+LEAST_SHOWN = 0.1
+"""Y: a place that the caption's order rules out can still be overruled by the motion. With .02 it
+could not: in long captures y is mostly 0 or 1, and often wrong. Chosen by hand; not tuned."""
+EVIDENCE_WEIGHT = 0.25
+"""E: one nat a second of evidence, over a segment of about two seconds that is not independent of
+its neighbours. Chosen by hand; not tuned."""
+EXCLUDED_WEIGHT = 0.5
+"""X: twice E, because an exclusion is meant strictly. Chosen by hand; not tuned."""
+LEAST_EVIDENCE = 1.0
+"""Evidence in nats a second below which the motion does not determine the place. Chosen by hand."""
+MOST_EVIDENCE = 16.0
+"""Evidence above which a segment is not valued higher, nats a second. Chosen by hand; not tuned."""
+UNASKED_WEIGHT = 0.7
+"""U. Chosen by hand; .35 and .7 make no difference to how many excerpts the judge finds right."""
+MOST_UNASKED = 6
+"""Number of further words above which the cost of a caption no longer rises. Chosen by hand; not
+tuned."""
+APART = 1.0
+"""Cost of a caption that says the words in different actions ("walk, veer left"). Chosen by
+hand."""
+SPEED_SAID = 1.0
+"""Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
+USUAL = 0.7
+"""Share of the captures of an action whose captions say a direction with it, from which on the
+direction belongs to it. Chosen by hand; not tuned."""
+MOST_WORDS = 8
+"""Words of an action of which all parts are tried; further ones are left out. Chosen by hand."""
+DIRECTIONS = SIDES | {
+    "up", "down", "forward", "backward", "back", "around", "over", "under", "sideways", "away",
+    "off", "out", "in", "on", "straight",
+}  # fmt: skip
+"""Words of direction: if no caption has them, they are left out before other words."""
+
+
+@dataclass(frozen=True, eq=False)
+class ActionSources:
+    """The sources of one action.
+
+    Attributes
+    ----------
+    action : PlannedAction
+        The action, without the words that no caption says together with the others.
+    sources : tuple of Source
+        At least one, unless nothing shows the action.
+    not_used : tuple of NotUsed
+        Words that were left out.
+    directions : tuple of str
+        Measured words of the action as it was asked for, or the directions that belong to it.
+    """
+
+    action: PlannedAction
+    sources: tuple[Source, ...]
+    not_used: tuple[NotUsed, ...] = ()
+    directions: tuple[str, ...] = ()
+
+
+def find_sources(learned: Learned, written: Written, action: PlannedAction) -> ActionSources:
+    """Find the captures that can show an action.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    written : Written
+        Captions in the vocabulary.
+    action : PlannedAction
+        The action, in known words.
+
+    Returns
+    -------
+    ActionSources
+        Without sources if no capture's captions say the action, or all of these say what is
+        excluded.
+    """
+    listed = _listed(learned, written)
+    groups, left_out = [], []
+    directions = tuple(d for group in action.groups for d in directions_of(group))
+    for group in action.groups:
+        kept = _said_together(listed, group, learned)
+        left_out += [
+            NotUsed(word, f"no caption says it together with {' '.join(kept)!r}")
+            for word in group if word not in kept
+        ]  # fmt: skip
+        groups.append(kept)
+    action = replace(action, groups=tuple(dict.fromkeys(groups)))
+    sides = _free_sides(learned, [word for group in action.groups for word in group])
+    sources_found = []
+    for capture, actions in listed.items():
+        numbers = [_numbers(learned, group) for group in action.groups]
+        apart = _cost_of_saying(actions, numbers, sides)
+        if apart is not None and not _says_excluded(learned, actions, action):
+            sources_found.append(_source(learned, capture, actions, action, apart))
+    words = _numbers(learned, action.words)
+    sources_found = against_rivals(learned, with_rarity(learned, sources_found), words)
+    sources = tuple(with_distance(learned, sources_found))
+    directions = directions or usual_directions(learned.word_numbers, sources)
+    return ActionSources(action, sources, tuple(left_out), directions)
+
+
+def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:
+    """Directions that at least ``USUAL`` of the sources say in one action with the asked words.
+
+    Parameters
+    ----------
+    word_numbers : dict
+        Word -> its number.
+    sources : sequence of Source
+        Captures that can show the action.
+    """
+    fewest = max(USUAL * len(sources), 1.0)
+    directions = set(FULL) - {*ACTIONS, "back", "around"}  # "bend back" goes nowhere
+    numbers = {d: word_numbers.get(d, -1) for d in sorted(directions)}
+    said = {d: sum(number in s.beside for s in sources) for d, number in numbers.items()}
+    return tuple(d for d, count in said.items() if count >= fewest)
+
+
+def _listed(learned: Learned, written: Written) -> dict[int, list[frozenset[int]]]:
+    """Per recorded capture the actions that its captions list."""
+    actions_of = {}
+    for capture in learned.rows:
+        if learned.captures[capture].kind == "captured":
+            captions = learned.captions.get(capture, ())
+            actions = [frozenset(a) for caption in captions for a in written.actions(caption)]
+            if actions:
+                actions_of[capture] = actions
+    return actions_of
+
+
+def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
+    return frozenset(learned.word_numbers[w] for w in words if w in learned.word_numbers)
+
+
+def _said_together(
+    listed: dict[int, list[frozenset[int]]], group: tuple[str, ...], learned: Learned
+) -> tuple[str, ...]:
+    """The largest part of a group of words, with its first verb, that some caption says together.
+
+    Of parts of equal size, the one without words of direction is preferred, then the one whose
+    words come first. A side may occur in another action of the caption ("walk, veer left"), but the
+    side of a limb is not kept without the limb: "kick with the left foot" does not ask for a turn
+    left.
+    """
+    group = group[:MOST_WORDS]
+    has_limb = bool(LIMBS.intersection(group))
+    verb = next((word for word in group if word in VERBS), None)
+    sides = _free_sides(learned, group)
+    for size in range(len(group), 0, -1):
+        parts = sorted(
+            combinations(range(len(group)), size),
+            key=lambda part: sum(group[k] in DIRECTIONS for k in part),
+        )
+        for part in parts:
+            words = tuple(group[k] for k in part)
+            if verb is not None and verb not in words:
+                continue
+            if has_limb and SIDES.intersection(words) and not LIMBS & {*words}:
+                continue
+            numbers = [_numbers(learned, words)]
+            if any(_cost_of_saying(said, numbers, sides) is not None for said in listed.values()):
+                return words
+    return group[:1]
+
+
+def _free_sides(learned: Learned, words: Sequence[str]) -> frozenset[int]:
+    """Sides that may occur in another action of a caption; none where words name a limb."""
+    return frozenset() if LIMBS.intersection(words) else _numbers(learned, sorted(SIDES))
+
+
+def _cost_of_saying(
+    actions: Sequence[frozenset[int]], groups: Sequence[frozenset[int]], sides: frozenset[int]
+) -> float | None:
+    """Cost of captions that name every group in one action; None if a group is not named.
+
+    Sides may occur in another action than the rest of their group.
+    """
+    cost = 0.0
+    everything = frozenset().union(*actions)
+    for group in groups:
+        rest = group - sides
+        if any(group <= said for said in actions):
+            continue
+        if not rest or not group & sides <= everything:
+            return None
+        if not any(rest <= said for said in actions):
+            return None
+        cost += APART
+    return cost
+
+
+def _says_excluded(
+    learned: Learned, actions: Sequence[frozenset[int]], action: PlannedAction
+) -> bool:
+    """Whether captions say all words of something that is excluded."""
+    excluded = [_numbers(learned, words) for words in action.excluded]
+    return any(words and words <= said for words in excluded for said in actions)
+
+
+def _source(
+    learned: Learned,
+    capture: int,
+    actions: Sequence[frozenset[int]],
+    action: PlannedAction,
+    apart: float,
+) -> Source:
+    """A source with its values; the distance from the others is not yet among its costs."""
+    rows = learned.rows[capture]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    asked = [sorted(_numbers(learned, group)) for group in action.groups]
+    shown = _shown(learned, capture, len(starts), len(actions), asked)
+    values = np.log(np.maximum(shown, LEAST_SHOWN))
+    evidence = _evidence(learned, capture, {word for words in asked for word in words})
+    is_placed = True
+    if evidence is not None:
+        said = np.min([evidence[:, words].mean(axis=1) for words in asked], axis=0)
+        is_placed = bool(np.abs(said).max() >= LEAST_EVIDENCE)
+        values = values + EVIDENCE_WEIGHT * np.clip(said, -MOST_EVIDENCE, MOST_EVIDENCE)
+        for words in filter(None, (sorted(_numbers(learned, e)) for e in action.excluded)):
+            unwanted = np.maximum(evidence[:, words].mean(axis=1), 0.0)
+            values = values - EXCLUDED_WEIGHT * unwanted
+    all_said = frozenset().union(*actions)
+    every = {word for words in asked for word in words}
+    cost = apart + UNASKED_WEIGHT * min(len(all_said - every), MOST_UNASKED)
+    if action.speed and all_said & _speed_words(learned, action.speed):
+        cost -= SPEED_SAID
+    beside = frozenset().union(*(said for said in actions if every <= said)) - every
+    return Source(capture, rows, starts, ends, values, cost, is_placed, beside)
+
+
+def _speed_words(learned: Learned, speed: str) -> frozenset[int]:
+    from motiondb.language.question.manner import forms_of_manner
+
+    return _numbers(learned, forms_of_manner(speed))
+
+
+def _shown(
+    learned: Learned, capture: int, n_segments: int, n_actions: int, asked: Sequence[Sequence[int]]
+) -> FloatArray:
+    """y of the module's docstring: array (segments,); equal shares where no place was learned."""
+    places = learned.places
+    listed = () if places is None else places.words.get(capture, ())
+    shown = np.full(n_segments, 1.0)
+    for word in {word for words in asked for word in words}:
+        if places is not None and word in listed:
+            column = places.shown[capture][:, listed.index(word)]
+        else:
+            column = np.full(n_segments, 1.0 / n_actions)
+        shown = np.minimum(shown, column)
+    return shown
+
+
+def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | None:
+    """Evidence (segments, words) by other takes and other performers; None without any."""
+    take = learned.place_takes.get(capture)
+    if take is None:
+        return learned.seen_takes[capture].windows if capture in learned.seen_takes else None
+    evidence = take.windows.copy()
+    by_others = learned.place_by_others.get(capture)
+    if by_others is not None and learned.places is not None:
+        performer = learned.performers[capture]
+        shown = {
+            word
+            for other, words in learned.places.words.items()
+            if learned.performers[other] != performer
+            for word in asked.intersection(words)
+        }
+        columns = sorted(shown)
+        evidence[:, columns] = (evidence[:, columns] + by_others[:, columns]) / 2.0
+    said = learned.said_places.get(capture)
+    return evidence if said is None else evidence + said
+
+
+def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
+    """Every recorded capture as a source, by the evidence of its motion: for ``--anyway``.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    of : ActionSources
+        An action that no caption says.
+    """
+    sources = [
+        _source(learned, capture, [frozenset()], of.action, 0.0)
+        for capture in learned.rows
+        if learned.captures[capture].kind == "captured"
+    ]
+    return replace(of, sources=tuple(sources))

@@ -1,0 +1,391 @@
+"""Motion from excerpts of captures: choice of the excerpts, tempo, repetitions, seams.
+
+Notation: action k has candidates i, excerpts with cuts moved by some frames. Dynamic programming
+(:mod:`motiondb.generate.stitching`) finds the sequence of least
+
+    sum_k target_k(i_k) + JOIN_WEIGHT sum_k join_k(i_k, i_{k+1}),
+
+where the target cost is minus the score of the excerpt, and for "slowly" and "fast" a cost of the
+distance from the speed that is asked for. Choice 0 is that sequence. Choice c > 0 prefers place c
+of each action (:mod:`motiondb.generate.excerpt_places`), counted modulo their number:
+the place is made as good as the best one, and excerpts of other places cost ``OTHER_PLACE`` more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.generate import contact, stitching, tempo
+from motiondb.generate.direction import ONCE, gone
+from motiondb.generate.occurrences import measured_track
+from motiondb.generate.action_sources import ActionSources
+from motiondb.generate.directed_excerpts import (
+    DIRECTION_WEIGHT,
+    NOT_DONE,
+    REACHED,
+    complete,
+    direct,
+)
+from motiondb.generate.excerpt_places import number_places
+from motiondb.generate.excerpts import (
+    LONGEST,
+    SHORTEST,
+    Excerpt,
+    Layout,
+    Movement,
+    find_excerpts,
+    lay_out,
+    occurrences_in,
+    recount,
+)
+from motiondb.generate.segment_material import Takes, pose_vectors_of
+from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.generate.sequence_motion import SequenceMotion
+from motiondb.body import pose_vectors
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
+
+JOIN_WEIGHT = 0.5
+"""Weight of join costs relative to target costs. Chosen by hand; not tuned."""
+OTHER_PLACE = 4.0
+"""Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
+outweighs it. Chosen by hand; not tuned."""
+MOST_EXCERPTS = 24
+"""Number of excerpts of an action among which the sequence is chosen. Chosen by hand."""
+WORST = 6.0
+"""Nats by which a candidate may score below the best, besides what it costs not to do what is
+measured. Chosen by hand; not tuned."""
+CUTS = (0, 5, 10, 15)
+"""Frames by which a cut may be moved inwards to a better seam. Chosen by hand."""
+SPEED_WEIGHT = 6.0
+"""Cost of a factor e between the speed of an excerpt and the one asked for. Chosen by hand; not
+tuned."""
+SHORT_WEIGHT = 0.7
+"""Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
+repeated. Chosen by hand; not tuned."""
+LEAST_FRAMES = 15
+"""Smallest bound on the length of an excerpt, frames (0.5 s), however short the requested
+duration. Chosen by hand."""
+LEAST_CHANGE = 0.02
+"""Smallest relative change of the tempo that is made. Chosen by hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShownExcerpt:
+    """The excerpt of one action, and how it is played.
+
+    Attributes
+    ----------
+    action : PlannedAction
+        The action.
+    excerpt : Excerpt
+        Where it comes from, in frames of the capture.
+    layout : Layout
+        Parts that are played, in frames of the capture at the new tempo.
+    rate : float
+        Tempo: 2 is twice as fast as recorded.
+    speeds : tuple of (float, float, float) or None
+        Mean speed of the joints of the excerpt as recorded, and the least and largest of all
+        excerpts of the action, m/s; None where no speed was asked for.
+    directions : tuple of str
+        Measured words that its captures can show.
+    place : int
+        Number of its place; -1 if it is not among those comparable with the best one.
+    n_places : int
+        Number of places that show the action about as clearly as the best one.
+    does : bool
+        Whether it does all that is measured.
+    """
+
+    action: PlannedAction
+    excerpt: Excerpt
+    layout: Layout
+    rate: float = 1.0
+    speeds: tuple[float, float, float] | None = None
+    directions: tuple[str, ...] = ()
+    place: int = 0
+    n_places: int = 1
+    does: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class ExcerptMotion:
+    """A motion made of excerpts.
+
+    Attributes
+    ----------
+    made : SequenceMotion
+        The motion; its lengths are those of the actions.
+    shown : tuple of ShownExcerpt
+        Per action.
+    """
+
+    made: SequenceMotion
+    shown: tuple[ShownExcerpt, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Material:
+    """Captures as paths, measured tracks, pose vectors and edges, all at their own tempo."""
+
+    motions: Mapping[int, Motion]
+    tracks: Mapping[int, FloatArray]
+    paths: Mapping[int, tuple[FloatArray, FloatArray]]
+    means: FloatArray
+    vectors: Mapping[int, FloatArray]
+    scale: FloatArray
+
+
+def excerpt_motion(
+    takes: Takes,
+    actions: Sequence[ActionSources],
+    rng: np.random.Generator,
+    choice: int = 0,
+) -> ExcerptMotion:
+    """Make a motion that shows actions in order.
+
+    Parameters
+    ----------
+    takes : Takes
+        Motions of the captures.
+    actions : sequence of ActionSources
+        Per action the captures that can show it; at least one each.
+    rng : numpy.random.Generator
+        Draws between cuts of an excerpt.
+    choice : int, optional
+        0 for the best excerpts, c for place c of each action.
+    """
+    likely = [_likely(each) for each in actions]
+    material = _gather(takes, sorted({e.capture for each in likely for e in each}))
+    directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
+    excerpts = [each for each, _ in directed]
+    speeds = [_speeds(material, each) for each in excerpts]
+    costs = [_speed_costs(one.action, of) for of, one in zip(speeds, actions)]
+    values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
+    does = [_does(material, each, words) for each, words in directed]
+    places = [number_places(*each) for each in zip(excerpts, values, does)]
+    candidates = [
+        _candidates(material, each, cost + _preference(numbers, value, choice), rng)
+        for each, cost, numbers, value in zip(excerpts, costs, places, values)
+    ]
+    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT)
+    shown, pieces, sources, lengths = [], [], dict(material.paths), []
+    origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
+    for number, (i, (candidate, owner)) in enumerate(zip(chosen, candidates)):
+        n = int(owner[i])
+        excerpt = replace(
+            excerpts[number][n], start=int(candidate.starts[i]), end=int(candidate.ends[i])
+        )
+        one = _lay_out(
+            material, actions[number].action, excerpt, speeds[number], directed[number][1]
+        )
+        numbers = int(places[number][n]), int(places[number].max()) + 1
+        one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
+        key = excerpt.capture
+        if one.rate != 1.0:
+            key = -2 - number
+            sources[key] = tempo.resample(*material.paths[excerpt.capture], one.rate)
+            origins[key] = (excerpt.capture, one.rate)
+        pieces += [stitching.Piece(key, a, b) for a, b in one.layout.parts]
+        lengths.append(one.layout.n_frames)
+        shown.append(one)
+    legs = [material.motions[origins[piece.capture][0]].leg_length for piece in pieces]
+    stitched = stitching.stitch(pieces, sources)
+    made = _finish(stitched, origins, lengths, float(np.median(legs)))
+    if any(one.layout.is_measured for one in shown):
+        parts = np.split(measured_track(made.motion), np.cumsum(lengths)[:-1])
+        shown = [
+            replace(one, layout=recount(one.action, one.layout, part))
+            for one, part in zip(shown, parts)
+        ]
+    return ExcerptMotion(made, tuple(shown))
+
+
+def _finish(
+    stitched: stitching.Stitched,
+    origins: Mapping[int, tuple[int, float]],
+    lengths: Sequence[int],
+    leg_length: float,
+) -> SequenceMotion:
+    """A stitched motion with locked feet, and the origin of its frames in the captures."""
+    motion = pose_vectors.from_path(stitched.path, stitched.rotations, leg_length=leg_length)
+    rates = np.array([origins[int(c)][1] for c in stitched.captures])
+    edits = []
+    for share, rate in zip(stitched.shares, rates):
+        done = [f"blend {share:.2f}"] if share != 1 else []
+        done += [f"speed {rate:.3f}"] if rate != 1 else []
+        edits.append(", ".join([*done, "foot lock"]))
+    return SequenceMotion(
+        contact.lock_feet(motion),
+        np.array([origins[int(c)][0] for c in stitched.captures]),
+        stitched.frames * rates,
+        tuple(edits),
+        tuple(lengths),
+    )
+
+
+def _preference(places: IntArray, values: FloatArray, choice: int) -> FloatArray:
+    """Cost of each excerpt for not being of the place that a choice prefers: array (excerpts,).
+
+    The preferred place is made as good as the best one.
+    """
+    if choice == 0:
+        return np.zeros(len(places))
+    inside = places == choice % (places.max() + 1)
+    return np.where(inside, values[inside].max() - values.max(), OTHER_PLACE)
+
+
+def _does(
+    material: _Material, excerpts: Sequence[Excerpt], directions: Sequence[str]
+) -> NDArray[np.bool_]:
+    """Whether excerpts do what measured words say: array (excerpts,)."""
+    return np.array(
+        [
+            all(gone(material.tracks[e.capture][e.start : e.end], d) >= REACHED for d in directions)
+            for e in excerpts
+        ]
+    )
+
+
+def _likely(of: ActionSources) -> list[Excerpt]:
+    """The best excerpts of an action."""
+    longest = _longest(of.action)
+    wanted = 0.0 if of.action.seconds is None else of.action.seconds.wanted * MOTION_FPS
+    likely = [
+        replace(
+            e,
+            score=e.score
+            - SHORT_WEIGHT * max(float(np.log(max(wanted, SHORTEST) / (e.end - e.start))), 0.0),
+        )
+        for e in find_excerpts(of.sources, longest)
+    ]
+    likely.sort(key=lambda e: -e.score)
+    worst = WORST + (NOT_DONE + DIRECTION_WEIGHT if of.directions else 0.0)
+    return [e for e in likely if e.score >= likely[0].score - worst][:MOST_EXCERPTS]
+
+
+def _longest(action: PlannedAction) -> int:
+    """Most frames of an excerpt of an action."""
+    if action.seconds is not None:
+        return max(round(action.seconds.wanted * MOTION_FPS), LEAST_FRAMES)
+    if action.times is not None:
+        return round(LONGEST * min(max(action.times.wanted, 1.0), 4.0))
+    return LONGEST
+
+
+def _direct(
+    material: _Material, of: ActionSources, excerpts: Sequence[Excerpt]
+) -> tuple[list[Excerpt], tuple[str, ...]]:
+    """Excerpts that do what the measured words of an action say, and begin and end as usual."""
+    directed, honoured = direct(excerpts, material.tracks, of.directions, _longest(of.action))
+    every = np.concatenate(list(material.vectors.values()))
+    centre = every.mean(axis=0)
+    unusual = {
+        c: np.mean(((v - centre) / material.scale) ** 2, axis=1)
+        for c, v in material.vectors.items()
+    }
+    if of.action.seconds is None:
+        directed = [complete(e, unusual[e.capture]) for e in directed]
+    return directed, honoured
+
+
+def _gather(takes: Takes, captures: Sequence[int]) -> _Material:
+    motions = {c: takes.motion(c) for c in captures}
+    paths = {c: pose_vectors.to_path(m) for c, m in motions.items()}
+    means = pose_vectors.mean_rotations(np.concatenate([turned for _, turned in paths.values()]))
+    vectors = {c: pose_vectors_of(paths[c], means) for c in captures}
+    scale = np.concatenate(list(vectors.values())).std(axis=0) + 1e-6
+    tracks = {c: measured_track(m) for c, m in motions.items()}
+    return _Material(motions, tracks, paths, means, vectors, scale)
+
+
+def _speeds(material: _Material, excerpts: Sequence[Excerpt]) -> FloatArray:
+    """Mean speed of the joints of every excerpt: array (excerpts,), m/s."""
+    of = {c: tempo.joint_speeds(material.motions[c]) for c in {e.capture for e in excerpts}}
+    return np.array([float(of[e.capture][e.start : e.end].mean()) for e in excerpts])
+
+
+def _speed_costs(action: PlannedAction, speeds: FloatArray) -> FloatArray:
+    """Cost of the distance from the speed that is asked for: array (excerpts,)."""
+    if not action.speed:
+        return np.zeros(len(speeds))
+    wanted = tempo.wanted_speed(speeds, action.speed == "fast")
+    return SPEED_WEIGHT * np.abs(np.log(np.maximum(speeds, 1e-3) / max(wanted, 1e-3)))
+
+
+def _candidates(
+    material: _Material, excerpts: Sequence[Excerpt], costs: FloatArray, rng: np.random.Generator
+) -> tuple[stitching.Candidates, FloatArray]:
+    """Excerpts with moved cuts as candidates, and the number of the excerpt of each."""
+    rows, targets, owner = [], [], []
+    for n, excerpt in enumerate(excerpts):
+        most = min((excerpt.end - excerpt.start) // 3, excerpt.end - excerpt.start - SHORTEST)
+        for ahead in CUTS:
+            for behind in CUTS:
+                if ahead + behind <= most or ahead == behind == 0:
+                    rows.append((excerpt.capture, excerpt.start + ahead, excerpt.end - behind))
+                    targets.append(costs[n] - excerpt.score)
+                    owner.append(n)
+    places = np.array(rows)
+    tremble = rng.uniform(0.0, 0.05, size=len(places))
+    entries = np.stack([_edges(material, c)[a] for c, a, _ in rows])
+    continuations = np.stack([_edges(material, c)[b] for c, _, b in rows])
+    candidates = stitching.Candidates(
+        places[:, 0], places[:, 1], places[:, 2], entries, continuations,
+        np.array(targets) + tremble,
+    )  # fmt: skip
+    return candidates, np.array(owner)
+
+
+def _edges(material: _Material, capture: int) -> FloatArray:
+    return edges_of(material.vectors[capture], material.scale)
+
+
+def edges_of(vectors: FloatArray, scale: FloatArray) -> FloatArray:
+    """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values).
+
+    Parameters
+    ----------
+    vectors : array (frames, values)
+        Pose vectors of a capture.
+    scale : array (values,)
+        Spread of pose vectors.
+    """
+    extended = np.concatenate([vectors, vectors[-1:]])
+    speed = np.diff(extended, axis=0, prepend=extended[:1])[:, 4:] / scale[4:] * 5.0
+    return np.concatenate([extended / scale, speed], axis=1) / np.sqrt(vectors.shape[1])
+
+
+def _lay_out(
+    material: _Material,
+    action: PlannedAction,
+    excerpt: Excerpt,
+    speeds: FloatArray,
+    directions: tuple[str, ...],
+) -> ShownExcerpt:
+    """Play an excerpt at the tempo, as often and as long as its action asks for."""
+    rate, range_of = 1.0, None
+    if action.speed:
+        speed = float(_speeds(material, [excerpt])[0])
+        fast = action.speed == "fast"
+        wanted = tempo.wanted_speed(speeds, fast)
+        rate = tempo.natural_rate(speed, wanted, speeds, fast)
+        rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
+        range_of = (speed, float(speeds.min()), float(speeds.max()))
+    vectors = material.vectors[excerpt.capture]
+    span = excerpt.start, excerpt.end
+    if rate != 1.0:
+        path = tempo.resample(*material.paths[excerpt.capture], rate)
+        vectors = pose_vectors_of(path, material.means)
+        span = round(span[0] / rate), min(round(span[1] / rate), len(vectors))
+    movement = Movement(
+        vectors[:, 4:],
+        edges_of(vectors, material.scale),
+        any(word in ONCE for word in directions),
+        occurrences_in(excerpt, action, material.tracks[excerpt.capture], rate),
+    )
+    layout = lay_out(action, span, movement)
+    return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)

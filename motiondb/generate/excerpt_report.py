@@ -1,0 +1,173 @@
+"""Report on an action: which counts, durations and speeds the motion has, and which it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.generate.occurrences import find_occurrences
+from motiondb.meaning.certainty.place_certainty import count_performers, cues_of
+from motiondb.learn.learned import Learned
+from motiondb.generate.excerpt_motion import ShownExcerpt
+from motiondb.generate.excerpts import counted_word
+from motiondb.generate.sentence_plan import Amount, PlannedAction
+from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.meaning.calibration import probability
+from motiondb.language.question.manner import adverb_of
+from motiondb.language.question.say import say_count, say_duration
+from motiondb.language.question.tree import NotUsed
+
+NEAR_ENOUGH = 0.1
+"""Largest relative difference from a requested duration that still counts as met. Chosen by
+hand."""
+
+
+def say_amounts(action: PlannedAction) -> list[str]:
+    """Count, duration and speed of an action as words; those that are not asked for are left out.
+
+    >>> say_amounts(PlannedAction((("walk",),), "slow", (), Amount(3, 3), Amount(2.0, None)))
+    ['3 times', 'for at least 2 s', 'slowly']
+    """
+    said = []
+    if action.times is not None:
+        most = None if action.times.most is None else int(action.times.most)
+        said.append(say_count(int(action.times.least), most))
+    if action.seconds is not None:
+        said.append(say_duration(action.seconds.least, action.seconds.most))
+    if action.speed:
+        said.append(adverb_of(action.speed))
+    return said
+
+
+def report_excerpt(
+    learned: Learned, shown: ShownExcerpt
+) -> tuple[tuple[str, ...], tuple[NotUsed, ...]]:
+    """Return the counts, durations and speeds that an action has, and those that were not met.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    shown : ShownExcerpt
+        The action's excerpt.
+    """
+    action, layout = shown.action, shown.layout
+    name = learned.captures[shown.excerpt.capture].name
+    first, behind = source_span(shown)
+    done = [f"{name} {first:.1f}-{behind:.1f} s"]
+    left = []
+    seconds = layout.n_frames / MOTION_FPS
+    if layout.said:
+        done.append(layout.said)
+    done += [f"{word}: measured in the motion" for word in shown.directions]
+    if action.seconds is not None and not _within(seconds, action.seconds):
+        text = say_duration(action.seconds.least, action.seconds.most)
+        why = "whole repetitions" if action.times is not None else "whole performances"
+        left.append(NotUsed(text, f"{why} last {seconds:.1f} s"))
+    if action.speed:
+        said, not_said = _report_speed(shown)
+        done += said
+        left += not_said
+    return (*done, *_say_places(shown)), tuple(left)
+
+
+def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
+    """The count that was asked for, if another one is measured in the motion.
+
+    Parameters
+    ----------
+    shown : ShownExcerpt
+        The action's excerpt.
+    track : array (frames, 10)
+        Measured track of its part of the motion (:func:`.occurrences.measured_track`).
+    """
+    times = shown.action.times
+    word = counted_word(shown.action)
+    if times is None or word is None:
+        return ()
+    count = len(find_occurrences(track, word))
+    most = np.inf if times.most is None else times.most
+    if times.least <= count <= most:
+        return ()
+    text = say_count(int(times.least), None if times.most is None else int(times.most))
+    return (NotUsed(text, f"{count} measured in the motion"),)
+
+
+def _say_places(shown: ShownExcerpt) -> list[str]:
+    """How many places show an action about as clearly.
+
+    Nothing for an excerpt that does not do what is measured and therefore is none of them.
+    """
+    if shown.place < 0 and not shown.does:
+        return []
+    if shown.place < 0 and shown.n_places == 1:
+        return ["1 other place shows it more clearly, but joins less well"]
+    if shown.place < 0:
+        return [f"{shown.n_places} other places show it more clearly, but join less well"]
+    if shown.n_places == 1:
+        return ["no other place shows it about as clearly, so other seeds take the same one"]
+    return [f"place {shown.place + 1} of {shown.n_places} that show it about as clearly"]
+
+
+def source_span(shown: ShownExcerpt) -> tuple[float, float]:
+    """First and last second of the capture that is played."""
+    first = min(start for start, _ in shown.layout.parts) * shown.rate / MOTION_FPS
+    return first, max(end for _, end in shown.layout.parts) * shown.rate / MOTION_FPS
+
+
+def place_probability(learned: Learned, shown: ShownExcerpt) -> float | None:
+    """Probability that an excerpt is the right place of its capture for its action.
+
+    None where it was not learned, and where the capture is described with this action alone.
+    """
+    capture, sure = shown.excerpt.capture, learned.certainties.place
+    take = learned.place_takes.get(capture)
+    words = [learned.word_numbers[w] for w in shown.action.words if w in learned.word_numbers]
+    n_actions = max((d.n_actions for d in learned.described if d.capture_id == capture), default=1)
+    if sure is None or take is None or not words or n_actions == 1:
+        return None
+    first, last = (MOTION_FPS * second for second in source_span(shown))
+    inside = np.flatnonzero(np.minimum(take.ends, last) - np.maximum(take.starts, first) > 0.0)
+    values = take.windows[:, words].mean(axis=1)
+    support = count_performers(learned.listed_by, words, [learned.performers[capture]])
+    if not support:
+        return None
+    cues = cues_of(values, int(inside[0]), int(inside[-1]) + 1, support)
+    return float(probability(sure.log_odds(cues)))
+
+
+def segments_of(learned: Learned, shown: ShownExcerpt) -> list[int]:
+    """Symbols of the segments of which the parts of an excerpt play at least half."""
+    rows = learned.rows[shown.excerpt.capture]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    symbols = learned.segments.symbols[rows]
+    segments: list[int] = []
+    for a, b in shown.layout.parts:
+        low, high = a * shown.rate, b * shown.rate
+        inside = np.minimum(ends, high) - np.maximum(starts, low)
+        which = np.flatnonzero(2.0 * inside >= ends - starts)
+        if len(which) == 0:
+            which = np.array([int(np.argmax(inside))])
+        segments += symbols[which].tolist()
+    return segments
+
+
+def _report_speed(shown: ShownExcerpt) -> tuple[list[str], list[NotUsed]]:
+    text = adverb_of(shown.action.speed)
+    if shown.speeds is None or shown.speeds[1] >= shown.speeds[2]:
+        return [], [NotUsed(text, "one capture alone shows the action: its range is not known")]
+    actual, least, most = shown.speeds
+    speed = actual * shown.rate
+    how = f"played at {shown.rate:.2f} of its speed" if shown.rate != 1.0 else "as recorded"
+    place = (speed - least) / (most - least)
+    if (place > 0.5) == (shown.action.speed == "fast"):
+        return [f"{text}: {how}, {speed:.2f} m/s; captures {least:.2f} to {most:.2f}"], []
+    reason = f"{how}, {speed:.2f} m/s; the captures' range is {least:.2f} to {most:.2f}"
+    return [], [NotUsed(text, reason)]
+
+
+def _within(seconds: float, asked: Amount) -> bool:
+    """Whether a duration is near enough to what was asked for; "at least" is meant strictly."""
+    short = 0.0 if asked.most is None else NEAR_ENOUGH
+    if seconds < asked.least * (1.0 - short) - 0.5 / MOTION_FPS:
+        return False
+    return asked.most is None or seconds <= max(asked.most, 0.1) * (1.0 + NEAR_ENOUGH)

@@ -1,0 +1,382 @@
+"""Motion from a sentence: its actions, captures that show them, the motion, and its evaluation.
+
+Methods: ``stitched`` (excerpts of captures that show the actions, seams blended, feet held),
+``trajectory`` (the most probable smooth trajectory of the symbols' HMMs) and ``montecarlo`` (every
+frame drawn by itself, as paper A prints it). The result is evaluated by a judge that is not used in
+making it (:mod:`motiondb.generate.shown_actions`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from motiondb.errors import QueryError, UnknownWordsError
+from motiondb.generate.occurrences import measured_track
+from motiondb.learn.learned import Learned
+from motiondb.generate.action_sources import ActionSources, all_sources, find_sources
+from motiondb.generate.excerpt_motion import ExcerptMotion, excerpt_motion
+from motiondb.generate.excerpt_report import (
+    miscounted,
+    place_probability,
+    report_excerpt,
+    segments_of,
+)
+from motiondb.generate.segment_material import Takes
+from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
+from motiondb.generate.sequence_motion import SequenceMotion
+from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
+from motiondb.generate.symbol_motion import symbol_motion
+from motiondb.meaning.places.place_fitting import Written
+from motiondb.learn.recognition import recognise
+from motiondb.records import IntArray
+from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.language.lemmas import VERBS
+from motiondb.language.vocabulary import nearest_words
+from motiondb.language.question.known import KnownQuestion, hold_to_known
+from motiondb.language.question.parse import parse
+from motiondb.language.question.tree import (
+    Action,
+    AnyOf,
+    Node,
+    NotUsed,
+    Question,
+    Without,
+    map_actions,
+    parts_of,
+)
+from motiondb.language.translation import decoding
+
+METHODS = ("stitched", "trajectory", "montecarlo")
+SPEED_NAMES = ("slow", "fast")
+"""Manners that generation can show although no caption says them."""
+
+
+@dataclass(frozen=True, eq=False)
+class MadeMotion:
+    """A motion that was made from a sentence.
+
+    Attributes
+    ----------
+    made : SequenceMotion
+        The motion with the origin of its frames.
+    symbols : array (symbols,)
+        Symbols of the excerpts, or those that were decoded.
+    positions : tuple of int
+        Per symbol the number of its action.
+    actions : tuple of tuple of str
+        Words of every action that was made.
+    decodings : tuple of Decoding
+        Per action; none for stitched motion.
+    recognised : array (segments,)
+        Symbols recognised in the motion.
+    question : KnownQuestion
+        The parsed sentence.
+    shown : tuple of JudgedAction
+        Per action that was asked for, whether the motion shows it.
+    decided : tuple of str
+        Decisions on what the sentence leaves open.
+    not_used : tuple of NotUsed
+        Parts of the sentence that the motion does not show.
+    places : tuple of (int, int)
+        Number of every action's place among those that show it about as clearly as the best one
+        (-1 if it is none of them), and their number; none for other methods.
+    """
+
+    made: SequenceMotion
+    symbols: IntArray
+    positions: tuple[int, ...]
+    actions: tuple[tuple[str, ...], ...]
+    decodings: tuple[decoding.Decoding, ...]
+    recognised: IntArray
+    question: KnownQuestion
+    shown: tuple[JudgedAction, ...]
+    decided: tuple[str, ...] = ()
+    not_used: tuple[NotUsed, ...] = ()
+    places: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def spans(self) -> tuple[tuple[int, int], ...]:
+        """First frame and last frame + 1 of every action that was made."""
+        return tuple((one.start, one.end) for one in self.shown if one.end > one.start)
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    """The planned actions of a sentence, with notes."""
+
+    question: KnownQuestion
+    actions: tuple[PlannedAction, ...]
+    missing: tuple[JudgedAction, ...]
+    decided: tuple[str, ...]
+    not_used: tuple[NotUsed, ...]
+
+
+@dataclass(frozen=True)
+class MotionRequest:
+    """A request for a motion.
+
+    Attributes
+    ----------
+    text : str
+        The sentence.
+    method : str
+        One of ``METHODS``.
+    anyway : bool
+        Whether to make the rest of the motion if nothing in the database shows an action.
+    instead : dict
+        Word that no caption says -> the nearest known word, which is made in its place and does not
+        count as showing it.
+    choice : int
+        Which of the places that show each action about as clearly as the best one are preferred
+        (stitched motion only): 0 the best, 1 the next, and so on, from the first again after the
+        last.
+    """
+
+    text: str
+    method: str = "stitched"
+    anyway: bool = False
+    instead: Mapping[str, str] = field(default_factory=dict)
+    choice: int = 0
+
+
+def make_motion(
+    learned: Learned,
+    takes: Takes,
+    request: MotionRequest,
+    rng: np.random.Generator,
+) -> MadeMotion:
+    """Generate a motion from a sentence.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    takes : Takes
+        Motions of the captures.
+    request : MotionRequest
+        The sentence, and how it is made.
+    rng : numpy.random.Generator
+        Draws between alternatives and between cuts.
+
+    Raises
+    ------
+    QueryError
+        For an unknown method, no known word, or an action that nothing in the database shows.
+    NotLearnedError
+        When no words were learned.
+    """
+    method = request.method
+    if method not in METHODS:
+        raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
+    wanted = _understand(learned, request, rng)
+    with one_blas_thread():  # the same sums on any machine
+        if method != "stitched":
+            return _from_symbols(learned, takes, wanted, rng, method)
+        sources = _sources(learned, wanted.actions, request.anyway)
+        made_of_excerpts = excerpt_motion(takes, sources, rng, request.choice)
+        return _from_excerpts(learned, wanted, sources, made_of_excerpts)
+
+
+def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generator) -> _Wanted:
+    """Read a sentence; words of speed count as known."""
+    text, anyway = request.text, request.anyway
+    counts = dict.fromkeys(SPEED_NAMES, 1)
+    for word, count in zip(learned.association.words, learned.association.counts):
+        if count > 0:
+            counts[word] = int(count)
+    read = parse(text, learned.synonyms, learned.lemmas)
+    question = _each_word_once(hold_to_known(read, counts))
+    missing = _missing(read, counts)
+    actions, decided, left = plan_sentence(question.tree, rng)
+    if not actions:
+        raise QueryError(
+            f"generate: expected an action to show, found only what not to show in {text!r}. "
+            "Say what the motion is to show."
+        )
+    if missing and not anyway:
+        raise UnknownWordsError(_nothing_shows(missing, learned))
+    lost = tuple(
+        JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
+        for words in (*missing, *_lost_verbs(read, counts))
+    ) + tuple(
+        JudgedAction(
+            (word,), 0, 0, False, 0.0,
+            reason=f"no caption says it; {near!r}, the nearest known word, was made instead",
+        )
+        for word, near in request.instead.items()
+    )  # fmt: skip
+    return _Wanted(question, actions, lost, decided, (*question.not_used, *left))
+
+
+def _each_word_once(question: KnownQuestion) -> KnownQuestion:
+    """Drop words of an action that mean the same as an earlier one ("walk on tiptoes")."""
+    tree = map_actions(question.tree, lambda one: replace(one, words=(*dict.fromkeys(one.words),)))
+    return replace(question, tree=tree)
+
+
+def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
+    """Words of the actions without any word of a caption; one known alternative suffices."""
+
+    def missing(action: Action) -> tuple[str, ...]:
+        return () if any(word in counts for word in action.words) else action.words
+
+    return _in_actions(read.tree, missing)
+
+
+def _lost_verbs(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
+    """Verbs of the actions of which other words are known, but no verb ("throw a ball")."""
+
+    def lost(action: Action) -> tuple[str, ...]:
+        verbs = tuple(word for word in action.words if word in VERBS)
+        any_known = any(word in counts for word in action.words)
+        return verbs if any_known and not any(word in counts for word in verbs) else ()
+
+    return _in_actions(read.tree, lost)
+
+
+def _in_actions(node: Node, words_of: Callable[[Action], tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The words of every asked action for which there are any, none if an alternative has none."""
+    if isinstance(node, Action):
+        words = words_of(node)
+        return [words] if words else []
+    parts = (node.part,) if isinstance(node, Without) else parts_of(node)
+    below = [_in_actions(part, words_of) for part in parts]
+    if isinstance(node, AnyOf) and not all(below):
+        return []
+    return [words for part in below for words in part]
+
+
+def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
+    said = ", ".join(repr(" ".join(words)) for words in missing)
+    near = [
+        w for words in missing for word in words for w in nearest_words(word, learned.known_words)
+    ]
+    hint = f"The nearest known: {', '.join(dict.fromkeys(near))}. " if near else ""
+    return (
+        f"generate: expected actions that the captures show, found {said}, which nothing in the "
+        f"database shows. {hint}Say it in other words (`motiondb words` lists them), or pass "
+        "--anyway to make the rest."
+    )
+
+
+def _sources(
+    learned: Learned, actions: Sequence[PlannedAction], anyway: bool
+) -> list[ActionSources]:
+    """The captures that can show each action.
+
+    Raises
+    ------
+    QueryError
+        Nothing shows an action, and ``anyway`` is False.
+    """
+    if not learned.has_words:
+        raise QueryError(
+            "generate: expected captures with words, found none. Write some down (motiondb words "
+            "set) and learn again."
+        )
+    written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
+    sources_of: dict[PlannedAction, ActionSources] = {}
+    for action in dict.fromkeys(actions):
+        of = find_sources(learned, written, action)
+        if not of.sources and not anyway and not _is_from_start(learned, action):
+            raise QueryError(_no_source(action))
+        sources_of[action] = of if of.sources else all_sources(learned, of)
+    return [sources_of[action] for action in actions]
+
+
+def _is_from_start(learned: Learned, action: PlannedAction) -> bool:
+    """Whether an action is known from a start alone, so that no own caption can hold it."""
+    words = {word for group in action.groups for word in group}
+    return learned.started is not None and not any(
+        words & set(described.words) for described in learned.described
+    )
+
+
+def _no_source(action: PlannedAction) -> str:
+    said = " while ".join(" ".join(group) for group in action.groups)
+    without = "".join(f", not {' '.join(words)}" for words in action.excluded)
+    parts = [*map(" ".join, action.groups)] if len(action.groups) > 1 else []
+    near = f"Each by itself is known: {', '.join(parts)}. " if parts else ""
+    return (
+        f"generate: expected captures that show {said + without!r}, found none whose captions say "
+        f"so. {near}Ask for it otherwise, or pass --anyway to make the nearest."
+    )
+
+
+def _from_excerpts(
+    learned: Learned,
+    wanted: _Wanted,
+    sources: Sequence[ActionSources],
+    made_of_excerpts: ExcerptMotion,
+) -> MadeMotion:
+    """A stitched motion with what it shows."""
+    ends = np.cumsum([0, *made_of_excerpts.made.lengths])
+    track = measured_track(made_of_excerpts.made.motion)
+    asked, left, symbols, positions = [], [], list[int](), list[int]()
+    for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
+        done, not_done = report_excerpt(learned, shown)
+        part = of.action.groups, of.action.excluded, int(ends[n]), int(ends[n + 1])
+        placed = place_probability(learned, shown)
+        performer = learned.performers[shown.excerpt.capture]
+        name = learned.captures[shown.excerpt.capture].name
+        asked.append(Asked(*part, done, shown.directions, placed, performer, name))
+        left += [one for one in of.not_used if one.text not in shown.directions]
+        left += [*not_done, *miscounted(shown, track[ends[n] : ends[n + 1]])]
+        inside = segments_of(learned, shown)
+        symbols += inside
+        positions += [n] * len(inside)
+    captures = sorted({shown.excerpt.capture for shown in made_of_excerpts.shown})
+    judged = judge_motion(learned, made_of_excerpts.made.motion, asked, captures)
+    return MadeMotion(
+        made_of_excerpts.made, np.array(symbols, dtype=np.int64), tuple(positions),
+        tuple(of.action.words for of in sources), (),
+        recognise(learned, made_of_excerpts.made.motion).symbols, wanted.question,
+        (*judged, *wanted.missing), wanted.decided,
+        tuple(dict.fromkeys((*wanted.not_used, *left))),
+        tuple((shown.place, shown.n_places) for shown in made_of_excerpts.shown),
+    )  # fmt: skip
+
+
+def _from_symbols(
+    learned: Learned, takes: Takes, wanted: _Wanted, rng: np.random.Generator, method: str
+) -> MadeMotion:
+    """A motion of the HMMs with what it shows; reports unsupported amounts and exclusions."""
+    known = [
+        tuple(word for word in action.words if word in learned.word_numbers)
+        for action in wanted.actions
+    ]
+    actions = tuple(words for words in known if words)
+    made_of_symbols = symbol_motion(learned, takes, actions, rng, method)
+    frames = np.bincount(
+        made_of_symbols.plan.positions, weights=made_of_symbols.made.lengths
+    ).astype(int)
+    ends = np.cumsum([0, *frames])
+    asked = [
+        Asked(action.groups, action.excluded, int(a), int(b))
+        for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
+    ]
+    judged = judge_motion(
+        learned, made_of_symbols.made.motion, asked, sorted(made_of_symbols.captures)
+    )
+    left = [one for action in wanted.actions for one in _not_by_symbols(action, method)]
+    return MadeMotion(
+        made_of_symbols.made, made_of_symbols.plan.symbols, made_of_symbols.plan.positions,
+        made_of_symbols.plan.actions, made_of_symbols.decodings, made_of_symbols.recognised,
+        wanted.question, (*judged, *wanted.missing), wanted.decided,
+        tuple(dict.fromkeys((*wanted.not_used, *left))),
+    )  # fmt: skip
+
+
+def _not_by_symbols(action: PlannedAction, method: str) -> list[NotUsed]:
+    """What the HMMs cannot do."""
+    from motiondb.generate.excerpt_report import say_amounts
+
+    left = [NotUsed(text, f"{method} does not support it") for text in say_amounts(action)]
+    left += [
+        NotUsed(f"not {' '.join(words)}", f"{method} excludes nothing; the result is judged for it")
+        for words in action.excluded
+    ]
+    return left

@@ -1,0 +1,103 @@
+"""Motion along a sequence of symbols, from the HMMs on pose vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.generate import contact, series, trajectory
+from motiondb.generate.segment_material import SegmentMaterial
+from motiondb.body import pose_vectors
+from motiondb.records import FloatArray, IntArray, Motion
+
+
+@dataclass(frozen=True, eq=False)
+class SymbolPlan:
+    """Symbols that are to be shown, one after the other.
+
+    Attributes
+    ----------
+    symbols : array (symbols,)
+        The symbols in their order.
+    positions : tuple of int
+        Per symbol the number of its action.
+    actions : tuple of tuple of str
+        Words of every action.
+    """
+
+    symbols: IntArray
+    positions: tuple[int, ...]
+    actions: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SequenceMotion:
+    """A motion along a sequence of symbols, with the origin of its frames.
+
+    Attributes
+    ----------
+    motion : Motion
+        On the canonical body.
+    captures : array (frames,)
+        Capture that each frame comes from; -1 where drawn from the HMMs.
+    frames : array (frames,)
+        Frame of that capture, 30 a second; 0 where drawn.
+    edits : tuple of str
+        Per frame what was done to it.
+    lengths : tuple of int
+        Frames of every symbol, or of every action.
+    """
+
+    motion: Motion
+    captures: IntArray
+    frames: FloatArray
+    edits: tuple[str, ...]
+    lengths: tuple[int, ...]
+
+
+def _trajectory(material: SegmentMaterial, sequence: IntArray) -> tuple[FloatArray, IntArray]:
+    """The most probable trajectory (frames, D) and per frame its position in the sequence."""
+    joined = material.series(sequence)
+    states = np.repeat(np.arange(len(joined.self_loops)), series.expected_durations(joined))
+    means, covars = joined.means[states], joined.covars[states]
+    values = trajectory.most_probable(means, covars)
+    n_dims = values.shape[1]
+    values = trajectory.widen(values, means[:, :n_dims], covars[:, :n_dims])
+    return values, joined.positions[states]
+
+
+def model_motion(
+    material: SegmentMaterial, sequence: IntArray, rng: np.random.Generator, method: str
+) -> SequenceMotion:
+    """Motion from the HMMs alone.
+
+    Parameters
+    ----------
+    material : SegmentMaterial
+        HMMs of the symbols.
+    sequence : array (symbols,)
+        The symbols in their order.
+    rng : numpy.random.Generator
+        Draws states and frames where the method is "montecarlo".
+    method : str
+        "trajectory" (most probable smooth trajectory) or "montecarlo" (every frame drawn).
+    """
+    if method == "trajectory":
+        values, owner = _trajectory(material, sequence)
+    else:
+        joined = material.series(sequence)
+        states = series.sample_states(joined, rng)
+        n_dims = joined.means.shape[1] // 3
+        values = series.sample_outputs(joined, states, rng)[:, :n_dims]
+        owner = joined.positions[states]
+    leg_length = float(np.median(list(material.leg_lengths.values())))
+    motion = pose_vectors.from_vectors(values, material.means, leg_length=leg_length)
+    motion = contact.lock_feet(motion) if method == "trajectory" else motion
+    return SequenceMotion(
+        motion,
+        np.full(motion.n_frames, -1),
+        np.zeros(motion.n_frames),
+        (method,) * motion.n_frames,
+        tuple(np.bincount(owner, minlength=len(sequence)).tolist()),
+    )

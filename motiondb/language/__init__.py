@@ -1,0 +1,1 @@
+"""Words: lemmas, vocabulary, questions, translation between symbols and words; no motion."""

@@ -1,0 +1,1 @@
+"""A question: its tree, its readings for a search, its plain actions."""

@@ -1,0 +1,253 @@
+"""A question's tree as flat readings, for a search along the time of a capture.
+
+A reading is an order of parts; a part is the actions of one interval; an exclusion lists actions
+that must not occur from one part to another. A tree has several readings where it leaves a choice:
+
+* ``AnyOf``: those of every alternative.
+* ``Both``: all parts at once, or in the order in which they are written.
+
+The manner of an action is treated as a simultaneous action: a capture must show both. A part at
+once with an order holds for every part of the order. A part that is requested three times becomes
+three parts in order, which together make one statement. Parts that a search cannot use are removed
+and listed: upper limits of counts and durations, durations of whole orders, and the order, count
+and duration of exclusions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+from typing import NoReturn
+
+from motiondb.errors import QueryError
+from motiondb.language.question.say import say, say_count, say_duration
+from motiondb.language.question.tree import (
+    Action,
+    AnyOf,
+    Anything,
+    AtOnce,
+    Both,
+    InOrder,
+    Lasting,
+    Node,
+    NotUsed,
+    Repeated,
+    Without,
+    walk,
+)
+
+MOST_READINGS = 64
+"""Largest number of readings of a question: each is searched in every capture. Chosen by hand."""
+MOST_PARTS = 128
+"""Largest number of parts of a reading, counting repeats. Chosen by hand."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The actions of one interval.
+
+    Attributes
+    ----------
+    actions : tuple of tuple of str
+        Words of every action, all at once; none for anything.
+    seconds : float
+        Least length of the interval.
+    repeat_of : int
+        Number of the first equal part, for repeats; its own number otherwise.
+    """
+
+    actions: tuple[tuple[str, ...], ...]
+    seconds: float = 0.0
+    repeat_of: int = 0
+
+
+@dataclass(frozen=True)
+class Exclusion:
+    """Actions that must not all be seen in the parts [first, last)."""
+
+    actions: tuple[tuple[str, ...], ...]
+    first: int
+    last: int
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Parts in order, with exclusions."""
+
+    parts: tuple[Part, ...]
+    exclusions: tuple[Exclusion, ...] = ()
+
+
+def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
+    """The readings of a tree, and its unused parts.
+
+    Raises
+    ------
+    QueryError
+        There are too many readings or too many parts.
+
+    >>> walk, run, sit = (Action((word,)) for word in ("walk", "run", "sit"))
+    >>> found, _ = readings(Without(InOrder((walk, AnyOf((run, sit)))), (Action(("jump",)),)))
+    >>> [[part.actions for part in reading.parts] for reading in found]
+    [[(('walk',),), (('run',),)], [(('walk',),), (('sit',),)]]
+    >>> found[0].exclusions
+    (Exclusion(actions=(('jump',),), first=0, last=2),)
+    """
+    not_used: list[NotUsed] = []
+    read = _read(tree, not_used)
+    unique = tuple(dict.fromkeys(read))
+    return unique, tuple(dict.fromkeys(not_used))
+
+
+def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
+    """The readings of a node; unused parts are added to the list."""
+    match node:
+        case Action():
+            manners = [(manner,) for manner in node.manner]
+            return [Reading((Part(tuple(a for a in (node.words, *manners) if a)),))]
+        case Anything():
+            return [Reading((Part(()),))]
+        case Without():
+            excluded = [e for one in node.excluded for e in _excluded(one, not_used)]
+            parts = [_without(reading, excluded) for reading in _read(node.part, not_used)]
+        case Repeated():
+            if node.most is not None:
+                reason = "search cannot tell that it is not seen more often"
+                not_used.append(NotUsed(say_count(0, node.most), reason))
+            parts = [_repeat(r, max(node.least, 1)) for r in _read(node.part, not_used)]
+        case Lasting():
+            parts = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
+        case _:
+            parts = _read_joined(node, not_used)
+    return _limited(parts)
+
+
+def _read_joined(node: InOrder | AtOnce | Both | AnyOf, not_used: list[NotUsed]) -> list[Reading]:
+    """The readings of a node that joins parts."""
+    each = [_read(part, not_used) for part in node.parts]
+    if isinstance(node, AnyOf):
+        return [reading for read in each for reading in read]
+    if isinstance(node, InOrder):
+        return _products(each, _in_order)
+    if isinstance(node, Both):
+        return [*_products(each, _at_once), *_products(each, _in_order)]
+    if len({len(reading.parts) for read in each for reading in read} - {1}) > 1:
+        reason = "orders of different lengths are searched one after the other"
+        not_used.append(NotUsed(say(node), reason))
+    return _products(each, _at_once)
+
+
+def _limited(alternatives: list[Reading]) -> list[Reading]:
+    if len(alternatives) > MOST_READINGS:
+        _refuse("alternatives", len(alternatives), MOST_READINGS)
+    longest = max(len(reading.parts) for reading in alternatives)
+    if longest > MOST_PARTS:
+        _refuse("actions in order", longest, MOST_PARTS)
+    return alternatives
+
+
+def _products(
+    each: Sequence[list[Reading]], combine: Callable[[Sequence[Reading]], Reading]
+) -> list[Reading]:
+    """Every choice of one reading a part, combined."""
+    number = prod(len(read) for read in each)
+    if number > MOST_READINGS:
+        _refuse("alternatives", number, MOST_READINGS)
+    return [combine(choice) for choice in product(*each)]
+
+
+def _in_order(choice: Sequence[Reading]) -> Reading:
+    """Readings one after the other."""
+    parts: list[Part] = []
+    exclusions: list[Exclusion] = []
+    for reading in choice:
+        n = len(parts)
+        parts += [replace(part, repeat_of=part.repeat_of + n) for part in reading.parts]
+        exclusions += [Exclusion(e.actions, e.first + n, e.last + n) for e in reading.exclusions]
+    return Reading(tuple(parts), tuple(exclusions))
+
+
+def _at_once(choice: Sequence[Reading]) -> Reading:
+    """Readings in the same intervals; single parts hold for every part of an order.
+
+    Orders of different lengths cannot be overlaid: the shorter ones follow.
+    """
+    longest = max(choice, key=lambda reading: len(reading.parts))
+    n = len(longest.parts)
+    over = [reading for reading in choice if len(reading.parts) in (1, n)]
+    parts = []
+    for k, part in enumerate(longest.parts):
+        same = [reading.parts[k if len(reading.parts) == n else 0] for reading in over]
+        actions = dict.fromkeys(action for each in same for action in each.actions)
+        seconds = max(each.seconds for each in same)
+        parts.append(replace(part, actions=tuple(actions), seconds=seconds))
+    exclusions = [
+        e if len(reading.parts) == n else Exclusion(e.actions, 0, n)
+        for reading in over
+        for e in reading.exclusions
+    ]
+    behind = [reading for reading in choice if len(reading.parts) not in (1, n)]
+    return _in_order([Reading(tuple(parts), tuple(exclusions)), *behind])
+
+
+def _without(reading: Reading, excluded: Sequence[tuple[tuple[str, ...], ...]]) -> Reading:
+    """A reading whose parts exclude these actions."""
+    added = tuple(Exclusion(actions, 0, len(reading.parts)) for actions in excluded)
+    return replace(reading, exclusions=(*reading.exclusions, *added))
+
+
+def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...], ...]]:
+    """Sets of actions that must not all be seen."""
+    inside = list(walk(node))
+    for part in inside:
+        if isinstance(part, InOrder):
+            not_used.append(NotUsed(f"the order of {say(part)}", _NOT_EXCLUDED))
+        elif isinstance(part, Repeated):
+            not_used.append(NotUsed(say_count(part.least, part.most), _NOT_EXCLUDED))
+        elif isinstance(part, Lasting):
+            not_used.append(NotUsed(say_duration(part.least, part.most), _NOT_EXCLUDED))
+        elif isinstance(part, Without):
+            not_used.append(NotUsed(f"not {say(part.excluded[0])}", _NOT_EXCLUDED))
+    sets = []
+    for reading in _read(node, []):
+        actions = dict.fromkeys(action for part in reading.parts for action in part.actions)
+        if actions:
+            sets.append(tuple(actions))
+    return list(dict.fromkeys(sets))
+
+
+_NOT_EXCLUDED = "exclusions apply in any order, number and duration"
+
+
+def _repeat(reading: Reading, times: int) -> Reading:
+    """A reading several times, its parts one statement each."""
+    n = len(reading.parts)
+    if n * times > MOST_PARTS:
+        _refuse("actions in order", n * times, MOST_PARTS)
+    exclusions = [
+        Exclusion(e.actions, e.first + k * n, e.last + k * n)
+        for k in range(times)
+        for e in reading.exclusions
+    ]
+    return Reading(reading.parts * times, tuple(exclusions))
+
+
+def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Reading:
+    """A reading whose single part lasts."""
+    if len(reading.parts) > 1:
+        reason = "durations are searched for single actions only"
+        not_used.append(NotUsed(say_duration(node.least, node.most), reason))
+        return reading
+    if node.most is not None:
+        reason = "search cannot tell that it ends by then"
+        not_used.append(NotUsed(say_duration(0.0, node.most), reason))
+    part = reading.parts[0]
+    return replace(reading, parts=(replace(part, seconds=max(part.seconds, node.least)),))
+
+
+def _refuse(what: str, number: int, most: int) -> NoReturn:
+    raise QueryError(
+        f"question: expected at most {most} {what}, found {number:,}. Ask for fewer at a time."
+    )

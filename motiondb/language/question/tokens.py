@@ -1,0 +1,229 @@
+"""From the text of a question to tokens: connectives, negations, amounts and motion words.
+
+Words that do not describe motion are left out; all others are lemmas as in captions
+(``words.vocabulary``). Adjacent connectives become one (", and then" is ``then``). A
+negation that follows a comma, "and" or "but" becomes ``but_not``: it holds for everything before
+it; a bare "not" or "without" holds for the part before it alone.
+
+    kind        written as
+    word        a motion word; ``manner``: an adverb in -ly or a word of speed
+    quote       "several words" in quotation marks: one action
+    wild        ?
+    open close  ( )
+    comma stop then while same or either and after before
+    not         not, never, without, except, no, don't, neither, ...; ``nor``; ``but_not``
+    count       twice, three times, 3x, two jumps
+    duration    for ten seconds, at least 5 s
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+from motiondb.errors import QueryError
+from motiondb.language.lemmas import VERBS
+from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
+from motiondb.language.question.amounts import (
+    match_count,
+    match_duration,
+    match_measure,
+    match_number,
+)
+from motiondb.language.question.connectives import match_connective
+from motiondb.language.question.manner import manner_of
+from motiondb.language.question.tree import LIMBS, NotUsed
+
+MOST_CHARACTERS = 5_000
+"""Longest question; captions have some 100 characters. Chosen by hand."""
+MOST_TOKENS = 250
+"""Largest number of words and connectives of a question; captions have up to 40. Chosen by hand."""
+
+_WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
+_DIGITS = re.compile(r"[0-9]+(?:[.,][0-9]+)*")
+_SPACE = re.compile(r"\s+")
+_SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but", "and")
+"""Kinds that join parts; of several adjacent ones, the first in this order is used."""
+_UNUSED = {
+    "vague": "it names neither a duration nor a count",
+    "only": "what else a capture shows is not compared",
+    "measure": "angles, lengths and speeds are not compared",
+    "number": "it says neither how often nor how long",
+}
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of a question.
+
+    Attributes
+    ----------
+    kind : str
+        As in the module's table.
+    text : str
+        As written.
+    words : tuple of str
+        Lemmas of a word or a quote; the adjective of a manner.
+    least : float
+        Lower limit of a count or a duration, see ``question.amounts``.
+    most : float or None
+        Upper limit; None if there is none.
+    """
+
+    kind: str
+    text: str
+    words: tuple[str, ...] = ()
+    least: float = 0.0
+    most: float | None = None
+
+
+def tokenize(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> tuple[list[Token], list[NotUsed]]:
+    """The tokens of a question, and its unused parts.
+
+    Parameters
+    ----------
+    text : str
+        The question.
+    synonyms : mapping of str to str
+        From lemma to canonical lemma.
+    lemmas : mapping of str to str
+        Lemmas that the dictionary gave earlier (``words.lemmas.lemma``).
+
+    Raises
+    ------
+    QueryError
+        The question is too long.
+
+    >>> [token.kind for token in tokenize("A person walks, but does not wave twice.")[0]]
+    ['word', 'but_not', 'word', 'count', 'stop']
+    """
+    _check_length(len(text), MOST_CHARACTERS, "characters")
+    raw = _numbers_to_counts(list(_words(_scan(join_phrases(text)), synonyms or {}, lemmas)))
+    not_used = [NotUsed(t.text, _UNUSED[t.kind]) for t in raw if t.kind in _UNUSED]
+    tokens = _join_separators([t for t in raw if t.kind not in _UNUSED and t.kind != "filler"])
+    _check_length(len(tokens), MOST_TOKENS, "words")
+    return tokens, not_used
+
+
+def _check_length(length: int, most: int, unit: str) -> None:
+    if length > most:
+        raise QueryError(
+            f"question: expected at most {most:,} {unit}, found {length:,}. "
+            "Ask for fewer actions at a time."
+        )
+
+
+def _scan(text: str) -> Iterator[Token]:
+    """Tokens in the order of the text, words not yet looked up."""
+    place = 0
+    while place < len(text):
+        token, end = _token_at(text, place)
+        if token is not None:
+            yield token
+        place = end
+
+
+def _token_at(text: str, place: int) -> tuple[Token | None, int]:
+    """The token at a place and where it ends; None for spaces and signs without a meaning."""
+    space = _SPACE.match(text, place)
+    if space is not None and "\n" not in space.group():
+        return None, space.end()
+    if duration := match_duration(text, place):
+        return Token("duration", text[place : duration[0]], (), *duration[1:]), duration[0]
+    if end := match_measure(text, place):
+        return Token("measure", text[place:end]), end
+    if count := match_count(text, place):
+        return Token("count", text[place : count[0]], (), *count[1:]), count[0]
+    if connective := match_connective(text, place):
+        kind, match = connective
+        quoted = match.group("quoted") if kind == "quote" else match.group()
+        return Token(kind, quoted), match.end()
+    if number := match_number(text, place):
+        return Token("number", text[place : number[0]], (), *number[1:]), number[0]
+    for kind, pattern in (("number", _DIGITS), ("text", _WORD)):
+        matched = pattern.match(text, place)
+        if matched is not None:
+            return Token(kind, matched.group()[:30], (), -1.0), matched.end()
+    return None, place + 1
+
+
+def _words(
+    tokens: Iterator[Token], synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None
+) -> Iterator[Token]:
+    """Words looked up: motion words, manners, and fillers that do not describe motion."""
+    for token in tokens:
+        if token.kind == "quote":
+            pieces = [p for spelling in _WORD.findall(token.text) for p in split_compound(spelling)]
+            words = tuple(w for p in pieces if (w := motion_word(p, synonyms, lemmas)) is not None)
+            yield replace(token, words=words) if words else Token("filler", token.text)
+        elif token.kind in ("text", "skip"):
+            for piece in split_compound(token.text):
+                word = motion_word(piece, synonyms, lemmas) if token.kind == "text" else None
+                yield _word_token(piece, word, word in synonyms.values())
+        else:
+            yield token
+
+
+def _word_token(piece: str, word: str | None, synonym: bool) -> Token:
+    """A motion word, a manner, or a filler; a user's synonym is a word."""
+    if word is None:
+        return Token("filler", piece)
+    manner = None if synonym else manner_of(piece, word)
+    return Token("word", piece, (word,)) if manner is None else Token("manner", piece, (manner,))
+
+
+def _numbers_to_counts(tokens: list[Token]) -> list[Token]:
+    """A number before the first verb of an action counts it ("two jumps"); others are not used.
+
+    "One" is an article where neither a verb nor a part of the body follows.
+    """
+    resolved = []
+    for n, token in enumerate(tokens):
+        if token.kind == "number":
+            following = tokens[n + 1] if n + 1 < len(tokens) else Token("stop", "")
+            before = next((t for t in reversed(tokens[:n]) if t.kind != "filler"), None)
+            first = (
+                before is None or before.kind not in ("word", "manner") or before.words == ("take",)
+            )
+            verb = following.kind == "word" and set(following.words) <= VERBS - MODIFIERS - LIMBS
+            whole = token.least >= 0 and token.least == int(token.least)
+            if verb and first and whole:
+                token = replace(token, kind="count")
+            elif token.least == token.most == 1 and not (
+                following.words and following.words[0] in LIMBS
+            ):
+                token = Token("filler", token.text)
+        resolved.append(token)
+    return resolved
+
+
+def _join_separators(tokens: Sequence[Token]) -> list[Token]:
+    """Adjacent separators become one; followed by a negation, ``but_not``."""
+    joined: list[Token] = []
+    for is_separator, run in groupby(tokens, key=lambda token: token.kind in _SEPARATORS):
+        group = list(run)
+        joined.extend([_joined(group)] if is_separator else group)
+    result: list[Token] = []
+    for token in joined:
+        wide = result and result[-1].kind in ("and", "but", "comma", "stop")
+        if token.kind in ("not", "nor") and wide:
+            result[-1] = replace(token, kind="nor" if token.kind == "nor" else "but_not")
+        else:
+            result.append(token)
+    return result
+
+
+def _joined(group: Sequence[Token]) -> Token:
+    kinds = {token.kind for token in group}
+    kind = next(kind for kind in _SEPARATORS if kind in kinds)
+    if kind == "but":
+        kind = "and"
+    text = " ".join(token.text for token in group)
+    apart = bool(kinds & {"comma", "stop", "then"})
+    return Token(kind, text, ("apart",) if apart else ())

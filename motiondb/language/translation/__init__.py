@@ -1,0 +1,1 @@
+"""Association of symbols and words, and decoding."""

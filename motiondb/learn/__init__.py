@@ -1,0 +1,1 @@
+"""What `learn` derives from a catalogue, as one frozen record."""

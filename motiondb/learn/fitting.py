@@ -1,0 +1,259 @@
+"""Learning as a whole: from features and captions to everything that ``learn`` derives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import ceil, floor
+
+import numpy as np
+
+from motiondb.learn import drift
+from motiondb.meaning import counting
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.meaning.certainty.place_certainty import learn_certainty
+from motiondb.meaning.judging.judge_fitting import fit_judge
+from motiondb.meaning.judging.motion_judge import MotionJudge, pool_windows, said_words
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.edge_fitting import fit_edges
+from motiondb.meaning.places.place_fitting import Places, Written, find_places
+from motiondb.learn.start import joining
+from motiondb.learn.start.knowledge import Started
+from motiondb.learn.symbol_fitting import (
+    FeaturePool,
+    LearnSettings,
+    Progress,
+    acquire_symbols,
+    segment_table,
+)
+from motiondb.learn.word_fitting import (
+    FittedWords,
+    TaughtWords,
+    fit_words,
+    fit_words_with_start,
+)
+from motiondb.body.features import FEATURE_STEP
+from motiondb.records import Float32Array, SegmentTable
+from motiondb.meaning.evidence import extents
+from motiondb.symbols import feature_space
+from motiondb.symbols import acquisition
+from motiondb.symbols import space as symbol_spaces
+from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.meaning.maps.edge_map import EdgeMap
+from motiondb.meaning.maps.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
+
+NEARLY = 1e-6
+"""Feature frames by which the rounding of seconds may move the end of an interval."""
+
+
+def fit_model(
+    pool: FeaturePool,
+    taught: TaughtWords,
+    settings: LearnSettings,
+    rng: np.random.Generator,
+    tell: Progress,
+    started: Started | None = None,
+) -> LearnedModel:
+    """Learn symbols, their space and their words.
+
+    With a start, its feature space, symbols and symbol space are taken over, and its words are
+    joined with those of the captions. A start whose symbols do not fit the captures is set aside
+    if there are enough captions (:func:`motiondb.learn.start.joining.is_set_aside`).
+
+    Parameters
+    ----------
+    pool : FeaturePool
+        Recognition features of the captures to learn from.
+    taught : TaughtWords
+        What people wrote about these captures.
+    settings : LearnSettings
+        Settings that, with the seed, determine the result.
+    rng : numpy.random.Generator
+        Draws the symbols to begin with, and the samples for distances.
+    tell : callable
+        Called with the step and the share of it that is done.
+    started : Started, optional
+        Knowledge of another database to start from.
+
+    Returns
+    -------
+    LearnedModel
+        With run 0: it is not saved yet.
+
+    Raises
+    ------
+    MotionDBError
+        When there are fewer segments than the requested symbols.
+    """
+    if started is not None:
+        model = _fit_with_start(pool, taught, started, rng, tell)
+        if model is not None:
+            return model
+    parts = [pool.features[a:b] for a, b in pairwise(pool.bounds)]
+    space = feature_space.fit_feature_space(parts)
+    frames = space.project(np.asarray(pool.features))
+    acquired = acquire_symbols(frames, pool, rng, settings, tell)
+    tell("scoring", 0.0)
+    table = segment_table(frames, pool, acquired.symbols, acquired.cutting)
+    tell("symbol space", 0.0)
+    symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
+    tell("words", 0.0)
+    n_symbols = acquired.symbols.n_symbols
+    words = fit_words(table, taught, n_symbols)
+    places, certainties = _fit_places(table, taught, words, rng)
+    judge = _fit_judge(frames, pool, table, (taught, words), rng)
+    return LearnedModel(
+        run_id=0,
+        symbols=acquired.symbols,
+        segments=table,
+        space=symbol_space,
+        association=words.association,
+        transition_counts=words.transitions,
+        feature_space=space,
+        score_space=words.score_space,
+        context_space=extents.fit_context_space(parts),
+        fitted_word_map=words.word_map,
+        certainties=certainties,
+        lengths=words.lengths,
+        counted=words.counted,
+        lemmas=words.counted.reference.lemmas,
+        cutting=settings.acquisition,
+        description_lengths=np.array(acquired.description_lengths),
+        drift_baseline=drift.fit_baseline(table),
+        places=places,
+        judge=judge,
+        edges=_fit_edges(frames, pool, table, places, words),
+        pooled=_fit_pooled(frames, pool, table, (taught, words)),
+        description_calibration=words.description_calibration,
+    )
+
+
+def _fit_with_start(
+    pool: FeaturePool,
+    taught: TaughtWords,
+    started: Started,
+    rng: np.random.Generator,
+    tell: Progress,
+) -> LearnedModel | None:
+    """The model learned with the symbols of a start; None if the start is set aside.
+
+    Only the seed of the settings is used.
+    """
+    first = started.knowledge
+    tell("cutting", 0.0)
+    frames = first.feature_space.project(np.asarray(pool.features))
+    cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting)
+    tell("scoring", 0.0)
+    table = segment_table(frames, pool, first.symbols, cutting)
+    columns = len(first.score_space.mean) - first.symbols.n_symbols
+    table = replace(table, movement=table.movement[:, :columns])
+    lemmas = counting.dictionary_lemmas(taught.captions)
+    described = counting.described_intervals(table, taught.captions, taught.synonyms, lemmas)
+    if joining.is_set_aside(table, len(described)):
+        return None
+    tell("words", 0.0)
+    words = fit_words_with_start(table, taught, started)
+    places, certainties = _fit_places(table, taught, words, rng)
+    return LearnedModel(
+        run_id=0,
+        symbols=first.symbols,
+        segments=table,
+        space=first.space,
+        association=words.association,
+        transition_counts=words.transitions,
+        feature_space=first.feature_space,
+        score_space=words.score_space,
+        context_space=first.context_space,
+        fitted_word_map=words.word_map,
+        certainties=certainties,
+        lengths=words.lengths,
+        counted=words.counted,
+        lemmas=words.counted.reference.lemmas,
+        cutting=first.cutting,
+        drift_baseline=drift.fit_baseline(table),
+        places=places,
+        started=started,
+        judge=_fit_judge(frames, pool, table, (taught, words), rng),
+        edges=_fit_edges(frames, pool, table, places, words),
+    )
+
+
+def _fit_places(
+    table: SegmentTable, taught: TaughtWords, words: FittedWords, rng: np.random.Generator
+) -> tuple[Places | None, Certainties]:
+    """Where the actions of captions happen, and certainties with that of places."""
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    standardised = words.score_space.standardise(table.scores, table.movement)
+    lemmas = words.counted.reference.lemmas
+    written = Written(taught.captions, taught.synonyms, lemmas, numbers)
+    places = find_places(table, standardised, written)
+    if places is None:
+        return None, words.certainties
+    sure = learn_certainty(table, standardised, written, places, taught.performers, rng)
+    if sure is None:
+        return places, words.certainties
+    return places, replace(words.certainties, place=sure.several, single=sure.single)
+
+
+def _fit_edges(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    places: Places | None,
+    words: FittedWords,
+) -> EdgeMap | None:
+    """Evidence for words at each frame; None where no places were found."""
+    if places is None:
+        return None
+    return fit_edges(frames, pool, table, places, len(words.association.words))
+
+
+def _fit_pooled(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    said: tuple[TaughtWords, FittedWords],
+) -> PooledMap | None:
+    """Second opinion on the words of intervals; None if no words were written."""
+    taught, words = said
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    merged: dict[tuple[int, float, float], set[str]] = {}
+    for d in counting.described_intervals(
+        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
+    ):
+        merged.setdefault((d.capture_id, d.start, d.end), set()).update(d.words)
+    if not merged:
+        return None
+    bounds = dict(zip(pool.capture_ids.tolist(), pairwise(pool.bounds.tolist())))
+    presence = np.zeros((len(merged), len(numbers)), dtype=bool)
+    rows = []
+    for row, ((capture, start, end), spoken) in enumerate(merged.items()):
+        first, last = bounds[capture]
+        low = min(first + floor(start / FEATURE_STEP + NEARLY), last - 1)
+        high = min(max(first + ceil(end / FEATURE_STEP - NEARLY), low + 1), last)
+        rows.append(pooled_statistics(frames[low:high]))
+        presence[row, [numbers[word] for word in spoken]] = True
+    with one_blas_thread():  # sums of several threads differ in their last bits
+        return fit_pooled_map(np.stack(rows), presence)
+
+
+def _fit_judge(
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    said: tuple[TaughtWords, FittedWords],
+    rng: np.random.Generator,
+) -> MotionJudge | None:
+    """The judge of generated motion; None if no words were written."""
+    taught, words = said
+    numbers = {word: number for number, word in enumerate(words.association.words)}
+    described = counting.described_intervals(
+        table, taught.captions, taught.synonyms, words.counted.reference.lemmas
+    )
+    if not described:
+        return None
+    windows = {
+        int(capture): pool_windows(frames[a:b])
+        for capture, (a, b) in zip(pool.capture_ids, pairwise(pool.bounds))
+    }
+    return fit_judge(windows, said_words(described, numbers), len(numbers), taught.performers, rng)

@@ -1,0 +1,312 @@
+"""The learned model for questions.
+
+A :class:`Learned` is frozen, holds no store and is complete: the model
+(:mod:`motiondb.learn.learned_model`), the catalogue and the captions, all of one revision.
+Values that depend only on these are computed at first use and kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.errors import NotLearnedError
+from motiondb.meaning import caption_evidence
+from motiondb.meaning.counting import Described, capture_rows, described_intervals
+from motiondb.meaning.judging.motion_judge import said_words
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.performer_groups import performers_of
+from motiondb.meaning.places.place_fitting import (
+    Written,
+    evidence_by_others,
+    place_evidence,
+    unplaced_evidence,
+)
+from motiondb.learn.start.checking import checked_words
+from motiondb.records import (
+    Association,
+    Caption,
+    CaptureInfo,
+    FloatArray,
+    IntArray,
+)
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning.evidence.resemblance import MeaningSpace, emphasis_of, meaning_space
+from motiondb.meaning.evidence import by_words
+from motiondb.meaning.evidence.bounds import TakeExtremes, take_extremes
+from motiondb.meaning.maps import movement
+from motiondb.meaning.maps.caption_map import CaptionMap, solve_caption_map
+from motiondb.meaning.maps.description_map import DescriptionMap
+from motiondb.meaning.maps.word_map import WordMap
+from motiondb.language.translation import explanation, transition
+
+
+@dataclass(frozen=True, eq=False)
+class Learned(LearnedModel):
+    """The data for questions: the learned model, with the catalogue of the same revision.
+
+    Attributes
+    ----------
+    captures : dict
+        Capture number -> row of the catalogue, of all captures.
+    captions : dict
+        Capture number -> captions.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    source : str
+        Path of the database file, for messages.
+    """
+
+    captures: Mapping[int, CaptureInfo] = field(default_factory=dict)
+    captions: Mapping[int, tuple[Caption, ...]] = field(default_factory=dict)
+    synonyms: Mapping[str, str] = field(default_factory=dict)
+    source: str = ""
+
+    @cached_property
+    def rows(self) -> dict[int, slice]:
+        """Capture number -> its rows of the segment table."""
+        return capture_rows(self.segments)
+
+    @cached_property
+    def standardised(self) -> FloatArray:
+        """Standardised scores and movement of all segments: array (segments, symbols + columns)."""
+        return self.score_space.standardise(self.segments.scores, self.segments.movement)
+
+    @cached_property
+    def n_posture_and_travel(self) -> int:
+        """Number of the last columns of score vectors that are posture and travel."""
+        columns = len(self.score_space.mean) - self.symbols.n_symbols
+        return movement.count_posture_and_travel(columns)
+
+    @property
+    def word_map(self) -> WordMap:
+        """Calibrated map from score vectors to words.
+
+        Raises
+        ------
+        NotLearnedError
+            When no capture had words when the database learned.
+        """
+        if self.fitted_word_map is None:
+            raise NotLearnedError(
+                f"{self.source}: expected captures with words, found none when it learned. "
+                'Add words (motiondb words set CAPTURE "...") and run motiondb learn again, or '
+                "take over words of other captures (motiondb learn --start cmu)."
+            )
+        return self.fitted_word_map
+
+    @cached_property
+    def meaning_space(self) -> MeaningSpace:
+        """What captures are compared with an example by; NotLearnedError without words."""
+        last, emphasis = self.n_posture_and_travel, emphasis_of(self.association.words)
+        return meaning_space(self.word_map, last, emphasis, self.pooled)
+
+    @cached_property
+    def has_words(self) -> bool:
+        """Whether words were learned, and some capture still has words."""
+        return self.fitted_word_map is not None and bool(self.association.counts.any())
+
+    @property
+    def word_certainty(self) -> certainty.Certainty | None:
+        """Certainty of an answer to words; None if it could not be learned."""
+        return self.certainties.words if self.has_words else None
+
+    @property
+    def example_certainty(self) -> certainty.Certainty | None:
+        """Certainty of an answer to an example; None if it could not be learned."""
+        return self.certainties.example if self.has_words else None
+
+    @cached_property
+    def checked(self) -> NDArray[np.bool_]:
+        """Which words' probabilities own captions have checked (``start.checking``): (words,)."""
+        return checked_words(self.association, self.started, self.counted, self.word_certainty)
+
+    @property
+    def distances(self) -> FloatArray:
+        """Distances between symbols: array (symbols, symbols), nats per frame."""
+        return self.space.distances
+
+    @property
+    def clusters(self) -> IntArray:
+        """Cluster of every symbol: array (symbols,)."""
+        return self.space.clusters
+
+    @cached_property
+    def word_numbers(self) -> dict[str, int]:
+        """Word -> its number in the vocabulary."""
+        return {word: number for number, word in enumerate(self.association.words)}
+
+    @cached_property
+    def known_words(self) -> tuple[str, ...]:
+        """Words of the vocabulary that some caption holds now."""
+        pairs = zip(self.association.words, self.association.counts)
+        return tuple(word for word, count in pairs if count > 0)
+
+    @cached_property
+    def described(self) -> tuple[Described, ...]:
+        """Captions with at least one motion word, and the segments they describe."""
+        return tuple(described_intervals(self.segments, self.captions, self.synonyms, self.lemmas))
+
+    @cached_property
+    def log_transitions(self) -> dict[bool, FloatArray]:
+        """Log-probabilities of transitions: plain bigram (False) or mixed with clusters (True)."""
+        interpolated = transition.log_interpolated_bigram(self.transition_counts, self.clusters)
+        return {True: interpolated, False: transition.log_bigram(self.transition_counts)}
+
+    @cached_property
+    def shapes(self) -> dict[tuple[int, int], float]:
+        """(symbols l, words m) -> number of described intervals of this shape."""
+        return {shape: float(count) for shape, count in self.lengths.items()}
+
+    @cached_property
+    def smoothed_association(self) -> Association:
+        """Association for decoding: t and a, smoothed where examples are few."""
+        return explanation.smoothed(self.association, self.shapes)
+
+    @cached_property
+    def motion_log_odds(self) -> dict[int, FloatArray]:
+        """Log-odds of all words from the motion alone, per capture.
+
+        Arrays (segments + 1, words); the last row is of the whole capture.
+        """
+        starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
+        return {
+            capture: by_words.motion_log_odds(
+                fit, self.standardised[rows], starts[rows], ends[rows], by_words.WINDOW_MARGIN
+            )
+            for capture, rows in self.rows.items()
+        }
+
+    @cached_property
+    def caption_map(self) -> CaptionMap | None:
+        """Map from score vectors to whole captions; None if its sums were not kept."""
+        return None if self.counted is None else solve_caption_map(self.counted.counts.moments)
+
+    @cached_property
+    def suggested_captions(self) -> FloatArray:
+        """Captions that the motion of every capture suggests: array (captures, words)."""
+        captions = self.caption_map
+        vectors = caption_evidence.whole_vectors(self.standardised, self.segments, self.rows)
+        return np.zeros((len(vectors), 0)) if captions is None else captions.suggested(vectors)
+
+    @cached_property
+    def description_map(self) -> DescriptionMap | None:
+        """Map from score vectors to the words told of a motion; None if it was not calibrated."""
+        if self.description_calibration is None:
+            return None
+        rows = self.segments, self.described, self.score_space, self.word_numbers
+        return caption_evidence.map_descriptions(*rows, self.performers)
+
+    @cached_property
+    def segment_probabilities(self) -> FloatArray:
+        """Probability of every word at every segment, from the motion alone: (segments, words)."""
+        odds = np.concatenate([self.motion_log_odds[c][:-1] for c in self.rows])
+        return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+
+    @cached_property
+    def written(self) -> dict[int, FloatArray]:
+        """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
+        said = self.described, self.segments, self.rows, self.word_numbers
+        return caption_evidence.caption_evidence(*said)
+
+    @cached_property
+    def seen_takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, from the motion alone."""
+        return {
+            capture: self._take(capture, odds) for capture, odds in self.motion_log_odds.items()
+        }
+
+    @cached_property
+    def takes(self) -> dict[int, by_words.TakeScores]:
+        """Log-odds of all words in every capture, from the motion and the captions."""
+        takes = {}
+        for capture, odds in self.motion_log_odds.items():
+            evidence = self.written.get(capture)
+            if evidence is not None:
+                odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
+            takes[capture] = self._take(capture, odds)
+        return takes
+
+    def _take(self, capture: int, odds: FloatArray) -> by_words.TakeScores:
+        rows, table = self.rows[capture], self.segments
+        return by_words.TakeScores(table.starts[rows], table.ends[rows], odds[:-1], odds[-1])
+
+    @cached_property
+    def take_extremes(self) -> TakeExtremes:
+        """The largest and smallest log-odds of all words in every capture of ``takes``."""
+        return take_extremes(self.takes)
+
+    @cached_property
+    def seen_extremes(self) -> TakeExtremes:
+        """The same from the motion alone."""
+        return take_extremes(self.seen_takes)
+
+    @cached_property
+    def place_takes(self) -> dict[int, by_words.TakeScores]:
+        """Evidence for the place of all words in every capture, from the motion alone.
+
+        Empty if no places were learned. The evidence for a take that was used in learning is that
+        of the map of all other takes.
+        """
+        if self.places is None or not self.places.only(self.rows).words:
+            return {}
+        n_words = len(self.association.words)
+        evidence = place_evidence(self.places, self.segments, self.standardised, n_words)
+        return {
+            capture: by_words.TakeScores(
+                self.segments.starts[rows], self.segments.ends[rows], of, of.max(axis=0)
+            )
+            for capture, rows in self.rows.items()
+            for of in [evidence[capture]]
+        }
+
+    @cached_property
+    def place_by_others(self) -> dict[int, FloatArray]:
+        """Evidence for the place of all words, by other performers: arrays (segments, words).
+
+        Empty if no places were learned.
+        """
+        if self.places is None or not self.places.only(self.rows).words:
+            return {}
+        standardised, n = self.standardised, len(self.association.words)
+        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
+
+    @cached_property
+    def placed_words(self) -> frozenset[int]:
+        """Numbers of the words whose places were learned."""
+        listed = () if self.places is None else self.places.words.values()
+        return frozenset(word for words in listed for word in words)
+
+    @cached_property
+    def performers(self) -> dict[int, str]:
+        """Capture number -> performer, as given or from the name of the capture."""
+        return performers_of(self.captures)
+
+    @cached_property
+    def listed_by(self) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that were placed in this performer's captures."""
+        return {} if self.places is None else self.places.listed_by(self.performers)
+
+    @cached_property
+    def unplaced(self) -> dict[int, FloatArray]:
+        """Evidence for words by a map that ignores places and is fitted without the take itself."""
+        said, n_words = said_words(self.described, self.word_numbers), len(self.association.words)
+        return unplaced_evidence(self.places, said, self.segments, self.standardised, n_words)
+
+    @cached_property
+    def said_places(self) -> dict[int, FloatArray]:
+        """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
+        written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
+        return caption_evidence.interval_evidence(self.segments, self.rows, written)
+
+    def is_known(self) -> NDArray[np.bool_]:
+        """Which words of the vocabulary some caption holds now: array (words,)."""
+        return np.asarray(self.association.counts > 0)
+
+    def widened(self, values: FloatArray) -> FloatArray:
+        """Values of all words, from those of the learned ones: array (..., words)."""
+        return values

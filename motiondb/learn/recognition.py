@@ -1,0 +1,194 @@
+"""Recognition of motions by the learned symbols; words as symbols, questions as trees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiondb.learn.learned import Learned
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.symbol_fitting import FeaturePool, describe_segments, segment_table
+from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.records import (
+    Association,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    Motion,
+    SegmentTable,
+)
+from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
+from motiondb.meaning.maps import score_vectors
+from motiondb.symbols import acquisition
+from motiondb.symbols import hmm
+from motiondb.language.question.known import KnownQuestion, hold_to_known
+from motiondb.language.question.parse import parse
+from motiondb.language.translation import decoding
+
+LONGEST_DECODED = 12
+"""Largest number of symbols of a decoded sequence of up to 6 words. Chosen by hand; not tuned."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recognised:
+    """A motion, cut and scored by the learned symbols.
+
+    Attributes
+    ----------
+    features : array (frames, dimensions), float32
+        Whitened features, 15 a second.
+    starts : array (segments,)
+        First feature frames.
+    ends : array (segments,)
+        Last feature frames + 1.
+    symbols : array (segments,)
+        Likeliest symbol of every segment.
+    standardised : array (segments, symbols + columns)
+        Standardised scores and movement.
+    """
+
+    features: Float32Array
+    starts: IntArray
+    ends: IntArray
+    symbols: IntArray
+    standardised: FloatArray
+
+    def window_vectors(self) -> FloatArray:
+        """Score vectors of every segment with its surroundings: array (segments, columns)."""
+        margin = WINDOW_MARGIN // FEATURE_STEP
+        return score_vectors.interval_vectors(
+            self.standardised, self.starts, self.ends, self.starts - margin, self.ends + margin
+        )
+
+
+def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
+    """Cut and score a motion by the learned symbols, as the captures were."""
+    plain = recognition_features(motion)
+    features = learned.feature_space.project(plain)
+    bounds = np.array([0, len(features)])
+    cutting = acquisition.recut(features, bounds, learned.symbols, learned.cutting)
+    lengths = (cutting.ends - cutting.starts)[:, None]
+    scores = hmm.score(learned.symbols, features, cutting.starts, cutting.ends) / lengths
+    moving = describe_segments(features, plain, cutting.starts, cutting.ends)
+    standardised = learned.score_space.standardise(scores.astype(np.float32), moving)
+    return Recognised(
+        features, cutting.starts, cutting.ends, np.argmax(scores, axis=1), standardised
+    )
+
+
+def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
+    """Segments of a capture, computed as at the end of ``learn``.
+
+    Columns of movement that an earlier version did not learn are left out.
+    """
+    features = recognition_features(motion)
+    bounds = np.array([0, len(features)])
+    frames = learned.feature_space.project(features)
+    pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
+    cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
+    table = segment_table(frames, pool, learned.symbols, cutting)
+    known = len(learned.score_space.mean) - learned.symbols.n_symbols
+    return replace(table, movement=table.movement[:, :known])
+
+
+@dataclass(frozen=True)
+class Place:
+    """The place of a decoded sequence of symbols.
+
+    Attributes
+    ----------
+    after : int or None
+        Symbol that the sequence follows.
+    first : bool
+        Without ``after``: whether the sequence begins a capture. If not, it may begin with any
+        symbol, with the symbol's relative frequency as probability.
+    last : bool
+        Whether the sequence ends a capture. If not, it may end with any symbol.
+    """
+
+    after: int | None = None
+    first: bool = True
+    last: bool = True
+
+
+WHOLE_CAPTURE = Place()
+"""The place of a sequence that begins and ends a capture."""
+
+
+def decode(
+    learned: Learned,
+    words: Sequence[str],
+    clustered: bool = True,
+    place: Place = WHOLE_CAPTURE,
+    length: int | None = None,
+    association: Association | None = None,
+) -> decoding.Decoding | None:
+    """Decode known words to the most probable symbols (see ``words.decoding``).
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    words : sequence of str
+        Words of the vocabulary.
+    clustered : bool
+        Whether to mix in the clustered bigram, so that pairs never seen may follow one another.
+    place : Place
+        The place of the sequence.
+    length : int or None
+        Number of symbols; None: any, with the probabilities of the described captures.
+    association : Association or None
+        t and a in place of the learned ones.
+
+    Returns
+    -------
+    Decoding or None
+        None if no sequence of symbols has a positive probability.
+    """
+    log_transitions = learned.log_transitions[clustered].copy()
+    if place.after is not None:
+        log_transitions[0] = log_transitions[place.after + 1]
+        log_transitions[0, 0] = -np.inf
+    elif not place.first:
+        count = np.bincount(learned.segments.symbols, minlength=learned.symbols.n_symbols)
+        log_transitions[0, 1:] = np.log((count + 0.5) / (count + 0.5).sum())
+        log_transitions[0, 0] = -np.inf
+    if not place.last:
+        log_transitions[1:, 0] = 0.0
+    if length is None:
+        longest = max(LONGEST_DECODED, 2 * len(words))
+        lengths = decoding.log_length_prior(learned.shapes, len(words), longest)
+    else:
+        lengths = np.full(length + 1, -np.inf)
+        lengths[length] = 0.0
+    return decoding.decode_words(
+        [learned.word_numbers[w] for w in words],
+        association or learned.smoothed_association,
+        log_transitions,
+        lengths,
+    )
+
+
+def understand(learned: Learned, text: str) -> KnownQuestion:
+    """Understand a question in the words that the database knows.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    text : str
+        The question.
+
+    Raises
+    ------
+    QueryError
+        No word of it is known, or it cannot be parsed.
+    """
+    counts = {
+        word: int(count)
+        for word, count in zip(learned.association.words, learned.association.counts)
+        if count > 0
+    }
+    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

@@ -1,0 +1,1 @@
+"""Learning that begins from the knowledge of another database."""

@@ -1,0 +1,149 @@
+"""Which probabilities the captions of a database have checked.
+
+A certainty that was learned from a handful of captions is a guess: with 25 captions the
+probabilities of the first five answers were off by .16 and .32, with 50 by .07 and .19
+(docs/start.md). So none is given before there are LEAST_CHECKING own described intervals.
+
+The calibration of a start was learned from the captures of the start. On captures of another studio
+its probabilities are wrong by about .3 (docs/start.md): the evidence of motion is shifted, words
+are more or less usual, and nothing but own captions shows by how much. Such probabilities are not
+given. The ranking of answers stays, because it needs none.
+
+A probability is given where both hold:
+
+* the certainty of answers of its kind was learned from own captions when the database learned, and
+  there were at least LEAST_CHECKING of them (:func:`checked_certainty`);
+* own captions hold the word that it stands beside (:func:`checked_words`). The own certainty was
+  learned from questions about such words alone.
+
+Without a start all words come from own captions, so that the first condition alone decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.meaning.counting import Counted
+from motiondb.learn.start.joining import join_certainty
+from motiondb.learn.start.knowledge import Started
+from motiondb.records import Association
+from motiondb.meaning.calibration import Certainty
+
+LEAST_CHECKING = 50
+"""Own described intervals from which their certainty is used. Among 10, 25, 50 and 100, the
+smallest number at which the probabilities across studios are no further off with a start than
+without one, in both directions; without a start, they are off by half as much as with 25 in one of
+two studios, and by two thirds in the other (docs/start.md)."""
+
+NO_EXAMPLES_CHECKED = (
+    "no probabilities: for examples they are learned from captions that name the same actions for "
+    "several performers, and these did not suffice when the database learned; caption more "
+    "captures, and run motiondb learn"
+)
+"""The reason where answers to words may have probabilities, but answers to examples have none."""
+
+
+def checked_certainty(
+    own_certainty: Certainty | None, first: Certainty | None, n_own: float
+) -> Certainty | None:
+    """The certainty of answers of one kind, from own captions and the start; None if unchecked.
+
+    Parameters
+    ----------
+    own_certainty : Certainty or None
+        Learned from own captions; None if they were too few.
+    first : Certainty or None
+        Of the start.
+    n_own : float
+        Number of own described intervals.
+    """
+    if own_certainty is None or n_own < LEAST_CHECKING:
+        return None
+    return join_certainty(own_certainty, first, n_own)
+
+
+def given_certainties(learned: Certainties, counted: Counted | None) -> Certainties:
+    """The certainties by which answers are told: none while there are too few own captions.
+
+    Parameters
+    ----------
+    learned : Certainties
+        As the database learned and keeps them.
+    counted : Counted or None
+        Counts of own captions, as they are now.
+    """
+    too_few = counted is not None and counted.counts.moments.n < LEAST_CHECKING
+    return Certainties() if too_few else learned
+
+
+def checked_words(
+    association: Association,
+    started: Started | None,
+    counted: Counted | None,
+    certainty: Certainty | None,
+) -> NDArray[np.bool_]:
+    """Which words have probabilities that own captions have checked.
+
+    Without a start these are all words, or none if there are too few captions.
+
+    Parameters
+    ----------
+    association : Association
+        The association, with the vocabulary.
+    started : Started or None
+        The start.
+    counted : Counted or None
+        Counts of own captions.
+    certainty : Certainty or None
+        Of answers to words, as :func:`given_certainties` gives it.
+
+    Returns
+    -------
+    array (words,)
+        True for words with checked probabilities.
+    """
+    if counted is None:  # a version that did not count
+        return np.ones(len(association.words), dtype=bool)
+    if started is None:
+        return np.full(len(association.words), certainty is not None)
+    if certainty is None:
+        return np.zeros(len(association.words), dtype=bool)
+    said = dict(zip(counted.reference.association.words, counted.counts.said.tolist()))
+    return np.array([said.get(word, 0) > 0 for word in association.words], dtype=bool)
+
+
+def say_unchecked(n_own: float, words: Sequence[str], certainty: Certainty | None) -> str:
+    """The reason why probabilities are not given.
+
+    Parameters
+    ----------
+    n_own : float
+        Number of own described intervals.
+    words : sequence of str
+        Words that have no checked probabilities.
+    certainty : Certainty or None
+        As in :func:`checked_words`.
+
+    >>> say_unchecked(0, ["walk"], None)
+    'no probabilities: no caption of this database has checked them'
+    >>> say_unchecked(9, ["walk"], None)
+    'no probabilities: they are checked by at least 50 captions of this database, and it has 9'
+    """
+    if certainty is not None:
+        listed = " or ".join(map(repr, words))
+        return f"no probabilities: no caption of this database holds {listed}"
+    if n_own < 1:
+        return "no probabilities: no caption of this database has checked them"
+    if n_own < LEAST_CHECKING:
+        return (
+            f"no probabilities: they are checked by at least {LEAST_CHECKING} captions of this "
+            f"database, and it has {int(n_own)}"
+        )
+    return (
+        "no probabilities: the captions of this database had not checked them when it learned; "
+        "run motiondb learn, or caption captures of more performers"
+    )

@@ -1,0 +1,198 @@
+"""Motion symbols from the features of all captures: segmentation, competitive learning, scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from motiondb.body.features import FEATURE_STEP
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
+from motiondb.meaning.maps import movement, posture_and_travel
+from motiondb.symbols import acquisition
+from motiondb.symbols import hmm
+from motiondb.symbols import segmentation
+
+Progress = Callable[[str, float], None]
+"""Called with the step and the share of it that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class LearnSettings:
+    """The settings of learning.
+
+    Attributes
+    ----------
+    n_symbols : int or None
+        Number of symbols; None: the number with the shortest description length.
+    seed : int
+        Seed of the random generator.
+    first_cut : SegmentationSettings
+        First segmentation, by change and rest.
+    acquisition : AcquisitionSettings
+        Competitive learning of the symbols.
+    """
+
+    n_symbols: int | None = None
+    seed: int = 0
+    first_cut: segmentation.SegmentationSettings = field(
+        default_factory=segmentation.SegmentationSettings
+    )
+    acquisition: acquisition.AcquisitionSettings = field(
+        default_factory=acquisition.AcquisitionSettings
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class FeaturePool:
+    """Recognition features of all captures, end to end.
+
+    Attributes
+    ----------
+    capture_ids : array (captures,)
+        Numbers of the captures, rising.
+    bounds : array (captures + 1,)
+        Capture n holds the rows bounds[n] to bounds[n + 1] of ``features``.
+    features : array (rows, 130), float32
+        Recognition features, 15 a second.
+    lengths : array (captures,)
+        Lengths of the motions in frames, 30 a second.
+    """
+
+    capture_ids: IntArray
+    bounds: IntArray
+    features: Float32Array
+    lengths: IntArray
+
+    def of_capture(self, capture_id: int) -> Float32Array:
+        """Features of one capture: array (frames, 130), 15 a second."""
+        place = int(np.searchsorted(self.capture_ids, capture_id))
+        return self.features[self.bounds[place] : self.bounds[place + 1]]
+
+    def only(self, captures: Collection[int]) -> FeaturePool:
+        """The pool of some of its captures."""
+        keep = np.array([int(c) in captures for c in self.capture_ids], dtype=bool)
+        if keep.all():
+            return self
+        sizes = np.diff(self.bounds)
+        rows = np.repeat(keep, sizes)
+        bounds = np.concatenate([[0], np.cumsum(sizes[keep])])
+        return FeaturePool(self.capture_ids[keep], bounds, self.features[rows], self.lengths[keep])
+
+
+def acquire_symbols(
+    frames: Float32Array,
+    pool: FeaturePool,
+    rng: np.random.Generator,
+    settings: LearnSettings,
+    tell: Progress,
+) -> acquisition.Acquired:
+    """Fit motion symbols: first segmentation, then competitive learning.
+
+    Parameters
+    ----------
+    frames : array (rows, dimensions), float32
+        Whitened features of the pool's captures, end to end.
+    pool : FeaturePool
+        The captures.
+    rng : numpy.random.Generator
+        Draws the initial symbols.
+    settings : LearnSettings
+        The settings.
+    tell : callable
+        Called with the step and the share of it that is done.
+    """
+    starts, ends = [], []
+    for low, high in zip(pool.bounds[:-1], pool.bounds[1:]):
+        for part in segmentation.segment(frames[low:high].astype(np.float64), settings.first_cut):
+            starts.append(low + part.start)
+            ends.append(low + part.end)
+    chosen = replace(settings.acquisition, n_symbols=settings.n_symbols)
+    return acquisition.acquire(
+        frames, pool.bounds, np.array(starts), np.array(ends), rng, chosen, tell
+    )
+
+
+def segment_table(
+    frames: Float32Array,
+    pool: FeaturePool,
+    symbols: MotionSymbols,
+    cutting: acquisition.Cutting,
+) -> SegmentTable:
+    """Score every segment of a cutting under every symbol.
+
+    Parameters
+    ----------
+    frames : array (rows, dimensions), float32
+        Whitened features of the pool's captures, end to end.
+    pool : FeaturePool
+        The captures.
+    symbols : MotionSymbols
+        Motion symbols.
+    cutting : Cutting
+        Segments as rows of ``frames``.
+    """
+    owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
+    first = pool.bounds[owner]
+    per_frame = (cutting.ends - cutting.starts).astype(np.float64)
+    scores = hmm.score(symbols, frames, cutting.starts, cutting.ends) / per_frame[:, None]
+    best = np.argmax(scores, axis=1)
+    return SegmentTable(
+        capture_ids=np.asarray(pool.capture_ids)[owner],
+        starts=(cutting.starts - first) * FEATURE_STEP,
+        ends=np.minimum((cutting.ends - first) * FEATURE_STEP, np.asarray(pool.lengths)[owner]),
+        symbols=best,
+        log_likelihoods=scores[np.arange(len(best)), best].astype(np.float64),
+        backgrounds=background(frames, cutting.starts, cutting.ends),
+        scores=scores.astype(np.float32),
+        movement=_movement(frames, pool, cutting),
+    )
+
+
+def _movement(
+    frames: Float32Array, pool: FeaturePool, cutting: acquisition.Cutting
+) -> Float32Array:
+    """Movement of every segment, capture by capture: array (segments, columns)."""
+    bounds = pool.bounds
+    first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))
+    return np.concatenate(
+        [
+            describe_segments(
+                frames[low:high], pool.features[low:high],
+                cutting.starts[a:b] - low, cutting.ends[a:b] - low,
+            )
+            for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:])
+        ]
+    )  # fmt: skip
+
+
+def describe_segments(
+    frames: Float32Array, features: Float32Array, starts: IntArray, ends: IntArray
+) -> Float32Array:
+    """Movement, posture and travel of the segments of one capture: array (segments, columns).
+
+    Parameters
+    ----------
+    frames : array (frames, dimensions), float32
+        Whitened features of the capture, 15 a second.
+    features : array (frames, 130), float32
+        Recognition features of the capture.
+    starts : array (segments,)
+        First feature frames.
+    ends : array (segments,)
+        Last feature frames + 1.
+    """
+    moving = movement.describe_movement(frames, starts, ends)
+    return np.concatenate(
+        [moving, posture_and_travel.describe_posture_and_travel(features, starts, ends)], axis=1
+    )
+
+
+def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+    """Log-likelihood per frame under the background model: the whitened features' N(0, 1)."""
+    each = -0.5 * (
+        np.sum(frames.astype(np.float64) ** 2, axis=1) + frames.shape[1] * np.log(2 * np.pi)
+    )
+    sums = np.concatenate([[0.0], np.cumsum(each)])
+    return (sums[ends] - sums[starts]) / (ends - starts)

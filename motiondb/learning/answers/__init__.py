@@ -1,1 +1,0 @@
-"""Answers to questions, computed from the learned model."""

@@ -1,1 +1,0 @@
-"""Certainty of answers and places, learned from questions with known answers."""

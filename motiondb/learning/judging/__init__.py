@@ -1,1 +1,0 @@
-"""The judge of motion: its model, and its fitting and calibration."""

@@ -1,1 +1,0 @@
-"""New motion from a sentence, computed from what was learned."""

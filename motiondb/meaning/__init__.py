@@ -1,0 +1,1 @@
+"""Evidence of words in motion: maps, places, the judge, and calibrated probabilities."""

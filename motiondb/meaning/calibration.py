@@ -1,0 +1,223 @@
+"""Calibrated probabilities of answers, and the threshold below which nothing matches.
+
+Cues x_1 ... x_n of an answer (such as its similarity) give the probability that it is right by
+
+    P(right) = sigmoid(w . x + c),    every w >= 0,
+
+logistic regression on answers that are known to be right or wrong. A ridge on w, in units of the
+cues' standard deviations, gives weight 0 to a cue without information; no cue lowers the
+probability. With a single cue the order of the answers is that of the cue.
+
+*No match*: the same queries are repeated with all right answers removed. The threshold is the
+value of the best answer that separates the two cases with the largest balanced accuracy.
+
+Source: Platt, Probabilistic outputs for support vector machines (1999).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import FloatArray
+from motiondb.meaning.maps.word_map import WordMap
+
+_RIDGE = 1.0  # chosen by hand; not tuned
+_ROUNDS = 100  # largest number of Newton steps; a few suffice
+
+
+@dataclass(frozen=True, eq=False)
+class Certainty:
+    """A calibration of answers.
+
+    Attributes
+    ----------
+    weights : array (cues,)
+        w, at least 0.
+    constant : float
+        c.
+    threshold : float
+        Value of the best answer below which nothing matches; NaN where it is unknown.
+    """
+
+    weights: FloatArray
+    constant: float
+    threshold: float
+
+    def log_odds(self, cues: FloatArray) -> FloatArray:
+        """Calibrated log-odds (...,) of cues (..., cues)."""
+        odds: FloatArray = cues @ self.weights + self.constant
+        return odds
+
+    def pack(self) -> FloatArray:
+        """Weights, constant and threshold in one array; :func:`unpack` is the inverse."""
+        return np.concatenate([self.weights, [self.constant, self.threshold]])
+
+
+def unpack(numbers: FloatArray) -> Certainty:
+    """Inverse of :meth:`Certainty.pack`.
+
+    Parameters
+    ----------
+    numbers : array (cues + 2,)
+        Weights, constant and threshold.
+    """
+    return Certainty(np.asarray(numbers[:-2]), float(numbers[-2]), float(numbers[-1]))
+
+
+def probability(log_odds: FloatArray | float) -> FloatArray:
+    """Probability of log-odds.
+
+    Parameters
+    ----------
+    log_odds : array or float
+        Log-odds, nats.
+
+    >>> probability(np.array([0.0, np.log(3.0)])).round(3).tolist()
+    [0.5, 0.75]
+    """
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(log_odds, -50.0, 50.0))))
+
+
+def answer_probability(
+    sure: Certainty,
+    asked: Sequence[tuple[float, float]],
+    excluded: Sequence[Sequence[tuple[float, float]]],
+) -> float:
+    """Calibrated probability that an answer shows all requested actions and no excluded one.
+
+    The product over the asked actions of the probability that each is shown, and over the
+    exclusions of one minus the probability that all of their actions are.
+
+    Parameters
+    ----------
+    sure : Certainty
+        Of answers to words.
+    asked : sequence of (float, float)
+        For each action its log-odds, and the part of them that captions add, which is not
+        calibrated.
+    excluded : sequence of sequences of (float, float)
+        The same for the actions of every exclusion.
+
+    >>> sure = Certainty(np.array([1.0]), 0.0, 0.0)
+    >>> answer_probability(sure, [(0.0, 0.0)], [[(0.0, 0.0)]])
+    0.25
+    """
+
+    def shown(actions: Sequence[tuple[float, float]]) -> float:
+        result = 1.0
+        for log_odds, said in actions:
+            by_motion = float(sure.log_odds(np.array([log_odds - said])))
+            result *= float(probability(by_motion + said))
+        return result
+
+    result = shown(asked)
+    for actions in excluded:
+        result *= 1.0 - shown(actions)
+    return result
+
+
+def fit_probability(
+    cues: FloatArray, right: NDArray[np.bool_], counts: FloatArray | None = None
+) -> tuple[FloatArray, float]:
+    """Weights and constant of the module's formula, by projected Newton steps.
+
+    Parameters
+    ----------
+    cues : array (answers, cues)
+        Cues of every answer.
+    right : array (answers,)
+        Whether the answer is right.
+    counts : array (answers,), optional
+        Weight of each answer; 1 by default.
+
+    Returns
+    -------
+    weights : array (cues,)
+        w, at least 0.
+    constant : float
+        c; if all weights are 0, the log-odds of a right answer.
+    """
+    n = np.ones(len(cues)) if counts is None else counts
+    centre = n @ cues / n.sum()
+    spread = np.sqrt(n @ (cues - centre) ** 2 / n.sum())
+    spread = np.where(spread > 1e-9, spread, 1.0)
+    x = np.column_stack([(cues - centre) / spread, np.ones(len(cues))])
+    y = right.astype(np.float64)
+    ridge = np.append(np.full(cues.shape[1], _RIDGE), 1e-3)
+    beta = np.zeros(x.shape[1])
+    for _ in range(_ROUNDS):
+        p = probability(x @ beta)
+        gradient = x.T @ (n * (y - p)) - ridge * beta
+        held = np.append((beta[:-1] <= 0.0) & (gradient[:-1] <= 0.0), False)
+        free = ~held
+        hessian = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free] + np.diag(ridge[free])
+        step = np.zeros_like(beta)
+        step[free] = np.linalg.solve(hessian, gradient[free])
+        step /= max(1.0, float(np.abs(step).max()))
+        new = np.append(np.maximum(beta[:-1] + step[:-1], 0.0), beta[-1] + step[-1])
+        if np.abs(new - beta).max() < 1e-9:
+            break
+        beta = new
+    weights = beta[:-1] / spread
+    return weights, float(beta[-1] - weights @ centre)
+
+
+def separate(present: FloatArray, absent: FloatArray) -> float:
+    """Threshold of largest balanced accuracy; NaN if one of the arrays is empty.
+
+    Of several equally good thresholds, the middle one is returned. It lies between two observed
+    values.
+
+    Parameters
+    ----------
+    present : array (queries,)
+        Value of the best answer where right answers exist.
+    absent : array (queries,)
+        Value of the best answer where all right answers were removed.
+
+    >>> separate(np.array([0.9, 0.7, 0.4]), np.array([0.1, 0.5]))
+    0.6
+    """
+    if not len(present) or not len(absent):
+        return float("nan")
+    values = np.unique(np.concatenate([present, absent]))
+    middles = (values[:-1] + values[1:]) / 2.0
+    middles = np.where(middles > values[:-1], middles, values[1:])  # where rounding gives the lower
+    between = np.concatenate([values[:1], middles])
+    accuracy = np.array([np.mean(present >= t) + np.mean(absent < t) for t in between])
+    best = np.flatnonzero(accuracy >= accuracy.max() - 1e-12)
+    return float(between[best[len(best) // 2]])
+
+
+def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> float:
+    """Largest log-odds among some words for one vector; 0 if there are no words.
+
+    Parameters
+    ----------
+    words : WordMap
+        The word map.
+    vector : array (columns,)
+        Vector of the interval.
+    which : array (words,)
+        True for the words to consider.
+    """
+    if not which.any():
+        return 0.0
+    return float(np.max(words.log_odds(vector[None])[0][which]))
+
+
+def usual(words: WordMap) -> FloatArray:
+    """Log-odds of every word without evidence from motion: array (words,).
+
+    Parameters
+    ----------
+    words : WordMap
+        The word map.
+    """
+    _, share, constant = words.calibration
+    odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
+    return odds

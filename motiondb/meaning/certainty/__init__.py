@@ -1,0 +1,1 @@
+"""Probabilities of answers, fitted to answers that are known."""

@@ -1,0 +1,341 @@
+"""Certainty of answers, learned from questions whose answers are known from the captions.
+
+The captures with captions are searched as a user would search, each time without the words of the
+tested performers in the word map (its sums are additive, so words are left out by subtraction).
+Whether an answer is right follows from the captions:
+
+* by words: performers are divided into folds; every word of the other folds is searched in the
+  captures of one fold;
+* by example: a described interval is the example; the captures of all other performers are
+  searched, each by its window that moves most like the example. An answer is right if both captions
+  name the same action, that is, a word that is not a direction, a part of the body or a manner
+  (``vocabulary.MODIFIERS``).
+
+Here only questions to which there is a right answer count. From these
+:mod:`motiondb.meaning.calibration` learns the probability of an answer. Then all right answers are
+removed (for an example, also from the word map) and the search is repeated. This gives the value of
+the best answer if there is no right one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.meaning.counting import Described, capture_rows
+from motiondb.records import FloatArray, IntArray, SegmentTable
+from motiondb.meaning.calibration import Certainty, clearest, fit_probability, separate, usual
+from motiondb.meaning.evidence import by_motion
+from motiondb.meaning.evidence.resemblance import emphasis_of
+from motiondb.meaning.evidence import by_words
+from motiondb.meaning.maps import score_vectors
+from motiondb.language.vocabulary import MODIFIERS
+from motiondb.meaning.maps.word_map import WordMap, map_words
+from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map, word_moments
+
+N_FOLDS = 5
+"""Folds of performers. Chosen by hand; not tuned."""
+LEAST_SAID = 3
+"""Smallest number of intervals of other performers with a word, for the word to be used as a
+question. Chosen by hand."""
+LOOKED_AT, LOOKED_BELOW = 10, 5
+"""Answers of a question that are used: the best ones, which a user sees, and some at even
+distances in the rest. Chosen by hand; not tuned."""
+MOST_EXAMPLES, MOST_CAPTURES = 40, 150
+"""Bounds on the duration of this step of learning. Chosen by hand; not tuned."""
+LEAST_ANSWERS = 30
+"""Smallest number of answers for which a probability is fitted. Chosen by hand; not tuned."""
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """Described intervals, one row each, and their captures.
+
+    Attributes
+    ----------
+    vectors : array (rows, columns)
+        Score vectors.
+    presence : array (rows, words)
+        Which words were written about each interval.
+    names : sequence of str
+        The words.
+    captures : array (rows,)
+        Capture numbers.
+    starts : array (rows,)
+        First frames, 30 a second.
+    ends : array (rows,)
+        Last frames + 1.
+    groups : array (rows,)
+        Number of the performer.
+    table : SegmentTable
+        All segments.
+    standardised : array (segments, columns)
+        Standardised scores and movement.
+    ridge : float
+        Ridge of the word map.
+    calibration : array (3,)
+        Calibration of the word map.
+    margin : int
+        Frames that a window reaches beyond its segment.
+    n_posture_and_travel : int
+        Number of the last columns that are posture and travel.
+    fit_without : callable or None
+        Fits the word map without some rows (array (rows,), bool), if it is learned from more than
+        these rows (``learning.start``).
+    """
+
+    vectors: FloatArray
+    presence: NDArray[np.bool_]
+    names: Sequence[str]
+    captures: IntArray
+    starts: FloatArray
+    ends: FloatArray
+    groups: IntArray
+    table: SegmentTable
+    standardised: FloatArray
+    ridge: float
+    calibration: FloatArray
+    margin: int = by_words.WINDOW_MARGIN
+    n_posture_and_travel: int = 0
+    fit_without: Callable[[NDArray[np.bool_]], WordMap] | None = None
+
+    @cached_property
+    def moments(self) -> WordMoments:
+        """Sums over all rows."""
+        return word_moments(self.vectors, self.presence)
+
+    @cached_property
+    def segments(self) -> dict[int, slice]:
+        """Capture number -> rows of the table."""
+        return capture_rows(self.table)
+
+    @cached_property
+    def is_action(self) -> NDArray[np.bool_]:
+        """Which words name an action: array (words,)."""
+        return np.array([name not in MODIFIERS for name in self.names], dtype=bool)
+
+    def without(self, rows: NDArray[np.bool_]) -> WordMap:
+        """The word map fitted without some rows."""
+        if self.fit_without is not None:
+            return self.fit_without(rows)
+        if np.count_nonzero(~rows) < self.vectors.shape[1]:  # the smaller system
+            return map_words(
+                self.vectors[~rows], self.presence[~rows], self.ridge, self.calibration
+            )
+        left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
+        return solve_word_map(left, self.ridge, self.calibration)
+
+
+def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray]:
+    """Starts and ends (frames) of the rows that ``counting.training_rows`` makes."""
+    keys = list(dict.fromkeys((d.capture_id, d.start, d.end) for d in described))
+    return np.array([k[1] for k in keys]), np.array([k[2] for k in keys])
+
+
+def words_certainty(written: Written) -> Certainty | None:
+    """Certainty of an answer to words; its cue is the log-odds of an action in a capture.
+
+    The threshold is on the log-odds that the motion adds to the usual ones, so that rare words can
+    be found too. None if too little was written.
+    """
+    log_odds, right, present, absent = [], [], [], []
+    folds = performer_folds(written.groups)
+    for fold in range(N_FOLDS):
+        inside = folds == fold
+        known = written.presence[~inside].sum(axis=0) >= LEAST_SAID
+        if not known.any() or not inside.any():
+            continue
+        words = written.without(inside)
+        captures = np.unique(written.captures[inside])
+        odds = np.stack([_capture_log_odds(written, words, int(c)) for c in captures])
+        shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
+        usual_odds = usual(words)
+        for word in np.flatnonzero(known & shown.any(axis=0) & ~shown.all(axis=0)):
+            best = _counting_answers(odds[:, word])
+            log_odds += odds[best, word].tolist()
+            right += shown[best, word].tolist()
+            added = odds[:, word] - usual_odds[word]
+            present.append(added.max())
+            absent.append(added[~shown[:, word]].max())
+    return _fit(np.array(log_odds)[:, None], right, present, absent)
+
+
+def example_certainty(written: Written) -> Certainty | None:
+    """Certainty of an answer to an example.
+
+    Its cues are the resemblance of the answer and how clear the example's action is; the threshold
+    is on the resemblance. None if too little was written.
+    """
+    cues, right, present, absent = [], [], [], []
+    share = _shared(written)
+    elsewhere = share & (written.groups[:, None] != written.groups)
+    able = np.flatnonzero(elsewhere.any(axis=1))
+    chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
+    for row in np.unique(chosen) if len(able) else ():
+        same = written.groups == written.groups[row]
+        gallery = find_windows(written, int(row), ~same, share[row])
+        if not gallery.right.any():
+            continue
+        words = written.without(same)
+        alike = gallery.alike(written, int(row), words)
+        best = _counting_answers(alike)
+        clear = clearest(words, written.vectors[row], written.is_action)
+        cues.append(np.column_stack([alike[best], np.full(len(best), clear)]))
+        right += gallery.right[best].tolist()
+        if not gallery.shows.all():
+            nothing = gallery.alike(written, int(row), written.without(same | share[row]))
+            present.append(float(alike.max()))
+            absent.append(float(nothing[~gallery.shows].max()))
+    return _fit(np.concatenate(cues), right, present, absent) if cues else None
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """The best window of every capture for an example, by motion alone.
+
+    Attributes
+    ----------
+    vectors : array (captures, columns)
+        Score vector of the window most like the example.
+    right : array (captures,)
+        Whether this window shows the example's action, according to captions.
+    shows : array (captures,)
+        Whether any part of the capture does, according to captions.
+    """
+
+    vectors: FloatArray
+    right: NDArray[np.bool_]
+    shows: NDArray[np.bool_]
+
+    def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
+        """Resemblance of every capture to the example: array (captures,)."""
+        return by_motion.resemblance(
+            written.vectors[row],
+            self.vectors,
+            words,
+            n_posture_and_travel=written.n_posture_and_travel,
+            emphasis=emphasis_of(written.names),
+        )
+
+
+def find_windows(
+    written: Written, row: int, allowed: NDArray[np.bool_], said: NDArray[np.bool_]
+) -> Gallery:
+    """Compare an example with the captures of the allowed rows; of many, with evenly chosen ones.
+
+    Parameters
+    ----------
+    written : Written
+        The described intervals.
+    row : int
+        The example.
+    allowed : array (rows,)
+        Rows that may be searched.
+    said : array (rows,)
+        Rows that show the example's action.
+    """
+    captures = np.unique(written.captures[allowed])
+    some = np.linspace(0, len(captures) - 1, min(len(captures), MOST_CAPTURES)).astype(int)
+    length = max(round(float(written.ends[row] - written.starts[row])), 1)
+    vectors, right, shows = [], [], []
+    for capture in captures[some]:
+        rows = written.segments[int(capture)]
+        window, low, high = best_window(
+            written.vectors[row], written.standardised[rows], written.table.starts[rows],
+            written.table.ends[rows], length,
+        )  # fmt: skip
+        showing = (written.captures == capture) & said
+        meets = (written.starts < high) & (written.ends > low)
+        vectors.append(window)
+        right.append(bool((showing & meets).any()))
+        shows.append(bool(showing.any()))
+    return Gallery(np.array(vectors), np.array(right), np.array(shows))
+
+
+def best_window(
+    vector: FloatArray, standardised: FloatArray, starts: IntArray, ends: IntArray, length: int
+) -> tuple[FloatArray, int, int]:
+    """The window of a capture that moves most like a vector.
+
+    Parameters
+    ----------
+    vector : array (columns,)
+        Score vector of the example.
+    standardised : array (segments, columns)
+        Standardised scores and movement of the capture.
+    starts : array (segments,)
+        First frames.
+    ends : array (segments,)
+        Last frames + 1.
+    length : int
+        Length of the window, frames.
+
+    Returns
+    -------
+    tuple
+        Score vector of the window, its first frame, and its last frame + 1.
+    """
+    low, high = by_motion.window_places(starts, ends, length)
+    windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
+    best = int(np.argmax(by_motion.resemblance(vector, windows)))
+    return windows[best], int(low[best]), int(high[best])
+
+
+def _fit(
+    cues: FloatArray,
+    right: Sequence[bool],
+    present: Sequence[float],
+    absent: Sequence[float],
+) -> Certainty | None:
+    """Fit probability and threshold.
+
+    None if too few answers are known, all are right or all wrong, or the first cue does not
+    help.
+    """
+    truth = np.array(right, dtype=bool)
+    if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
+        return None
+    weights, constant = fit_probability(cues, truth)
+    if weights[0] <= 0.0:
+        return None
+    return Certainty(weights, constant, separate(np.array(present), np.array(absent)))
+
+
+def performer_folds(groups: IntArray) -> IntArray:
+    """Fold of every row; no group is divided, and the largest is assigned first."""
+    names, counts = np.unique(groups, return_counts=True)
+    fold_of, sizes = {}, np.zeros(N_FOLDS)
+    for g in np.lexsort([names, -counts]):
+        fold_of[int(names[g])] = int(np.argmin(sizes))
+        sizes[fold_of[int(names[g])]] += counts[g]
+    return np.array([fold_of[int(g)] for g in groups])
+
+
+def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
+    """Log-odds in a capture of every word as the only action: array (words,)."""
+    rows = written.segments[capture]
+    odds = by_words.motion_log_odds(
+        words, written.standardised[rows], written.table.starts[rows], written.table.ends[rows],
+        written.margin,
+    )  # fmt: skip
+    best: FloatArray = 0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1]
+    return best
+
+
+def _shared(written: Written) -> NDArray[np.bool_]:
+    """Whether two rows show the same action, according to captions: array (rows, rows)."""
+    actions = written.presence[:, written.is_action].astype(np.float32)
+    shared: NDArray[np.bool_] = actions @ actions.T > 0
+    return shared
+
+
+def _counting_answers(values: FloatArray) -> IntArray:
+    """Numbers of the answers that are used, best first."""
+    order = np.argsort(-values, kind="stable")
+    best, rest = order[:LOOKED_AT], order[LOOKED_AT:]
+    some = np.linspace(0, len(rest) - 1, min(LOOKED_BELOW, len(rest))).astype(int)
+    return np.concatenate([best, rest[some]])

@@ -1,0 +1,334 @@
+"""Counts, and the models that are computed from counts.
+
+From the captures come counts: transitions of symbols, words in captions, shapes (symbols l, words
+m) of described intervals, expected counts of the association, moments of the word map. All are
+integers or multiples of 2^-32, so sums are exact: subtracting a capture's counts gives the same
+numbers as if it had never been counted.
+
+Expected counts need a t and an a to share each word out among the symbols: the *reference*, which
+expectation-maximisation found when the database learned, smoothed slightly so that new pairs of
+symbols and words can be counted. It stays the same until the next ``learn``; so do the symbols, the
+vocabulary, the standardisation of scores and the calibration. The models for questions are the
+M-step of the counts.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.meaning.maps import score_vectors
+from motiondb.language import lemmas, vocabulary
+from motiondb.meaning.maps.word_map import WordMap
+from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map, word_moments
+from motiondb.language.translation import explanation, transition
+from motiondb.language.translation.explanation import ExpectedCounts
+
+REFERENCE_SHARE = 0.01
+"""Share of every t of the reference that is spread evenly (see ``explanation.smoothed``). Chosen by
+hand; not tuned: any value above 0 makes new pairs possible."""
+REFERENCE_PAIRS = 0.1
+"""Weight of the diagonal relative to each learned alignment of the reference. Chosen by hand; not
+tuned."""
+
+
+@dataclass(frozen=True, eq=False)
+class Described:
+    """An interval of a capture with a caption.
+
+    Attributes
+    ----------
+    capture_id : int
+        Number of the capture.
+    low : int
+        First row of the segment table.
+    high : int
+        Last row + 1.
+    start : float
+        First frame, 30 a second.
+    end : float
+        Last frame + 1.
+    words : tuple of str
+        Motion words in order.
+    n_actions : int
+        Number of actions that the words name.
+    """
+
+    capture_id: int
+    low: int
+    high: int
+    start: float
+    end: float
+    words: tuple[str, ...]
+    n_actions: int
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The reference of the counts; constant between two runs of ``learn``.
+
+    Attributes
+    ----------
+    association : Association
+        Smoothed t and a that share each word out among the symbols.
+    scores : ScoreSpace
+        Standardisation of scores.
+    lemmas : dict
+        Lemmas that the dictionary gave for the words of captions.
+    """
+
+    association: Association
+    scores: score_vectors.ScoreSpace
+    lemmas: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Counts:
+    """The contribution of some captures to all counts.
+
+    Attributes
+    ----------
+    transitions : array (symbols + 1, symbols + 1)
+        How often symbol column - 1 follows symbol row - 1; row 0 is the begin, column 0 the end.
+    said : array (words,)
+        Number of captions with each word.
+    shapes : Counter
+        (symbols l, words m) -> number of described intervals.
+    expected : ExpectedCounts
+        Of the association.
+    moments : WordMoments
+        Of the word map.
+    """
+
+    transitions: FloatArray
+    said: IntArray
+    shapes: Counter[tuple[int, int]]
+    expected: ExpectedCounts
+    moments: WordMoments
+
+    def __add__(self, other: Counts) -> Counts:
+        shapes = Counter(self.shapes)
+        shapes.update(other.shapes)
+        return Counts(
+            self.transitions + other.transitions, self.said + other.said, shapes,
+            self.expected + other.expected, self.moments + other.moments,
+        )  # fmt: skip
+
+    def __sub__(self, other: Counts) -> Counts:
+        return Counts(
+            self.transitions - other.transitions, self.said - other.said,
+            self.shapes - other.shapes, self.expected - other.expected,
+            self.moments - other.moments,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Counted:
+    """The counts with their reference.
+
+    Attributes
+    ----------
+    counts : Counts
+        Sums over all counted captures.
+    reference : Reference
+        The reference with which the counts were made; it is constant from one ``learn`` to the
+        next.
+    """
+
+    counts: Counts
+    reference: Reference
+
+
+def symbol_sequences(table: SegmentTable) -> list[IntArray]:
+    """The symbol sequence of every capture, in order of capture number."""
+    return [table.symbols[rows] for rows in capture_rows(table).values()]
+
+
+def capture_rows(table: SegmentTable) -> dict[int, slice]:
+    """Capture number -> its rows of the segment table."""
+    new = np.flatnonzero(np.diff(table.capture_ids, prepend=-1))
+    ends = [*new[1:], len(table.symbols)]
+    return {int(table.capture_ids[a]): slice(int(a), int(b)) for a, b in zip(new, ends)}
+
+
+def take_rows(table: SegmentTable, which: NDArray[np.bool_]) -> SegmentTable:
+    """The rows of a segment table for which ``which`` is true."""
+    return SegmentTable(**{name: column[which] for name, column in vars(table).items()})
+
+
+def join_tables(*tables: SegmentTable) -> SegmentTable:
+    """Segment tables one after the other; the capture numbers must rise from table to table."""
+    assert all(
+        not len(a.capture_ids) or not len(b.capture_ids) or a.capture_ids[-1] < b.capture_ids[0]
+        for a, b in pairwise(tables)
+    )
+    filled = [table for table in tables if len(table.capture_ids)] or list(tables[:1])
+    columns = zip(*(vars(table).values() for table in filled))
+    return SegmentTable(*(np.concatenate(column) for column in columns))
+
+
+def described_intervals(
+    table: SegmentTable,
+    captions: Mapping[int, tuple[Caption, ...]],
+    synonyms: Mapping[str, str],
+    known_lemmas: Mapping[str, str] | None = None,
+) -> list[Described]:
+    """Captions with at least one motion word, and the segments they describe.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    captions : dict
+        Capture number -> its captions.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    known_lemmas : dict, optional
+        Lemmas that the dictionary gave earlier; other words are looked up in it.
+    """
+    intervals = []
+    for capture_id, rows in sorted(captions.items()):
+        first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
+        for caption in rows:
+            actions = vocabulary.split_actions(caption.words, synonyms, known_lemmas)
+            words = tuple(word for action in actions for word in action)
+            if not words or first == last:
+                continue
+            start = (caption.start or 0.0) * 30.0
+            end = float(table.ends[last - 1]) if caption.end is None else caption.end * 30.0
+            inside = (table.starts[first:last] < end) & (table.ends[first:last] > start)
+            if inside.any():
+                which = first + np.flatnonzero(inside)
+                rows_of = (int(which[0]), int(which[-1]) + 1)
+                intervals.append(Described(capture_id, *rows_of, start, end, words, len(actions)))
+    return intervals
+
+
+def known_only(described: list[Described], number: Mapping[str, int]) -> list[Described]:
+    """Described intervals with the words of the vocabulary only; without any they are left out."""
+    known = [replace(d, words=tuple(w for w in d.words if w in number)) for d in described]
+    return [d for d in known if d.words]
+
+
+def training_rows(
+    table: SegmentTable,
+    described: list[Described],
+    scores: score_vectors.ScoreSpace,
+    number: Mapping[str, int],
+) -> tuple[FloatArray, NDArray[np.bool_], IntArray]:
+    """Vectors, words present and capture numbers, one row per described interval.
+
+    Captions of the same interval are one row. Every capture is computed from its own rows alone, so
+    its vectors do not depend on other captures, to the last bit.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments.
+    described : list of Described
+        The intervals.
+    scores : ScoreSpace
+        Standardisation of scores.
+    number : dict
+        Word -> its number in the vocabulary.
+
+    Returns
+    -------
+    tuple of arrays
+        Vectors (rows, columns), words present (rows, words), capture numbers (rows,).
+    """
+    merged: dict[tuple[int, float, float], tuple[Described, set[str]]] = {}
+    for d in described:
+        merged.setdefault((d.capture_id, d.start, d.end), (d, set()))[1].update(d.words)
+    rows = capture_rows(table)
+    standardised: dict[int, FloatArray] = {}
+    vectors = np.empty((len(merged), len(scores.mean)))
+    presence = np.zeros((len(merged), len(number)), dtype=bool)
+    for row, (d, words) in enumerate(merged.values()):
+        rows_of_interval = rows[d.capture_id]
+        if d.capture_id not in standardised:
+            standardised[d.capture_id] = scores.standardise(
+                np.array(table.scores[rows_of_interval]), np.array(table.movement[rows_of_interval])
+            )
+        inside = slice(d.low - rows_of_interval.start, d.high - rows_of_interval.start)
+        part = slice(d.low, d.high)
+        vectors[row] = score_vectors.interval_vectors(
+            standardised[d.capture_id][inside], table.starts[part], table.ends[part],
+            np.array([d.start]), np.array([d.end]),
+        )[0]  # fmt: skip
+        presence[row, [number[w] for w in words]] = True
+    owners = np.array([d.capture_id for d, _ in merged.values()], dtype=np.int64)
+    return vectors, presence, owners
+
+
+def make_reference(
+    fitted: Association,
+    shapes: Mapping[tuple[int, int], float],
+    scores: score_vectors.ScoreSpace,
+    known_lemmas: Mapping[str, str] | None = None,
+) -> Reference:
+    """The reference from the fitted association, smoothed so that no new pair is impossible."""
+    smooth = explanation.smoothed(
+        fitted, shapes, share=REFERENCE_SHARE, pseudo_pairs=REFERENCE_PAIRS
+    )
+    return Reference(smooth, scores, known_lemmas or {})
+
+
+def count(
+    table: SegmentTable,
+    captions: Mapping[int, tuple[Caption, ...]],
+    synonyms: Mapping[str, str],
+    reference: Reference,
+) -> Counts:
+    """The counts of all captures of a table; words outside the vocabulary are not counted."""
+    words, n_symbols = reference.association.words, table.scores.shape[1]
+    number = {word: n for n, word in enumerate(words)}
+    described = known_only(described_intervals(table, captions, synonyms, reference.lemmas), number)
+    said = np.zeros(len(words), dtype=np.int64)
+    expected = ExpectedCounts(np.zeros((n_symbols + 1, len(words))))
+    shapes: Counter[tuple[int, int]] = Counter()
+    for d in described:
+        spoken = np.array([number[w] for w in d.words])
+        said[np.unique(spoken)] += 1
+        shapes[d.high - d.low, len(spoken)] += 1
+        symbols = table.symbols[d.low : d.high]
+        expected = expected + explanation.pair_counts(reference.association, symbols, spoken)
+    vectors, presence, _ = training_rows(table, described, reference.scores, number)
+    return Counts(
+        transition.count_transitions(symbol_sequences(table), n_symbols),
+        said,
+        shapes,
+        expected,
+        word_moments(vectors, presence),
+    )
+
+
+def publish_association(counts: Counts, reference: Reference) -> Association:
+    """Association of the counts; symbols without counted words have rows of zeros."""
+    empty = replace(
+        reference.association,
+        translation=np.zeros_like(reference.association.translation),
+        counts=counts.said,
+    )
+    return explanation.with_counts(empty, counts.expected)
+
+
+def publish_word_map(
+    counts: Counts, ridge: float | None, calibration: FloatArray | None
+) -> WordMap | None:
+    """The word map computed from the counts; None if ``learn`` fitted none."""
+    if ridge is None or calibration is None:
+        return None
+    return solve_word_map(counts.moments, ridge, calibration)
+
+
+def dictionary_lemmas(captions: Mapping[int, tuple[Caption, ...]]) -> dict[str, str]:
+    """The lemmas that only the dictionary knows, for all words of some captions."""
+    forms = {f for rows in captions.values() for c in rows for f in vocabulary.forms_of(c.words)}
+    return lemmas.dictionary_forms(forms)

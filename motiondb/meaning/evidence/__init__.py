@@ -1,0 +1,1 @@
+"""Evidence for a question or an example in every capture."""

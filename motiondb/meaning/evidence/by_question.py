@@ -1,0 +1,365 @@
+"""The interval of a capture that best shows a question, with its log-odds.
+
+A *reading* of the question (``words.question.readings``) is an order of parts, each of one or more
+actions at once, and exclusions that hold from one part to another. v_a(i), the value of an action
+at segment i, is the mean log-odds of its words in the window around the segment; the value of part
+k there is
+
+    v_k(i) = sum of v_a(i) over its actions - sum of v_e(i) over the exclusions that hold in it.
+
+A dynamic program picks one run of segments for every part, each after the one before, with the
+largest total: one segment, or, for a part of a least length, as many as reach it, with their mean
+weighted by frames. Two repeats of the same part have a gap between them, a segment that is less
+than half as strong as the strongest. Around its run a part grows as in ``search.by_words``.
+
+Statements of an answer, each with its log-odds:
+
+    asked       1/2 v_a at the strongest segment of its part + 1/2 v_a of the whole capture
+    repeats     as asked, at the weakest of the repeats
+    excluded    1/2 (largest v_e within the parts) + 1/2 v_e of the whole capture; where all its
+                words are asked for elsewhere in the question, the first alone
+
+The answer's log-odds are those of all statements together, assumed independent: every requested
+action is shown, and no excluded one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray
+from motiondb.meaning.evidence.by_words import (
+    TakeScores,
+    all_hold,
+    joint_log_odds,
+    place_parts,
+    split_segments,
+)
+from motiondb.meaning.evidence.runs import ordered_runs
+from motiondb.language.question.readings import Exclusion, Part, Reading
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One requested or excluded action, and the segments of a capture at which it is evaluated.
+
+    Attributes
+    ----------
+    words : tuple of int
+        Numbers of its words.
+    part : int
+        Number of the part that requests it; of the first one for an exclusion.
+    exclusion : int
+        Number of the exclusion that it belongs to, -1 if it is requested.
+    places : tuple of (int, float)
+        First frames of the segments at which it is evaluated, and their weights, which sum to 1.
+    near : float
+        Share of these segments in its log-odds; the rest is of the whole capture.
+    log_odds : float
+        Log-odds that the capture shows the action there.
+    """
+
+    words: tuple[int, ...]
+    part: int
+    exclusion: int
+    places: tuple[tuple[int, float], ...]
+    near: float
+    log_odds: float
+
+
+@dataclass(frozen=True)
+class QuestionHit:
+    """The best interval of one capture for one reading of a question.
+
+    Attributes
+    ----------
+    start : int
+        First frame.
+    end : int
+        Last frame + 1.
+    log_odds : float
+        Log-odds of the answer, by which answers are ranked.
+    parts : tuple of (int, int)
+        Frames of every part, in order; they do not overlap.
+    statements : tuple of Statement
+        Requested and excluded actions.
+    reading : int
+        Number of the reading.
+    """
+
+    start: int
+    end: int
+    log_odds: float
+    parts: tuple[tuple[int, int], ...]
+    statements: tuple[Statement, ...]
+    reading: int = 0
+
+
+def search_take(
+    take: TakeScores, readings: Sequence[Reading], number: Mapping[str, int]
+) -> QuestionHit | None:
+    """The best interval of a capture over all readings of a question.
+
+    Parameters
+    ----------
+    take : TakeScores
+        Log-odds of the words in the capture.
+    readings : sequence of Reading
+        The reading with the largest log-odds is used; of equal ones, the first.
+    number : mapping of str to int
+        Column of every word.
+
+    Returns
+    -------
+    hit : QuestionHit or None
+        None if the capture is too short: fewer frames than parts, fewer segments than
+        repeats, or shorter than a part must last.
+    """
+    seen: dict[int, _Seen] = {}
+    hits = [_search_reading(seen, take, reading, number) for reading in readings]
+    hits = [None if hit is None else replace(hit, reading=n) for n, hit in enumerate(hits)]
+    fitting = [hit for hit in hits if hit is not None]
+    return max(fitting, key=lambda hit: hit.log_odds, default=None)
+
+
+def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> QuestionHit | None:
+    """The best interval of a capture for actions in order.
+
+    Parameters
+    ----------
+    take : TakeScores
+        Log-odds of the words in the capture.
+    actions : sequence of sequence of int
+        Columns of the words of each action; an empty action means any motion.
+
+    Returns
+    -------
+    hit : QuestionHit or None
+        None if the capture has fewer frames than there are actions.
+
+    >>> take = TakeScores(np.array([0, 10]), np.array([10, 20]), np.diag([4.0, 2.0]), np.ones(2))
+    >>> search_order(take, [[0], [1]]).parts
+    ((0, 10), (10, 20))
+    """
+    number = {str(word): word for action in actions for word in action}
+    parts = tuple(
+        Part((tuple(map(str, action)),) if action else (), repeat_of=k)
+        for k, action in enumerate(actions)
+    )
+    return search_take(take, [Reading(parts)], number)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedReading:
+    """Where a capture shows the parts of one reading.
+
+    Attributes
+    ----------
+    starts : array (segments,)
+        First frames of the segments; divided if the capture has fewer than there are parts.
+    ends : array (segments,)
+        Last frames + 1.
+    values : array (parts, segments)
+        Mean value of the actions of every part; 0 for a part without any.
+    spans : tuple of (int, int)
+        Segments [a, b) of every part, in order; they do not overlap.
+    """
+
+    starts: IntArray
+    ends: IntArray
+    values: FloatArray
+    spans: tuple[tuple[int, int], ...]
+
+
+def place_reading(
+    take: TakeScores, reading: Reading, number: Mapping[str, int]
+) -> PlacedReading | None:
+    """Where a capture shows the parts of a reading, as :func:`search_take` places them.
+
+    Parameters
+    ----------
+    take : TakeScores
+        Log-odds, or other evidence, for the words in the capture.
+    reading : Reading
+        One reading of a question.
+    number : mapping of str to int
+        Column of every word.
+
+    Returns
+    -------
+    placed : PlacedReading or None
+        None if the capture is too short, as in :func:`search_take`.
+    """
+    seen = _Seen(split_segments(take, len(reading.parts)), number)
+    laid = None if _is_too_short(take, reading) else _lay(seen, reading)
+    if laid is None:
+        return None
+    none = np.zeros(len(seen.take.starts))
+    values = np.stack(
+        [
+            np.mean([seen.action(a) for a in part.actions], axis=0) if part.actions else none
+            for part in reading.parts
+        ]
+    )
+    return PlacedReading(seen.take.starts, seen.take.ends, values, tuple(laid[2]))
+
+
+def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float:
+    """Log-odds that all requested actions are shown and no excluded one.
+
+    >>> joint_statements([1.5], [])
+    1.5
+    >>> round(joint_statements([0.0], [0.0]), 6)  # 1/2 * (1 - 1/2) = 1/4
+    -1.098612
+    """
+    return joint_log_odds([*asked, *(-log_odds for log_odds in excluded)])
+
+
+def _search_reading(
+    known: dict[int, _Seen], take: TakeScores, reading: Reading, number: Mapping[str, int]
+) -> QuestionHit | None:
+    """The best interval for one reading; ``known`` caches the result for each number of parts."""
+    n_parts = len(reading.parts)
+    seen = known.get(n_parts)
+    if seen is None:
+        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number)
+    laid = None if _is_too_short(take, reading) else _lay(seen, reading)
+    if laid is None:
+        return None
+    values, runs, parts = laid
+    take = seen.take
+    statements = [*seen.asked(reading.parts, values, runs, parts),
+                  *seen.excluded(reading, parts)]  # fmt: skip
+    frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
+    log_odds = joint_statements(*split_statements(statements))
+    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
+
+
+def _is_too_short(take: TakeScores, reading: Reading) -> bool:
+    """Whether a reading has repeats, and more parts than the capture has segments."""
+    repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
+    return repeats and len(take.starts) < len(reading.parts)
+
+
+def _lay(
+    seen: _Seen, reading: Reading
+) -> tuple[FloatArray, list[tuple[int, int]], list[tuple[int, int]]] | None:
+    """Values (parts, segments), runs and segments [a, b) of every part; None: too short."""
+    take = seen.take
+    values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
+    least = np.array([part.seconds for part in reading.parts])
+    apart = [k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
+             for k, part in enumerate(reading.parts)]  # fmt: skip
+    runs = ordered_runs(values, take.starts, take.ends, least, apart)
+    if runs is None:
+        return None
+    worded = [
+        bool(part.actions) or part.seconds > 0.0 or any(e.first <= k < e.last
+                                                        for e in reading.exclusions)
+        for k, part in enumerate(reading.parts)
+    ]  # fmt: skip
+    return values, runs, place_parts(values, runs, worded)
+
+
+def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list[float]]:
+    """Log-odds of the requested actions, and for every exclusion that all its actions are shown."""
+    asked = [s.log_odds for s in statements if s.exclusion < 0]
+    numbers = sorted({s.exclusion for s in statements if s.exclusion >= 0})
+    excluded = [
+        joint_log_odds([s.log_odds for s in statements if s.exclusion == n]) for n in numbers
+    ]
+    return asked, excluded
+
+
+class _Seen:
+    """The evidence of a capture for actions, at its segments and of the whole, computed once."""
+
+    def __init__(self, take: TakeScores, number: Mapping[str, int]) -> None:
+        self.take = take
+        self.number = number
+        self.frames = (take.ends - take.starts).astype(np.float64)
+        self.values: dict[tuple[str, ...], FloatArray] = {}
+
+    def columns(self, action: Sequence[str]) -> list[int]:
+        return [self.number[word] for word in action]
+
+    def action(self, action: tuple[str, ...]) -> FloatArray:
+        """Values of an action: array (segments,)."""
+        if action not in self.values:
+            self.values[action] = self.take.windows[:, self.columns(action)].mean(axis=1)
+        return self.values[action]
+
+    def part(self, reading: Reading, k: int) -> FloatArray:
+        """Values of a part of a reading: array (segments,)."""
+        values = np.zeros(len(self.take.starts))
+        for action in reading.parts[k].actions:
+            values = values + self.action(action)
+        for exclusion in reading.exclusions:
+            if exclusion.first <= k < exclusion.last:
+                values = values - self.together(exclusion)
+        return values
+
+    def together(self, exclusion: Exclusion) -> FloatArray:
+        """Log-odds that all actions of an exclusion are seen: array (segments,)."""
+        return all_hold([self.action(action) for action in exclusion.actions])
+
+    def asked(
+        self,
+        parts: Sequence[Part],
+        values: FloatArray,
+        runs: Sequence[tuple[int, int]],
+        spans: Sequence[tuple[int, int]],
+    ) -> list[Statement]:
+        """Requested actions; repeats are evaluated at the weakest repeat."""
+        looks = [self._look(values[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
+        strength = [sum(weight * values[k][i] for i, weight in look)
+                    for k, look in enumerate(looks)]  # fmt: skip
+        statements = []
+        for first in sorted({part.repeat_of for part in parts}):
+            same = [k for k, part in enumerate(parts) if part.repeat_of == first]
+            k = min(same, key=lambda k: strength[k])
+            statements += [self._statement(action, k, -1, looks[k], 0.5)
+                           for action in parts[k].actions]  # fmt: skip
+        return statements
+
+    def excluded(self, reading: Reading, spans: Sequence[tuple[int, int]]) -> list[Statement]:
+        """Excluded actions, each at its largest value within its parts."""
+        elsewhere = {word for part in reading.parts for action in part.actions for word in action}
+        statements = []
+        for n, exclusion in enumerate(reading.exclusions):
+            low, high = spans[exclusion.first][0], spans[exclusion.last - 1][1]
+            for action in exclusion.actions:
+                loudest = low + int(np.argmax(self.action(action)[low:high]))
+                near = 1.0 if elsewhere.issuperset(action) else 0.5
+                statements.append(
+                    self._statement(action, exclusion.first, n, [(loudest, 1.0)], near)
+                )
+        return statements
+
+    def _look(
+        self, values: FloatArray, part: Part, run: tuple[int, int], span: tuple[int, int]
+    ) -> list[tuple[int, float]]:
+        """Segments at which a part is evaluated, with weights: the strongest, or all of its run."""
+        if part.seconds <= 0.0:
+            return [(span[0] + int(np.argmax(values[span[0] : span[1]])), 1.0)]
+        frames = self.frames[run[0] : run[1]]
+        return [(run[0] + i, float(f / frames.sum())) for i, f in enumerate(frames)]
+
+    def _statement(
+        self,
+        action: tuple[str, ...],
+        part: int,
+        exclusion: int,
+        look: Sequence[tuple[int, float]],
+        near: float,
+    ) -> Statement:
+        columns = self.columns(action)
+        values = self.action(action)
+        inside = sum(weight * float(values[i]) for i, weight in look)
+        whole = float(self.take.whole[columns].mean())
+        places = tuple((int(self.take.starts[i]), weight) for i, weight in look)
+        log_odds = near * inside + (1.0 - near) * whole
+        return Statement(tuple(columns), part, exclusion, places, near, log_odds)

@@ -1,0 +1,158 @@
+"""The extent of an activity: the interval of a take in which the activity of an example lasts.
+
+Time warping finds where a take repeats an example frame by frame. If one performer repeats a
+movement four times and another ten times, the answer should be the whole repetition. The context of
+a frame is the mean and the standard deviation of the features over 2.6 s, on whitened principal
+axes of all captures' contexts. With d_t the mean distance of a take's frame to the five nearest
+contexts of the example, the interval [a, b) maximises
+
+    sum_{t in [a, b)} (theta - d_t),    theta = near + SHARE (median of d - near),
+
+with near the least mean of d over two seconds. It is found exactly in one pass over prefix sums
+(Kadane's algorithm with a least length). A take that shows the activity throughout has no
+background to compare with; it is returned as a whole only if this maximises the sum.
+
+Window and threshold were chosen among 27 settings with the four long CMU takes in view, on which
+``docs/quality.md`` measures ("Interval in a long take"): no other takes with true parts are
+available.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import Float32Array, FloatArray
+from motiondb.symbols.segmentation import context
+
+WINDOW = 39
+"""Feature frames (2.6 s) of a context."""
+SPREAD_WEIGHT = 1.5
+"""Weight of the standard deviations relative to the means. Chosen by hand."""
+N_AXES = 24
+"""Principal axes that are kept. Chosen by hand."""
+THINNED = 5
+"""Every fifth frame is used to compute the axes, since neighbours hardly differ."""
+SHARE = 0.35
+"""Place of the threshold between ``near`` and the median of d."""
+NEAREST = 5
+"""Number of nearest contexts of the example. Chosen by hand."""
+SHORTEST = 22
+"""Least length of an activity, feature frames (1.5 s). Chosen by hand."""
+NEAR_FRAMES = 30
+"""Feature frames (2 s) over which ``near`` is averaged. Chosen by hand."""
+LEAST_EXAMPLE = 30
+"""Least length of an example with contexts of its own, feature frames (2 s). Chosen by hand."""
+LONG = 1.5
+"""Least length of a take that is searched for whole activities, relative to that of the example.
+Chosen by hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContextSpace:
+    """A whitening projection of contexts.
+
+    Attributes
+    ----------
+    features : array (n,)
+        Mean of the features.
+    mean : array (2 n,)
+        Mean of their contexts.
+    projection : array (2 n, axes)
+        Principal axes as columns, each divided by the standard deviation along it.
+    """
+
+    features: FloatArray
+    mean: FloatArray
+    projection: FloatArray
+
+    def view(self, features: FloatArray | Float32Array) -> FloatArray:
+        """Contexts (frames, axes) of features (frames, n), 15 a second."""
+        return (_contexts(features - self.features) - self.mean) @ self.projection
+
+
+def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextSpace:
+    """Whitened principal axes of the contexts of all captures.
+
+    Parameters
+    ----------
+    captures : sequence of array (frames, n)
+        Recognition features of each capture, 15 a second.
+    """
+    total = sum(len(c) for c in captures)
+    centre = sum(c.sum(axis=0, dtype=np.float64) for c in captures) / max(total, 1)
+    rows = np.concatenate([_contexts(c - centre)[::THINNED] for c in captures])
+    mean = rows.mean(axis=0)
+    values, axes = np.linalg.eigh((rows - mean).T @ (rows - mean) / len(rows))
+    kept = np.argsort(-values)[:N_AXES]
+    spread = np.sqrt(np.maximum(values[kept], 1e-6 * values.max() + 1e-12))
+    return ContextSpace(np.asarray(centre), mean, axes[:, kept] / spread)
+
+
+def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
+    """Interval of a take in which the activity of an example lasts.
+
+    Parameters
+    ----------
+    example : array (frames, axes)
+        Contexts of the example, from :meth:`ContextSpace.view`.
+    take : array (frames, axes)
+        Contexts of the take.
+
+    Returns
+    -------
+    distance : float
+        Mean distance to the example inside the interval.
+    start : int
+        First frame.
+    end : int
+        One past the last frame. A take shorter than an activity is returned whole.
+    """
+    margin = min(WINDOW // 4, (len(example) - 1) // 2)
+    inner = example[margin : len(example) - margin]
+    squares = np.sum(take**2, axis=1)[:, None] + np.sum(inner**2, axis=1) - 2.0 * (take @ inner.T)
+    nearest = min(NEAREST, len(inner))
+    closest = np.partition(np.maximum(squares, 0.0), nearest - 1, axis=1)[:, :nearest]
+    distance = np.sqrt(closest).mean(axis=1)
+    start, end = longest_gain(_threshold(distance) - distance, SHORTEST)
+    return float(distance[start:end].mean()), start, end
+
+
+def longest_gain(gains: FloatArray, shortest: int) -> tuple[int, int]:
+    """Interval of largest sum among those of at least ``shortest`` frames (ties: the first).
+
+    Parameters
+    ----------
+    gains : array (frames,)
+        Gain of each frame.
+    shortest : int
+        Least length.
+
+    >>> longest_gain(np.array([-1.0, 2.0, -0.5, 2.0, -3.0, 3.0]), 2)
+    (1, 4)
+    """
+    n_frames = len(gains)
+    if n_frames <= shortest:
+        return 0, n_frames
+    sums = np.concatenate([[0.0], np.cumsum(gains)])
+    lowest, before = np.minimum.accumulate(sums), np.zeros(n_frames + 1, dtype=np.int64)
+    fresh = np.flatnonzero(np.diff(lowest, prepend=np.inf) < 0)
+    before[fresh] = fresh
+    before = np.maximum.accumulate(before)
+    ends = np.arange(shortest, n_frames + 1)
+    best = int(ends[np.argmax(sums[ends] - lowest[ends - shortest])])
+    return int(before[best - shortest]), best
+
+
+def _threshold(distance: FloatArray) -> float:
+    length = min(NEAR_FRAMES, len(distance))
+    near = np.convolve(distance, np.full(length, 1.0 / length), "valid").min()
+    return float(near + SHARE * (np.median(distance) - near))
+
+
+def _contexts(features: FloatArray | Float32Array) -> FloatArray:
+    values = context(np.asarray(features, dtype=np.float64), WINDOW)
+    values[:, features.shape[1] :] *= SPREAD_WEIGHT
+    return values

@@ -1,0 +1,1 @@
+"""Maps from motion to words, and the vectors they take."""

@@ -1,0 +1,125 @@
+"""Movement of a segment, described without symbols: levels, correlations and rhythm of features.
+
+Notation: x_t the whitened features of frame t (15 a second, D dimensions), s the logistic function
+of (x - level) / 0.25. Every column is a mean over the segment's frames:
+
+========  ==============  ===============================================================
+block     columns         mean over frames of
+========  ==============  ===============================================================
+places    5 D             s for the levels -1.5, -0.75, 0, 0.75, 1.5 standard deviations
+joint     D (D + 1) / 2   products of two dimensions
+rhythm    5 D             absolute change within 1/15 to 1 second
+========  ==============  ===============================================================
+
+Means over frames are additive over segments, so that functions linear in them can be decomposed
+exactly. In an interval's vector (:mod:`motiondb.meaning.maps.score_vectors`) these columns follow
+the scores of the symbols, and are followed by posture and travel
+(:mod:`motiondb.meaning.maps.posture_and_travel`). Symbols generalise to new performers; these
+columns distinguish movements that symbols learned from other movements confuse. ``docs/quality.md``
+("Words to motion") describes how the blocks were chosen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motiondb.records import Float32Array, IntArray
+from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
+
+LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
+"""Levels of x, in standard deviations."""
+SOFTNESS = 0.25
+"""Width of the logistic function, in standard deviations."""
+TRAVEL_WEIGHT = 1.5
+"""Weight of travel relative to the other blocks, chosen together with them."""
+LAGS = (1, 2, 4, 8, 15)
+"""Feature frames between which change is measured: 1/15 to 1 second."""
+
+
+def block_sizes(n_columns: int) -> tuple[int, ...]:
+    """Number of columns of places, joint, rhythm, posture and travel, given the total.
+
+    Databases that learned before posture and travel were added have the first three blocks only.
+
+    Parameters
+    ----------
+    n_columns : int
+        Number of all columns; 0 gives no blocks.
+
+    >>> block_sizes(627), block_sizes(540), block_sizes(0)
+    ((120, 300, 120, 63, 24), (120, 300, 120), ())
+    """
+    if n_columns == 0:
+        return ()
+    added = (N_POSTURE, N_TRAVEL)
+    whole = _sizes(n_columns - sum(added))
+    return (*whole, *added) if sum(whole) + sum(added) == n_columns else _sizes(n_columns)
+
+
+def count_posture_and_travel(n_columns: int) -> int:
+    """Number of the last columns that are posture and travel, given the number of all columns.
+
+    Parameters
+    ----------
+    n_columns : int
+        Number of all columns of movement.
+
+    >>> count_posture_and_travel(627), count_posture_and_travel(540), count_posture_and_travel(0)
+    (87, 0, 0)
+    """
+    return sum(block_sizes(n_columns)[3:])
+
+
+def block_weight(block: int) -> float:
+    """Weight of a block of :func:`block_sizes` relative to all symbols together.
+
+    Parameters
+    ----------
+    block : int
+        Number of the block, from 0.
+
+    >>> [block_weight(block) for block in range(5)]
+    [1.0, 1.0, 1.0, 1.0, 1.5]
+    """
+    return TRAVEL_WEIGHT if block == 4 else 1.0
+
+
+def _sizes(n_columns: int) -> tuple[int, int, int]:
+    """Columns of places, joint and rhythm, given their total."""
+    per_dimension = 2 * (len(LEVELS) + len(LAGS)) + 1
+    n_dims = (np.sqrt(per_dimension**2 + 8.0 * max(n_columns, 0)) - per_dimension) / 2.0
+    n_dims = round(float(n_dims))
+    return len(LEVELS) * n_dims, n_dims * (n_dims + 1) // 2, len(LAGS) * n_dims
+
+
+def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) -> Float32Array:
+    """Compute places, joint and rhythm of the segments of one capture.
+
+    Parameters
+    ----------
+    frames : array (frames, D)
+        Whitened features of the capture.
+    starts : array (segments,)
+        First feature frame of each segment.
+    ends : array (segments,)
+        One past the last feature frame; every segment has at least one frame.
+
+    Returns
+    -------
+    array (segments, columns)
+        Means over the segments' frames. Changes beyond the end of the capture are measured up to
+        its last frame.
+    """
+    n_frames, n_dims = frames.shape
+    first, second = np.triu_indices(n_dims)
+    now = np.arange(n_frames)
+    places = [0.5 + 0.5 * np.tanh((frames - level) / (2.0 * SOFTNESS)) for level in LEVELS]
+    rhythm = [np.abs(frames[np.minimum(now + lag, n_frames - 1)] - frames) for lag in LAGS]
+    each = np.concatenate(places + rhythm, axis=1)
+    n_places = len(LEVELS) * n_dims
+    rows = np.empty((len(starts), each.shape[1] + len(first)), dtype=np.float32)
+    for row, start, end in zip(rows, starts, ends):
+        means = each[start:end].mean(axis=0)
+        products = frames[start:end].T @ frames[start:end] / np.float32(end - start)
+        row[:] = np.concatenate([means[:n_places], products[first, second], means[n_places:]])
+    return rows

@@ -1,0 +1,1 @@
+"""Where in a take each word of its caption is shown."""

@@ -1,0 +1,354 @@
+"""The places of the captions' actions in their takes, which ``learn`` estimates and stores.
+
+Captions of whole takes are aligned with the segments (:mod:`motiondb.meaning.maps.place_map`).
+Captions of intervals give the place: their words are shown at the segments of which at least half
+is in the interval, and nowhere else in a take without a caption for the whole. Other words that
+captions of the take list are not shown there, and their words are not shown by the segments beside
+the interval.
+
+The result is y, the probability that each listed word is shown at each segment of a take. One ridge
+regression on y gives the map, and also the evidence for every take from the map without that take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.places.interval_labels import Actions, complete_labels, label_intervals
+from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
+from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.language import vocabulary
+from motiondb.meaning.maps.listed_takes import ListedTakes
+from motiondb.meaning.maps.place_map import (
+    fit_place_map,
+    fit_places,
+    left_out_evidence,
+    map_places,
+    take_weights,
+)
+
+LEAST_INFERRED = 0.01
+"""Least y of an inferred word that is kept; less hardly changes the map. Chosen by hand."""
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Places of the listed words of every take that was used in learning.
+
+    Attributes
+    ----------
+    words : dict
+        Capture number -> numbers of its listed words, rising.
+    shown : dict
+        Capture number -> array (segments, listed words), y of the module's docstring.
+    inferred : dict
+        Capture number -> words of labels in other takes that its segments resemble, rising. Its own
+        captions do not list them. Only captures that have any.
+    inferred_shown : dict
+        Capture number -> array (segments, inferred words), their y.
+    """
+
+    words: Mapping[int, tuple[int, ...]]
+    shown: Mapping[int, FloatArray]
+    inferred: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    inferred_shown: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    def only(self, captures: Container[int]) -> Places:
+        """The places of some captures."""
+        kept = [c for c in self.words if c in captures]
+        inferred = [c for c in self.inferred if c in captures]
+        return Places(
+            {c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept},
+            {c: self.inferred[c] for c in inferred}, {c: self.inferred_shown[c] for c in inferred},
+        )  # fmt: skip
+
+    def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that captions of this performer's captures list."""
+        listed: dict[str, set[int]] = {}
+        for capture, words in self.words.items():
+            listed.setdefault(performers[capture], set()).update(words)
+        return listed
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """The captions, and the learned words.
+
+    Attributes
+    ----------
+    captions : dict
+        Capture number -> captions.
+    synonyms : dict
+        Lemma -> canonical lemma.
+    lemmas : dict
+        Lemmas that the dictionary gave.
+    numbers : dict
+        Word -> its number in the vocabulary.
+    """
+
+    captions: Mapping[int, tuple[Caption, ...]]
+    synonyms: Mapping[str, str]
+    lemmas: Mapping[str, str]
+    numbers: Mapping[str, int]
+
+    def actions(self, caption: Caption) -> Actions:
+        """Actions of a caption in the vocabulary; those without a known word are left out."""
+        split = vocabulary.split_actions(caption.words, self.synonyms, self.lemmas)
+        known = ([self.numbers[w] for w in action if w in self.numbers] for action in split)
+        return [action for action in known if action]
+
+    def of_whole(self, capture: int) -> list[Actions]:
+        """Actions of every caption of the whole capture, those without any left out."""
+        rows = [c for c in self.captions.get(capture, ()) if not is_interval(c)]
+        return [actions for actions in map(self.actions, rows) if actions]
+
+    def of_intervals(self, capture: int) -> list[tuple[Caption, Actions]]:
+        """Captions of intervals with their actions, those without any left out."""
+        rows = [c for c in self.captions.get(capture, ()) if is_interval(c)]
+        return [(c, actions) for c, actions in zip(rows, map(self.actions, rows)) if actions]
+
+
+@dataclass(frozen=True, eq=False)
+class _Take:
+    """One take's part of :class:`~motiondb.meaning.maps.place_map.ListedTakes`."""
+
+    actions: Actions
+    further: list[int]
+    labelled: FloatArray | None
+
+
+def is_interval(caption: Caption) -> bool:
+    """Whether a caption describes a part of its capture."""
+    return caption.start is not None or caption.end is not None
+
+
+def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
+    """Find where the actions of captions happen; None if no caption holds a known word.
+
+    Parameters
+    ----------
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    written : Written
+        Captions and the vocabulary.
+    """
+    listed = listed_takes(table, standardised, written)
+    if listed is None:
+        return None
+    captures, takes = listed
+    with one_blas_thread():  # many small systems
+        fitted = fit_place_map(takes)
+    words, shown = {}, {}
+    inferred, inferred_shown = {}, {}
+    for n, (capture, inside) in enumerate(zip(captures, takes.rows())):
+        y = fitted.shown[inside]
+        said = _said_words(takes, n, inside)
+        words[capture] = tuple(sorted(said))
+        shown[capture] = y[:, list(words[capture])]
+        others = set(np.flatnonzero((y > LEAST_INFERRED).any(axis=0)).tolist()) - said
+        if others:
+            inferred[capture] = tuple(sorted(others))
+            inferred_shown[capture] = y[:, list(inferred[capture])]
+    return Places(words, shown, inferred, inferred_shown)
+
+
+def _said_words(takes: ListedTakes, n: int, rows: slice) -> set[int]:
+    """The words of all captions of take n, and those that its labels say are not shown."""
+    said = {word for action in takes.actions[n] for word in action} | set(takes.further[n])
+    if takes.labelled is not None:
+        labelled = ~np.isnan(takes.labelled[rows]).all(axis=0)
+        said |= set(np.flatnonzero(labelled).tolist())
+    return said
+
+
+def listed_takes(
+    table: SegmentTable, standardised: FloatArray, written: Written
+) -> tuple[list[int], ListedTakes] | None:
+    """Capture numbers and takes whose captions have known words; None if there are none."""
+    rows = capture_rows(table)
+    takes: dict[int, _Take] = {}
+    for capture, inside in rows.items():
+        take = _listed(table, inside, written, capture)
+        if take is not None:
+            takes[capture] = take
+    if not takes:
+        return None
+    n_words = len(written.numbers)
+    labelled = None
+    if any(take.labelled is not None for take in takes.values()):
+        labelled = np.concatenate([
+            np.full((rows[c].stop - rows[c].start, n_words), np.nan)
+            if take.labelled is None else take.labelled
+            for c, take in takes.items()
+        ])  # fmt: skip
+    vectors, seconds, owners = _stacked(table, standardised, list(takes))
+    actions = [take.actions for take in takes.values()]
+    further = [take.further for take in takes.values()]
+    return list(takes), ListedTakes(vectors, seconds, owners, actions, further, n_words, labelled)
+
+
+def place_evidence(
+    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+) -> dict[int, FloatArray]:
+    """Evidence that each word is shown at each segment, per capture: arrays (segments, words).
+
+    For a take that was used in learning, the map is fitted without it; other takes use the map of
+    all.
+
+    Parameters
+    ----------
+    places : Places
+        Of at least one capture of the table; of others they are ignored.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    """
+    rows = capture_rows(table)
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, shown)
+    evidence_of = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+    others = [capture for capture in rows if capture not in evidence_of]
+    if others:
+        fit = map_places(takes.vectors, shown, take_weights(takes))
+        for capture in others:
+            evidence_of[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
+    return evidence_of
+
+
+def unplaced_evidence(
+    places: Places | None,
+    said: Mapping[int, tuple[frozenset[int], int]],
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+) -> dict[int, FloatArray]:
+    """Evidence for every word without its places, per capture: arrays (segments, words).
+
+    As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
+    each by 1 / sqrt(actions of the take). Only takes that were used in learning get evidence, each
+    by the map of all others.
+
+    Parameters
+    ----------
+    places : Places or None
+        Places; where no capture of the table has any, there is no evidence.
+    said : dict
+        Capture number -> numbers of its words, and of the actions that these name.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    """
+    if places is None or not places.only(capture_rows(table)).words:
+        return {}
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    even = np.zeros_like(shown)
+    for capture, inside in zip(captures, takes.rows()):
+        words, n_actions = said.get(capture, (frozenset[int](), 1))
+        even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, even)
+    return {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+
+
+def evidence_by_others(
+    places: Places,
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+    performers: Mapping[int, str],
+) -> dict[int, FloatArray]:
+    """Evidence as :func:`place_evidence`, for every capture by the map of other performers.
+
+    Parameters
+    ----------
+    places : Places
+        Of at least one capture of the table.
+    table : SegmentTable
+        Segments of all captures.
+    standardised : array (segments, columns)
+        Standardised scores and movement of all segments.
+    n_words : int
+        Size of the vocabulary.
+    performers : dict
+        Capture number -> performer.
+    """
+    rows = capture_rows(table)
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    owners = np.array([performers[c] for c in captures])[takes.owners]
+    evidence_of = {}
+    with one_blas_thread():  # many small systems
+        fit = fit_places(takes, shown)
+        for name in sorted({performers[c] for c in rows}):
+            others = fit.without(np.flatnonzero(owners == name))
+            for capture in (c for c in rows if performers[c] == name):
+                vectors = window_vectors(table, standardised, rows[capture])
+                evidence_of[capture] = others.evidence(vectors)
+    return evidence_of
+
+
+def placed_takes(
+    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+) -> tuple[list[int], ListedTakes, FloatArray]:
+    """Captures, takes and y (rows, words) of the captures of a table that took part."""
+    rows = capture_rows(table)
+    captures = [c for c in rows if c in places.words]
+    vectors, seconds, owners = _stacked(table, standardised, captures)
+    shown = np.zeros((len(vectors), n_words))
+    actions = [[places.words[c]] for c in captures]
+    takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
+    for capture, inside in zip(captures, takes.rows()):
+        shown[inside, list(places.words[capture])] = places.shown[capture]
+        if capture in places.inferred:
+            shown[inside, list(places.inferred[capture])] = places.inferred_shown[capture]
+    return captures, takes, shown
+
+
+def window_vectors(table: SegmentTable, standardised: FloatArray, rows: slice) -> FloatArray:
+    """Vectors of the windows around the segments of one capture: array (segments, columns)."""
+    starts, ends = table.starts[rows], table.ends[rows]
+    return interval_vectors(
+        standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
+    )
+
+
+def _stacked(
+    table: SegmentTable, standardised: FloatArray, captures: Sequence[int]
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Window vectors, seconds and take numbers of the segments of some captures."""
+    rows = capture_rows(table)
+    vectors = [window_vectors(table, standardised, rows[c]) for c in captures]
+    seconds = [(table.ends - table.starts)[rows[c]] / MOTION_FPS for c in captures]
+    owners = np.repeat(np.arange(len(captures), dtype=np.int64), [len(v) for v in vectors])
+    return np.concatenate(vectors), np.concatenate(seconds), owners
+
+
+def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:
+    """The captions of one capture; None if they have no known words."""
+    wholes, parts = written.of_whole(capture), written.of_intervals(capture)
+    if not wholes and not parts:
+        return None
+    said = sorted({word for _, actions in parts for action in actions for word in action})
+    labelled = label_intervals(table, rows, parts, not wholes, len(written.numbers))
+    if not wholes:
+        return _Take([said], [], labelled)
+    order = max(wholes, key=len)
+    listed = {word for action in order for word in action}
+    others = {word for actions in wholes for action in actions for word in action}
+    if labelled is not None:
+        complete_labels(labelled, [set(action) for actions in wholes for action in actions])
+    return _Take(order, sorted(others - listed), labelled)

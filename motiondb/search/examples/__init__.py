@@ -1,1 +1,0 @@
-"""Search by example: alignment, warping and the extent of an activity."""

@@ -1,0 +1,303 @@
+"""Where an answer shows each part of a question, with its certainty.
+
+The word map determines which captures answer, and their scores (``search.by_question``). The
+position in the capture follows from the evidence of places
+(:mod:`motiondb.meaning.places.place_fitting`) and the captions of intervals. Two probabilities
+belong to a part: that the capture shows it, and that the interval does, which is the first times
+the probability that the place is right where the capture shows it
+(:mod:`motiondb.meaning.certainty.place_certainty`).
+
+The place is unknown under two conditions: the interval is more likely wrong than right, or no other
+capture's captions list the words; and a caption of the whole capture is the only evidence for the
+part, which by the motion alone is more likely not shown.
+
+The interval ends where the evidence for each frame falls to half of its peak
+(:mod:`motiondb.meaning.maps.edge_map`), so that a short action has the boundaries of the movement
+and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
+then it shows one long activity, and not a short action with something else around it. The
+probability is that of the interval before its boundaries are refined, and so is the comparison of
+an answer with others.
+
+Databases that learned before there was evidence of places keep the intervals of the word map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import prod
+
+from motiondb.search.answer_chances import PartChance
+from motiondb.meaning.certainty.place_certainty import (
+    PlaceCertainty,
+    count_performers,
+    interval_cues,
+)
+from motiondb.learn.learned import Learned
+from motiondb.body.features import FEATURE_STEP
+from motiondb.records import Float32Array, FloatArray
+from motiondb.meaning.evidence import by_question
+from motiondb.meaning.evidence.by_question import PlacedReading, QuestionHit
+from motiondb.meaning.maps.edge_map import refine_interval
+from motiondb.language.question.readings import Part, Reading
+
+Features = Callable[[int], Float32Array]
+"""Capture number -> recognition features (frames, 130), 15 a second."""
+
+LIKELY = 0.5
+"""Probability above which a statement is more likely true than not."""
+NARROW = 0.6
+"""Largest share of its interval that a short action fills. An activity that fills more keeps the
+boundaries of segments: people mark its preparation and its end as parts of it. Chosen among .3 to
+.7 with the marked actions and the parts of long takes in view (``docs/quality.md``, "Boundaries of
+short actions" and "By word")."""
+
+
+@dataclass(frozen=True)
+class PartPlace:
+    """Where a capture shows one part of a question.
+
+    Attributes
+    ----------
+    start : int
+        First frame; that of the whole capture if the place is unknown.
+    end : int
+        Last frame + 1; that of the whole capture if the place is unknown.
+    probability : float or None
+        Probability that the capture shows the part; None if it is not known.
+    right : float or None
+        Probability that the interval is right, given that the capture shows the part; None if it is
+        not known. Whether the capture shows one action throughout is judged mostly by its length
+        (:mod:`motiondb.meaning.certainty.place_certainty`).
+    unknown : bool
+        Whether the place is unknown.
+    """
+
+    start: int
+    end: int
+    probability: float | None
+    right: float | None = None
+    unknown: bool = False
+
+    @property
+    def interval_probability(self) -> float | None:
+        """Probability that the interval shows the part; None if this or the place is not known."""
+        if self.unknown or self.probability is None or self.right is None:
+            return None
+        return self.probability * self.right
+
+
+def place_answer(
+    learned: Learned,
+    capture: int,
+    hit: QuestionHit,
+    reading: Reading,
+    said: Sequence[PartChance | None],
+    written: bool = True,
+) -> tuple[PartPlace, ...]:
+    """Where a capture shows every part of a reading.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    capture : int
+        Number of the capture.
+    hit : QuestionHit
+        The answer.
+    reading : Reading
+        The reading that it answers.
+    said : sequence of (PartChance or None)
+        The certainty that the capture shows each part.
+    written : bool
+        Whether captions count as evidence, in addition to the motion.
+    """
+    sure = [None if one is None else one.probability for one in said]
+    placed = _placed(learned, capture, reading, written)
+    if placed is None:
+        return tuple(
+            _unplaced(learned, capture, part, span, one, written)
+            for part, span, one in zip(reading.parts, hit.parts, said)
+        )
+    ends = int(placed.starts[0]), int(placed.ends[-1])
+    places = []
+    for k, (first, behind) in enumerate(placed.spans):
+        span = int(placed.starts[first]), int(placed.ends[behind - 1])
+        part = reading.parts[k]
+        right = None if sure[k] is None else _right(learned, capture, placed, part, k)
+        labelled = written and _is_labelled(learned, capture, part)
+        unknown = (
+            not labelled
+            and _only_by_caption(said[k])
+            and (
+                not _is_placed_elsewhere(learned, capture, part)
+                if right is None
+                else right < LIKELY
+            )
+        )
+        places.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
+    return tuple(places)
+
+
+def refine_places(
+    learned: Learned,
+    capture: int,
+    reading: Reading,
+    places: Sequence[PartPlace],
+    features: Features,
+    written: bool = True,
+) -> tuple[PartPlace, ...]:
+    """Places with the boundaries that the evidence for each frame gives.
+
+    A part keeps its frames where its place is unknown or labelled by a person, and where it asks
+    for nothing, for a least length, or for words whose places were not learned, and where more than
+    ``NARROW`` of it would remain. No part is extended into another one.
+
+    Parameters
+    ----------
+    learned : Learned
+        What was learned.
+    capture : int
+        Number of the capture.
+    reading : Reading
+        The reading that is answered.
+    places : sequence of PartPlace
+        Places of its parts, from :func:`place_answer`.
+    features : callable
+        Recognition features of a capture.
+    written : bool
+        Whether captions count as evidence, in addition to the motion.
+    """
+    edges = learned.edges
+    kept = [
+        edges is None or place.unknown or not part.actions or part.seconds > 0.0
+        or not learned.placed_words.issuperset(_words(learned, part))
+        or (written and _is_labelled(learned, capture, part))
+        for place, part in zip(places, reading.parts)
+    ]  # fmt: skip
+    if edges is None or all(kept):
+        return tuple(places)
+    frames = learned.feature_space.project(features(capture))
+    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
+    refined, end = [], 0
+    for k, place in enumerate(places):
+        if not kept[k]:
+            evidence = edges.evidence(frames, _words(learned, reading.parts[k]))
+            start, stop = _refined(evidence, (place.start, place.end), (end, bounds[k + 1]))
+            place = replace(place, start=start, end=stop)
+        refined.append(place)
+        end = place.end
+    return tuple(refined)
+
+
+def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int]) -> tuple[int, int]:
+    """Frames of the motion, from those of an interval and of its room."""
+    last = len(evidence)
+    low, high = span[0] // FEATURE_STEP, min(-(-span[1] // FEATURE_STEP), last)
+    limits = -(-room[0] // FEATURE_STEP), min(room[1] // FEATURE_STEP, last)
+    if low >= high:
+        return span
+    start, end = refine_interval(evidence, (low, high), limits)
+    if NARROW * (high - low) < end - start <= high - low:
+        return span
+    return (
+        span[0] if start == low else FEATURE_STEP * start,
+        span[1] if end == high else FEATURE_STEP * end,
+    )
+
+
+def interval_probability(
+    probability: float | None, parts: Sequence[PartPlace], reading: Reading
+) -> float | None:
+    """Probability that the intervals of an answer show the requested actions; None: not known.
+
+    Parameters
+    ----------
+    probability : float or None
+        Probability that the capture shows the actions.
+    parts : sequence of PartPlace
+        Places of the parts of the question.
+    reading : Reading
+        The reading of the question that was answered.
+    """
+    asked = [place for place, part in zip(parts, reading.parts) if part.actions]
+    right = [place.right for place in asked if place.right is not None and not place.unknown]
+    if probability is None or not asked or len(right) < len(asked):
+        return None
+    return probability * prod(right)
+
+
+def _placed(
+    learned: Learned, capture: int, reading: Reading, written: bool
+) -> PlacedReading | None:
+    """Places by the evidence of places; None without it, or where it has no room for the parts.
+
+    There is no such evidence for words that no caption held when the database learned.
+    """
+    take = learned.place_takes.get(capture)
+    asked = {learned.word_numbers[w] for part in reading.parts for a in part.actions for w in a}
+    if take is None or not asked <= learned.placed_words:
+        return None
+    said = learned.said_places.get(capture) if written else None
+    if said is not None:
+        take = replace(take, windows=take.windows + said)
+    return by_question.place_reading(take, reading, learned.word_numbers)
+
+
+def _unplaced(
+    learned: Learned,
+    capture: int,
+    part: Part,
+    span: tuple[int, int],
+    said: PartChance | None,
+    written: bool,
+) -> PartPlace:
+    """The interval of an answer without evidence of places.
+
+    It is unknown where only a caption of the whole capture has the words, and own captions have not
+    checked what the motion says.
+    """
+    unchecked = said is not None and said.probability is None and _only_by_caption(said)
+    if unchecked and not (written and _is_labelled(learned, capture, part)):
+        take = learned.takes[capture]
+        return PartPlace(int(take.starts[0]), int(take.ends[-1]), None, None, True)
+    return PartPlace(*span, None if said is None else said.probability)
+
+
+def _right(
+    learned: Learned, capture: int, placed: PlacedReading, part: Part, k: int
+) -> float | None:
+    """Probability that the interval of part k is right; None if it was not learned.
+
+    Nor is it known if no captions of other performers hold the words.
+    """
+    sure = learned.certainties.place
+    performer = learned.performers[capture]
+    support = count_performers(learned.listed_by, _words(learned, part), [performer])
+    if sure is None or not support:
+        return None
+    cues = interval_cues(placed.values[k], placed.ends, *placed.spans[k], support)
+    return PlaceCertainty(sure, learned.certainties.single).probability(cues)
+
+
+def _only_by_caption(said: PartChance | None) -> bool:
+    """Whether only a caption of the whole capture speaks for a part."""
+    return said is not None and said.by_caption and said.by_motion < LIKELY
+
+
+def _is_placed_elsewhere(learned: Learned, capture: int, part: Part) -> bool:
+    """Whether captions of other captures list all words of a part."""
+    places = {} if learned.places is None else learned.places.words
+    others = [words for other, words in places.items() if other != capture]
+    return all(any(word in words for words in others) for word in _words(learned, part))
+
+
+def _is_labelled(learned: Learned, capture: int, part: Part) -> bool:
+    """Whether captions of intervals say all words of a part."""
+    said = learned.said_places.get(capture)
+    return said is not None and bool((said[:, _words(learned, part)].max(axis=0) > 0.0).all())
+
+
+def _words(learned: Learned, part: Part) -> list[int]:
+    """Numbers of the words that a part asks for."""
+    return [learned.word_numbers[word] for action in part.actions for word in action]

@@ -1,0 +1,338 @@
+"""Decomposition of the score of an answer into words, symbols and frames.
+
+The log-odds of a word in a window are linear in the window's score vector v (``words.word_map``):
+
+    log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
+
+with z_i the standardised scores of segment i and f_i its frames inside the window. Segment i
+therefore contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's symbol.
+Shares are already averaged over an action's words and over the windows (that of the action and the
+whole capture). The log-odds of several actions together are not the mean of their log-odds; the
+difference is one further part, ``together``. Excluded words are decomposed in the same way, and
+every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested
+words, ``together``, these amounts and the contributions of the words to a whole caption
+(``as_caption``) sum (``math.fsum``) to exactly the number by which the answer is ranked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.records import FloatArray, IntArray
+from motiondb.meaning.evidence.by_words import joint_log_odds
+
+
+@dataclass(frozen=True)
+class Share:
+    """Contribution of one segment to an answer's log-odds.
+
+    Attributes
+    ----------
+    symbol : int
+        Symbol of the segment.
+    start : int
+        First frame.
+    end : int
+        One past the last frame.
+    amount : float
+        The contribution, nats.
+    """
+
+    symbol: int
+    start: int
+    end: int
+    amount: float
+
+
+@dataclass(frozen=True)
+class WordReason:
+    """Contribution of one word of the query to an answer.
+
+    Attributes
+    ----------
+    word : int
+        Number in the vocabulary.
+    action : int
+        Number of its action.
+    log_odds : float
+        Log-odds of the word alone: mean of its window and of the whole capture.
+    prior : float
+        Contribution of the word's frequency, before any motion is considered.
+    written : float
+        Contribution of captions of the capture.
+    shares : tuple of Share
+        Contributions of the segments, in order of time.
+    exclusion : int
+        Number of the exclusion that the word belongs to, -1 if it is requested. The parts of an
+        excluded word sum to its share of the log-odds of its action, not to anything that is added
+        to the answer.
+    as_caption : float
+        What the word adds because the whole question is similar to the caption that the motion
+        suggests. It is not part of the log-odds of the word's action.
+    """
+
+    word: int
+    action: int
+    log_odds: float
+    prior: float
+    written: float
+    shares: tuple[Share, ...]
+    exclusion: int = -1
+    as_caption: float = 0.0
+
+    @property
+    def parts(self) -> tuple[float, ...]:
+        """All summands of the log-odds of the word's action that are due to this word."""
+        return (self.prior, self.written, *(share.amount for share in self.shares))
+
+    @property
+    def contribution(self) -> float:
+        """Sum of the parts, and of the contribution of the word to the whole caption."""
+        return math.fsum([*self.parts, self.as_caption])
+
+    @property
+    def log_probability(self) -> float:
+        """log P(word), nats, from ``log_odds``."""
+        return -float(np.logaddexp(0.0, -self.log_odds))
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """The data from which the log-odds of one word in one capture are computed.
+
+    Attributes
+    ----------
+    constant : float
+        const_w of the module.
+    slope : array (symbols,)
+        k_w of the module.
+    standardised : array (segments, symbols)
+        Standardised scores of the segments.
+    starts : array (segments,)
+        First frame of each segment.
+    ends : array (segments,)
+        One past the last frame of each segment.
+    symbols : array (segments,)
+        Symbols of the segments.
+    written : array (segments,)
+        Log-odds that captions add, 0 without captions.
+    """
+
+    constant: float
+    slope: FloatArray
+    standardised: FloatArray
+    starts: IntArray
+    ends: IntArray
+    symbols: IntArray
+    written: FloatArray
+
+
+def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
+    """Contribution of every segment to a word's log-odds in a window: array (segments,).
+
+    Parameters
+    ----------
+    evidence : Evidence
+        The capture and the word.
+    low : int
+        First frame of the window.
+    high : int
+        One past the last frame of the window.
+    """
+    inside = np.minimum(evidence.ends, high) - np.maximum(evidence.starts, low)
+    weights = np.maximum(inside, 0).astype(np.float64)
+    length = float(np.linalg.norm(weights @ evidence.standardised))
+    return weights * (evidence.standardised @ evidence.slope) / (length if length > 0 else 1.0)
+
+
+@dataclass(frozen=True)
+class Look:
+    """The windows of a capture in which an action is evaluated.
+
+    Attributes
+    ----------
+    windows : tuple of (int, int)
+        Frames of every window.
+    peaks : tuple of int
+        Numbers of the segments at their centres.
+    weights : tuple of float
+        Their weights, which sum to 1.
+    near : float
+        Share of the windows; the rest is of the whole capture.
+    """
+
+    windows: tuple[tuple[int, int], ...]
+    peaks: tuple[int, ...]
+    weights: tuple[float, ...]
+    near: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """A word's place in a question.
+
+    Attributes
+    ----------
+    action : int
+        Number of its action.
+    weight : float
+        Weight of the word: 1 / (requested actions * words of the action); for an excluded word
+        1 / words of the action.
+    exclusion : int
+        Number of its exclusion, -1 if it is requested.
+    """
+
+    action: int
+    weight: float
+    exclusion: int = -1
+
+
+def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> WordReason:
+    """Decompose the contribution of one word to an answer.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        The capture and the word.
+    word : int
+        Number of the word in the vocabulary.
+    look : Look
+        Windows in which the word is evaluated, in addition to the whole capture.
+    place : Place
+        Its place in the question.
+    """
+    amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
+    said = (1.0 - look.near) * float(evidence.written.max())
+    for window, peak, weight in zip(look.windows, look.peaks, look.weights):
+        amounts = amounts + look.near * weight * segment_shares(evidence, *window)
+        said += look.near * weight * float(evidence.written[peak])
+    shares = tuple(
+        Share(int(symbol), int(start), int(end), float(place.weight * amount))
+        for symbol, start, end, amount in zip(
+            evidence.symbols, evidence.starts, evidence.ends, amounts
+        )
+    )
+    log_odds = math.fsum([evidence.constant, said, *amounts])
+    return WordReason(
+        word, place.action, log_odds, place.weight * evidence.constant, place.weight * said,
+        shares, place.exclusion,
+    )  # fmt: skip
+
+
+def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
+    """Log-odds of every requested action alone, and the part that captions add.
+
+    Parameters
+    ----------
+    reasons : sequence of WordReason
+        The reasons of one answer.
+    """
+    asked = [reason for reason in reasons if reason.exclusion < 0]
+    actions = sorted({reason.action for reason in asked})
+    odds = []
+    for k in actions:
+        of_action = [reason for reason in asked if reason.action == k]
+        log_odds = math.fsum(p for reason in of_action for p in reason.parts)
+        written = math.fsum(reason.written for reason in of_action)
+        odds.append((len(actions) * log_odds, len(actions) * written))
+    return odds
+
+
+def together(reasons: Sequence[WordReason]) -> float:
+    """Log-odds of all actions together, less the mean of their log-odds (0 for one action).
+
+    Parameters
+    ----------
+    reasons : sequence of WordReason
+        The reasons of one answer.
+    """
+    each = [log_odds for log_odds, _ in by_action(reasons)]
+    if len(each) < 2:
+        return 0.0
+    return joint_log_odds(each) - math.fsum(asked_parts(reasons))
+
+
+def asked_parts(reasons: Sequence[WordReason]) -> list[float]:
+    """Every part of every requested word."""
+    return [part for reason in reasons if reason.exclusion < 0 for part in reason.parts]
+
+
+@dataclass(frozen=True)
+class Lowering:
+    """The reduction of an answer by one exclusion.
+
+    Attributes
+    ----------
+    exclusion : int
+        Its number.
+    actions : tuple of (float, float)
+        For each excluded action its log-odds, and the part of them that captions add.
+    log_odds : float
+        Log-odds that all of them are seen.
+    amount : float
+        The contribution of the exclusion to the answer's log-odds: at most 0, except for the first
+        exclusion of a question without requested actions, for which it is -log_odds.
+    """
+
+    exclusion: int
+    actions: tuple[tuple[float, float], ...]
+    log_odds: float
+    amount: float
+
+
+def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
+    """The reductions of an answer by its exclusions, in order; each after the earlier ones."""
+    statements = [log_odds for log_odds, _ in by_action(reasons)]
+    lowered = []
+    for number in sorted({reason.exclusion for reason in reasons if reason.exclusion >= 0}):
+        excluding = [reason for reason in reasons if reason.exclusion == number]
+        each = []
+        for action in sorted({reason.action for reason in excluding}):
+            words = [reason for reason in excluding if reason.action == action]
+            log_odds = math.fsum(part for reason in words for part in reason.parts)
+            each.append((log_odds, math.fsum(reason.written for reason in words)))
+        joint = joint_log_odds([log_odds for log_odds, _ in each])
+        before = joint_log_odds(statements) if statements else 0.0
+        statements.append(-joint)
+        amount = joint_log_odds(statements) - before
+        lowered.append(Lowering(number, tuple(each), joint, amount))
+    return lowered
+
+
+def total(reasons: Sequence[WordReason]) -> float:
+    """The number that ranks the answer: the exactly rounded sum of all parts and lowerings.
+
+    The log-odds of the answer, with the contribution of the question as a whole caption.
+
+    Parameters
+    ----------
+    reasons : sequence of WordReason
+        The reasons of one answer.
+    """
+    amounts = [lowering.amount for lowering in lowerings(reasons)]
+    captions = [reason.as_caption for reason in reasons]
+    return math.fsum([*asked_parts(reasons), *captions, together(reasons), *amounts])
+
+
+def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
+    """Shares of largest absolute value; those of neighbours with one symbol are added first.
+
+    Parameters
+    ----------
+    reason : WordReason
+        The reason of one word.
+    limit : int, optional
+        Largest number of shares.
+    """
+    joined: list[Share] = []
+    for share in reason.shares:
+        if joined and joined[-1].symbol == share.symbol and joined[-1].end == share.start:
+            last = joined[-1]
+            joined[-1] = Share(last.symbol, last.start, share.end, last.amount + share.amount)
+        else:
+            joined.append(share)
+    return sorted(joined, key=lambda share: -abs(share.amount))[:limit]

@@ -1,1 +1,0 @@
-"""Vectors that describe an interval of motion."""

@@ -1,1 +1,0 @@
-"""How many symbols there are and which: first groups, competitive learning, description length."""

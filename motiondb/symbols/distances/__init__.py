@@ -1,1 +1,0 @@
-"""Distances between symbols, the space that approximates them, and its clusters."""

@@ -1,1 +1,0 @@
-"""Left-to-right Gaussian HMMs of all symbols: scoring, fitting, and segmentation of takes."""

@@ -1,1 +1,0 @@
-"""Segments of captures before there are symbols, and activities of long takes."""

@@ -1,1 +1,0 @@
-"""Words of captures: vocabulary, association with motion symbols, decoding."""

@@ -1,1 +1,0 @@
-"""From captions and questions to words: lemmas, synonyms and the vocabulary."""

@@ -1,1 +1,0 @@
-"""Statistical translation between symbols and words: association, transitions and decoding."""

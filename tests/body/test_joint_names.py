@@ -1,0 +1,188 @@
+"""Joint names: every convention on a made-up skeleton, user maps, and the messages."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motiondb.errors import SkeletonError
+from motiondb.body import body
+from motiondb.body.joint_names import CONVENTIONS, REQUIRED, joint_map, normalised
+from motiondb.records import Skeleton
+
+SPELLINGS = {
+    "CMU ASF": """root lhipjoint lfemur ltibia lfoot ltoes rhipjoint rfemur rtibia rfoot rtoes
+        lowerback upperback thorax lowerneck upperneck head lclavicle lhumerus lradius lwrist lhand
+        rclavicle rhumerus rradius rwrist rhand""",
+    "CMU BVH": """Hips LHipJoint LeftHip LeftKnee LeftAnkle LeftToe RHipJoint RightHip RightKnee
+        RightAnkle RightToe lowerback Chest Chest2 lowerneck Neck Head LeftCollar LeftShoulder
+        LeftElbow LeftWrist RightCollar RightShoulder RightElbow RightWrist""",
+    "BVH hip-knee-ankle": """Hips Chest Chest2 Neck Head LeftCollar LeftShoulder LeftElbow LeftWrist
+        RightCollar RightShoulder RightElbow RightWrist LeftHip LeftKnee LeftAnkle LeftToe RightHip
+        RightKnee RightAnkle RightToe""",
+    "Mixamo / MotionBuilder": """mixamorig:Hips mixamorig:Spine mixamorig:Spine1 mixamorig:Spine2
+        mixamorig:Neck mixamorig:Head mixamorig:LeftShoulder mixamorig:LeftArm
+        mixamorig:LeftForeArm mixamorig:LeftHand mixamorig:RightShoulder mixamorig:RightArm
+        mixamorig:RightForeArm mixamorig:RightHand mixamorig:LeftUpLeg mixamorig:LeftLeg
+        mixamorig:LeftFoot mixamorig:LeftToeBase mixamorig:RightUpLeg mixamorig:RightLeg
+        mixamorig:RightFoot mixamorig:RightToeBase""",
+    "MotionBuilder without toes and hands": """Neo_Hips Neo_LeftUpLeg Neo_LeftLeg Neo_LeftFoot
+        Neo_RightUpLeg Neo_RightLeg Neo_RightFoot Neo_Spine Neo_Spine1 Neo_Spine2 Neo_LeftShoulder
+        Neo_LeftArm Neo_LeftForeArm Neo_RightShoulder Neo_RightArm Neo_RightForeArm Neo_Neck
+        end:Neo_LeftFoot end:Neo_RightFoot end:Neo_LeftForeArm end:Neo_RightForeArm end:Neo_Neck""",
+    "MotionBuilder with two spines": """Hips Spine Spine1 Neck Head LeftShoulder LeftArm LeftForeArm
+        LeftHand RightShoulder RightArm RightForeArm RightHand LeftUpLeg LeftLeg LeftFoot
+        LeftToeBase RightUpLeg RightLeg RightFoot RightToeBase""",
+    "Poser": """hip abdomen chest neck head rCollar rShldr rForeArm rHand lCollar lShldr lForeArm
+        lHand rButtock rThigh rShin rFoot lButtock lThigh lShin lFoot end:rFoot end:lFoot""",
+    "Character Creator": """CC_Base_Hip CC_Base_Pelvis CC_Base_L_Thigh CC_Base_L_Calf CC_Base_L_Foot
+        CC_Base_L_ToeBaseShareBone CC_Base_L_ToeBase CC_Base_R_Thigh CC_Base_R_Calf CC_Base_R_Foot
+        CC_Base_R_ToeBase CC_Base_Waist CC_Base_Spine01 CC_Base_Spine02 CC_Base_NeckTwist01
+        CC_Base_NeckTwist02 CC_Base_Head CC_Base_L_Clavicle CC_Base_L_Upperarm CC_Base_L_Forearm
+        CC_Base_L_Hand CC_Base_R_Clavicle CC_Base_R_Upperarm CC_Base_R_Forearm CC_Base_R_Hand""",
+    "Bandai-Namco": """joint_Root Hips Spine Chest Neck Head Shoulder_L UpperArm_L LowerArm_L Hand_L
+        Shoulder_R UpperArm_R LowerArm_R Hand_R UpperLeg_L LowerLeg_L Foot_L Toes_L UpperLeg_R
+        LowerLeg_R Foot_R Toes_R""",
+    "SMPL": """Pelvis L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot R_Foot
+        Neck L_Collar R_Collar Head L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist R_Wrist""",
+    "DeepMimic": """root chest neck right_hip right_knee right_ankle right_shoulder right_elbow
+        left_hip left_knee left_ankle left_shoulder left_elbow end:neck end:right_ankle
+        end:left_ankle end:right_elbow end:left_elbow""",
+    "3ds Max Biped": """Bip01 Bip01_Pelvis Bip01_Spine Bip01_Spine1 Bip01_Spine2 Bip01_Neck
+        Bip01_Head Bip01_L_Clavicle Bip01_L_UpperArm Bip01_L_Forearm Bip01_L_Hand Bip01_R_Clavicle
+        Bip01_R_UpperArm Bip01_R_Forearm Bip01_R_Hand Bip01_L_Thigh Bip01_L_Calf Bip01_L_Foot
+        Bip01_L_Toe0 Bip01_R_Thigh Bip01_R_Calf Bip01_R_Foot Bip01_R_Toe0""",
+    "Xsens BVH": """Hips Chest Chest2 Chest3 Chest4 Neck Head RightCollar RightShoulder RightElbow
+        RightWrist LeftCollar LeftShoulder LeftElbow LeftWrist RightHip RightKnee RightAnkle
+        RightToe LeftHip LeftKnee LeftAnkle LeftToe""",
+    "Rigify": """root DEF-spine DEF-spine.001 DEF-spine.002 DEF-spine.003 DEF-spine.004
+        DEF-spine.005 DEF-spine.006 DEF-shoulder.L DEF-upper_arm.L DEF-upper_arm.L.001
+        DEF-forearm.L DEF-forearm.L.001 DEF-hand.L DEF-shoulder.R DEF-upper_arm.R
+        DEF-upper_arm.R.001 DEF-forearm.R DEF-forearm.R.001 DEF-hand.R DEF-thigh.L DEF-thigh.L.001
+        DEF-shin.L DEF-shin.L.001 DEF-foot.L DEF-toe.L DEF-thigh.R DEF-thigh.R.001 DEF-shin.R
+        DEF-shin.R.001 DEF-foot.R DEF-toe.R""",
+    "Blender": """hips spine chest neck head shoulder.L upper_arm.L forearm.L hand.L shoulder.R
+        upper_arm.R forearm.R hand.R thigh.L shin.L foot.L toe.L thigh.R shin.R foot.R toe.R""",
+    "Unreal": """root pelvis spine_01 spine_02 spine_03 clavicle_l upperarm_l lowerarm_l hand_l
+        clavicle_r upperarm_r lowerarm_r hand_r neck_01 head thigh_l calf_l foot_l ball_l thigh_r
+        calf_r foot_r ball_r""",
+    "Unity Humanoid": """Hips Spine Chest UpperChest Neck Head LeftShoulder LeftUpperArm
+        LeftLowerArm LeftHand RightShoulder RightUpperArm RightLowerArm RightHand LeftUpperLeg
+        LeftLowerLeg LeftFoot LeftToes RightUpperLeg RightLowerLeg RightFoot RightToes""",
+    "Xsens": """Pelvis L5 L3 T12 T8 Neck Head RightShoulder RightUpperArm RightForeArm RightHand
+        LeftShoulder LeftUpperArm LeftForeArm LeftHand RightUpperLeg RightLowerLeg RightFoot
+        RightToe LeftUpperLeg LeftLowerLeg LeftFoot LeftToe""",
+    "Rokoko": """Hips LeftThigh LeftShin LeftFoot LeftToe LeftToeTip RightThigh RightShin RightFoot
+        RightToe RightToeTip Spine1 Spine2 Spine3 Spine4 LeftShoulder LeftArm LeftForeArm LeftHand
+        Neck Head RightShoulder RightArm RightForeArm RightHand""",
+    "motiondb": " ".join(body.JOINTS),
+}
+
+
+def skeleton(spelled: str) -> Skeleton:
+    """A skeleton with these joints, and end sites at those named ``end:``."""
+    words = spelled.split()
+    names = tuple(w for w in words if not w.startswith("end:"))
+    ends = tuple((names.index(w[4:]), (0.0, 0.1, 0.0)) for w in words if w.startswith("end:"))
+    parents = np.zeros(len(names), dtype=np.int64)
+    parents[0] = -1
+    return Skeleton(names, parents, np.zeros((len(names), 3)), ends)
+
+
+def spelled_roles(made: Skeleton) -> dict[str, str]:
+    """Role -> normalised name of what the map found."""
+    names = [normalised(n) for n in made.names]
+    return {
+        role: names[j] if j >= 0 else "end:" + names[made.end_sites[-1 - j][0]]
+        for role, j in joint_map(made).items()
+    }
+
+
+def test_every_convention_has_a_made_up_skeleton() -> None:
+    assert set(SPELLINGS) == set(CONVENTIONS)
+
+
+@pytest.mark.parametrize("convention", list(CONVENTIONS))
+def test_a_convention_finds_all_its_roles(convention: str) -> None:
+    assert spelled_roles(skeleton(SPELLINGS[convention])) == CONVENTIONS[convention]
+
+
+@pytest.mark.parametrize("convention", list(CONVENTIONS))
+def test_left_is_never_right(convention: str) -> None:
+    roles = spelled_roles(skeleton(SPELLINGS[convention]))
+    for role, name in roles.items():
+        if role.startswith("l_"):
+            assert roles["r_" + role[2:]] != name
+
+
+@pytest.mark.parametrize(
+    ("spelling", "expected"),
+    [
+        ("Hero:LeftUpLeg", "leftupleg"),
+        ("mixamorig1:LeftUpLeg", "leftupleg"),
+        ("a:b:Left Up-Leg", "leftupleg"),
+        ("Bip01 L Thigh", "lthigh"),
+        ("m_avg_L_Hip", "lhip"),
+        ("joint_Root", "root"),
+    ],
+)
+def test_names_are_compared_without_dress(spelling: str, expected: str) -> None:
+    assert normalised(spelling) == expected
+
+
+def test_required_joints_are_named_when_missing() -> None:
+    names = "Hips LeftUpLeg LeftLeg LeftFoot RightUpLeg RightLeg RightFoot Spine1 Spine2 Neck"
+    names += " LeftArm LeftForeArm RightArm"
+    with pytest.raises(SkeletonError) as caught:
+        joint_map(skeleton(names))
+    assert str(caught.value) == (
+        "skeleton: expected joints for r_elbow, found none among: Hips, LeftUpLeg, LeftLeg, "
+        "LeftFoot, RightUpLeg, RightLeg, RightFoot, Spine1, Spine2, Neck, LeftArm, LeftForeArm, "
+        "RightArm (nearest convention: Mixamo / MotionBuilder). "
+        "Name them in a joint map, lines of `role = joint`."
+    )
+
+
+def test_a_long_list_of_names_is_cut() -> None:
+    with pytest.raises(SkeletonError, match=r"joint39, \.\.\. \(nearest convention"):
+        joint_map(skeleton(" ".join(f"joint{n}" for n in range(60))))
+
+
+def test_a_users_map_fits_any_skeleton() -> None:
+    made = skeleton(" ".join(f"bone{n}" for n in range(len(REQUIRED))) + " end:bone0")
+    given = {role: f"Bone{n}" for n, role in enumerate(REQUIRED)} | {"head": "end:bone0"}
+    actual = joint_map(made, given)
+    assert [actual[role] for role in REQUIRED] == list(range(len(REQUIRED)))
+    assert actual["head"] == -1
+
+
+def test_a_users_map_overrides_the_convention() -> None:
+    made = skeleton(SPELLINGS["CMU BVH"])
+    assert made.names[joint_map(made, {"neck": "Neck"})["neck"]] == "Neck"
+
+
+def test_a_wrong_role_gets_a_suggestion() -> None:
+    with pytest.raises(SkeletonError) as caught:
+        joint_map(skeleton(SPELLINGS["SMPL"]), {"l_ellbow": "L_Elbow"})
+    assert str(caught.value) == (
+        f"joint map: expected a role among {', '.join(body.JOINTS)}, found 'l_ellbow'. "
+        "Did you mean l_elbow or r_elbow?"
+    )
+
+
+def test_a_wrong_joint_gets_a_suggestion() -> None:
+    with pytest.raises(SkeletonError) as caught:
+        joint_map(skeleton(SPELLINGS["SMPL"]), {"l_elbow": "L_Elbo"})
+    assert str(caught.value) == (
+        "joint map: expected a joint of the skeleton for l_elbow, found 'L_Elbo'. "
+        "Did you mean L_Elbow or R_Elbow?"
+    )
+
+
+def test_a_wrong_end_site_gets_a_suggestion() -> None:
+    with pytest.raises(SkeletonError) as caught:
+        joint_map(skeleton(SPELLINGS["Poser"]), {"l_toe": "end:lFot"})
+    assert str(caught.value) == (
+        "joint map: expected a joint of the skeleton for l_toe, found 'end:lFot'. "
+        "Did you mean end:lFoot or end:rFoot?"
+    )

@@ -1,0 +1,68 @@
+"""The length unit, found from the size of the body."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motiondb.files.units import UNITS, find_unit, unit_from_name
+from motiondb.errors import CaptureError
+from motiondb.body import body
+from motiondb.records import Skeleton
+
+
+@given(name=st.sampled_from(sorted(UNITS)), leg=st.floats(0.60, 1.15))
+def test_every_unit_is_found_for_every_adult(name: str, leg: float) -> None:
+    skeleton = body.standard_skeleton(leg / UNITS[name])
+    assert find_unit(skeleton) == (UNITS[name], ())
+
+
+@given(name=st.sampled_from(sorted(UNITS)), scale=st.floats(0.75, 1.35))
+def test_bodies_with_strange_names(name: str, scale: float) -> None:
+    size = scale / UNITS[name]
+    skeleton = Skeleton(
+        names=("a", "b", "c"),
+        parents=np.array([-1, 0, 1]),
+        offsets=np.array([[0, 0, 0], [0.1, 0, 0], [0, -0.5, 0]]) * size,
+        end_sites=((2, (0.0, -0.5 * size, 0.0)),),
+    )
+    assert find_unit(skeleton) == (UNITS[name], ())
+
+
+def test_joint_positions_count_more_than_offsets() -> None:
+    skeleton = body.standard_skeleton(85.0)
+    positions = np.tile(skeleton.offsets, (5, 1, 1))
+    lost = replace(skeleton, offsets=skeleton.offsets * 1e-3)
+    assert find_unit(lost, positions)[0] == 0.01
+
+
+def test_doubtful_sizes_are_noted() -> None:
+    unit, notes = find_unit(body.standard_skeleton(3.0))
+    assert unit == 1.0
+    assert notes == (
+        "The length unit is a guess (1 m): the body would be 3.6 times the usual size. "
+        "Give the unit if it matters.",
+    )
+    one = Skeleton(names=("a",), parents=np.array([-1]), offsets=np.zeros((1, 3)))
+    assert find_unit(one) == (
+        1.0,
+        ("The skeleton has no size; its unit is taken to be the metre.",),
+    )
+
+
+def test_units_by_name() -> None:
+    assert [unit_from_name(name) for name in ("m", "CM", "mm", "in", "inch", "0.3")] == [
+        1.0, 0.01, 0.001, 0.0254, 0.0254, 0.3,
+    ]  # fmt: skip
+    assert unit_from_name("cmu") == pytest.approx(0.056444, abs=1e-6)
+    for name in ("furlong", "0", "-1", "nan", "inf"):
+        with pytest.raises(CaptureError) as caught:
+            unit_from_name(name)
+        assert str(caught.value) == (
+            f"unit: expected one of m, cmu, inch, cm, mm or a number of metres, found {name!r}. "
+            "Give one."
+        )

@@ -1,0 +1,172 @@
+"""glTF out: the structure of the file, and the motion that a viewer would compute from it."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motiondb.files import write_gltf
+from motiondb.errors import CaptureError
+from motiondb.body import body, kinematics, rotation
+from motiondb.records import Clip
+
+COMPONENTS = {5126: np.float32, 5123: np.uint16, 5125: np.uint32}
+WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+
+
+def a_clip(n_frames: int = 5, moved: bool = False) -> Clip:
+    rng = np.random.default_rng(3)
+    turns = rotation.exp(rng.normal(size=(n_frames, 21, 3)))
+    roots = rng.normal(size=(n_frames, 3))
+    positions = np.tile(body.OFFSETS, (n_frames, 1, 1))
+    positions[:, 0], positions[:, 4] = roots, positions[:, 4] + rng.normal(size=(n_frames, 3))
+    skeleton = body.standard_skeleton()
+    return Clip(skeleton, 30.0, turns, roots, positions if moved else None)
+
+
+def load(path: Path) -> tuple[dict, bytes]:
+    content = path.read_bytes()
+    if path.suffix == ".gltf":
+        document = json.loads(content)
+        return document, base64.b64decode(document["buffers"][0]["uri"].split(",", 1)[1])
+    assert content[:4] == b"glTF"
+    words = np.frombuffer(content[4:12], "<u4")
+    assert words.tolist() == [2, len(content)]
+    size, kind = int.from_bytes(content[12:16], "little"), content[16:20]
+    assert (kind, size % 4) == (b"JSON", 0)
+    rest = content[20 + size :]
+    assert rest[4:8] == b"BIN\0"
+    assert int.from_bytes(rest[:4], "little") == len(rest) - 8
+    return json.loads(content[20 : 20 + size]), rest[8:]
+
+
+def values(document: dict, data: bytes, number: int) -> np.ndarray:
+    accessor = document["accessors"][number]
+    view = document["bufferViews"][accessor["bufferView"]]
+    kind, width = COMPONENTS[accessor["componentType"]], WIDTHS[accessor["type"]]
+    assert view["byteOffset"] % 4 == 0
+    assert view["byteOffset"] + view["byteLength"] <= document["buffers"][0]["byteLength"]
+    assert view["byteLength"] == accessor["count"] * width * np.dtype(kind).itemsize
+    raw = data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
+    array = np.frombuffer(raw, kind).reshape(accessor["count"], width)
+    np.testing.assert_array_equal(array.min(axis=0), np.array(accessor["min"], kind))
+    np.testing.assert_array_equal(array.max(axis=0), np.array(accessor["max"], kind))
+    return array
+
+
+def viewer_matrices(document: dict, data: bytes, frame: int) -> np.ndarray:
+    """World matrices (nodes, 4, 4) as a viewer computes them at a key frame."""
+    nodes = [dict(node) for node in document["nodes"]]
+    animation = document["animations"][0]
+    for channel in animation["channels"]:
+        sampler = animation["samplers"][channel["sampler"]]
+        key = values(document, data, sampler["output"])[frame]
+        nodes[channel["target"]["node"]][channel["target"]["path"]] = key
+    world = np.tile(np.eye(4), (len(nodes), 1, 1))
+
+    def place(number: int, parent: np.ndarray) -> None:
+        node = nodes[number]
+        x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+        local = np.eye(4)
+        local[:3, :3] = rotation.to_matrix(np.array([w, x, y, z]))
+        local[:3, 3] = node.get("translation", (0, 0, 0))
+        world[number] = parent @ local
+        for child in node.get("children", []):
+            place(child, world[number])
+
+    for root in document["scenes"][0]["nodes"]:
+        place(root, np.eye(4))
+    return world
+
+
+@pytest.mark.parametrize("ending", [".glb", ".gltf"])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_viewer_sees_the_motion(tmp_path: Path, ending: str, moved: bool) -> None:
+    clip = a_clip(moved=moved)
+    write_gltf(clip, tmp_path / f"a{ending}")
+    document, data = load(tmp_path / f"a{ending}")
+    assert len(data) == document["buffers"][0]["byteLength"]
+    positions, _ = kinematics.clip_positions(clip)
+    for frame in (0, 4):
+        world = viewer_matrices(document, data, frame)
+        np.testing.assert_allclose(world[:21, :3, 3], positions[frame], atol=1e-5)
+    times = values(document, data, document["animations"][0]["samplers"][0]["input"])
+    np.testing.assert_allclose(times[:, 0], np.arange(5) / 30, atol=1e-6)
+
+
+def test_structure(tmp_path: Path) -> None:
+    write_gltf(a_clip(), tmp_path / "a.glb")
+    document, data = load(tmp_path / "a.glb")
+    assert document["asset"]["version"] == "2.0"
+    for number in range(len(document["accessors"])):
+        values(document, data, number)
+    names = [node["name"] for node in document["nodes"]]
+    assert names == [*body.JOINTS, "body"]
+    children = [child for node in document["nodes"] for child in node.get("children", [])]
+    assert sorted(children) == list(range(1, 21))
+    assert all(node.get("children") != [] for node in document["nodes"])
+    targets = [tuple(c["target"].values()) for c in document["animations"][0]["channels"]]
+    assert len(targets) == len(set(targets)) == 22
+    for sampler in document["animations"][0]["samplers"]:
+        assert document["accessors"][sampler["output"]]["count"] == 5
+    assert document["skins"][0]["joints"] == list(range(21))
+
+
+def test_quaternions_are_x_y_z_w(tmp_path: Path) -> None:
+    clip = a_clip()
+    write_gltf(clip, tmp_path / "a.gltf")
+    document, data = load(tmp_path / "a.gltf")
+    first = np.array(document["nodes"][3]["rotation"])
+    np.testing.assert_allclose(first, clip.local_rotations[0, 3][[1, 2, 3, 0]], atol=1e-6)
+    for sampler in document["animations"][0]["samplers"][1:]:
+        keys = values(document, data, sampler["output"])
+        np.testing.assert_allclose(np.linalg.norm(keys, axis=1), 1.0, atol=1e-6)
+        assert np.sum(keys[1:] * keys[:-1], axis=1).min() >= 0.0
+
+
+def test_the_body_hangs_on_its_joints(tmp_path: Path) -> None:
+    clip = a_clip()
+    write_gltf(clip, tmp_path / "a.glb")
+    document, data = load(tmp_path / "a.glb")
+    attributes = document["meshes"][0]["primitives"][0]["attributes"]
+    corners = values(document, data, attributes["POSITION"]).astype(float)
+    joints = values(document, data, attributes["JOINTS_0"])
+    weights = values(document, data, attributes["WEIGHTS_0"])
+    np.testing.assert_array_equal(weights, [[1, 0, 0, 0]] * len(corners))
+    binds = values(document, data, document["skins"][0]["inverseBindMatrices"])
+    binds = binds.reshape(-1, 4, 4).transpose(0, 2, 1)
+    world = viewer_matrices(document, data, 2)
+    posed = np.einsum(
+        "nij,nj->ni",
+        (world[:21] @ binds)[joints[:, 0]],
+        np.concatenate([corners, np.ones((len(corners), 1))], axis=1),
+    )
+    # Every bone's octahedron starts at its joint and ends at the child: 8 faces of 3 corners.
+    positions, _ = kinematics.clip_positions(clip)
+    for child in range(1, 21):
+        parent = body.PARENTS[child]
+        start, end = positions[2, parent], positions[2, child]
+        octahedron = posed.reshape(-1, 24, 4)[child - 1, :, :3]
+        assert np.linalg.norm(octahedron - start, axis=1).min() < 1e-5
+        assert np.linalg.norm(octahedron - end, axis=1).min() < 1e-5
+    sides = corners.reshape(-1, 3, 3)
+    normals = np.cross(sides[:, 1] - sides[:, 0], sides[:, 2] - sides[:, 0])
+    middles = corners.reshape(-1, 24, 3).mean(axis=1).repeat(8, axis=0)
+    assert np.sum(normals * (sides.mean(axis=1) - middles), axis=1).min() > 0, "faces look outward"
+
+
+def test_refusals(tmp_path: Path) -> None:
+    with pytest.raises(CaptureError) as caught:
+        write_gltf(a_clip(), "a.fbx")
+    assert str(caught.value) == "a.fbx: expected the ending .glb or .gltf, found '.fbx'."
+    with pytest.raises(CaptureError, match="expected at least 1 frame to write, found 0"):
+        write_gltf(a_clip(0), tmp_path / "a.glb")
+    clip = a_clip()
+    bad = Clip(clip.skeleton, 30.0, clip.local_rotations, clip.root_positions * np.inf)
+    with pytest.raises(CaptureError, match="expected finite numbers to write"):
+        write_gltf(bad, tmp_path / "a.glb")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,191 @@
+"""Excerpts: how they grow, are cut, and are repeated."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from motiondb.generate.action_sources import usual_directions
+from motiondb.generate.excerpt_motion import ShownExcerpt
+from motiondb.generate.excerpt_report import _say_places, miscounted
+from motiondb.generate.excerpts import (
+    SHORTEST,
+    Excerpt,
+    Layout,
+    Movement,
+    counted_word,
+    find_excerpts,
+    lay_out,
+    recount,
+)
+from motiondb.generate.sentence_plan import Amount, PlannedAction
+from motiondb.generate.source_costs import Source
+
+
+def _source(values: list[float], frames: int = 60) -> Source:
+    starts = np.arange(len(values)) * frames
+    rows = slice(0, len(values))
+    return Source(7, rows, starts, starts + frames, np.array(values), 0.5)
+
+
+def test_an_excerpt_grows_to_neighbours_that_are_nearly_as_good() -> None:
+    actual = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150)
+    best = actual[0]
+    assert (best.capture, best.start, best.end, best.score) == (7, 60, 180, 1.0)
+
+
+def test_a_long_stretch_is_cut_into_windows() -> None:
+    actual = find_excerpts([_source([2.0] * 6)], 150)
+    assert len(actual) > 1
+    assert {e.end - e.start for e in actual} == {150}
+    assert all(e.start >= 0 and e.end <= 360 for e in actual)
+
+
+def test_a_short_segment_is_extended() -> None:
+    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150)
+    assert actual[0].end - actual[0].start == SHORTEST
+
+
+def _wave(n_frames: int, period: int) -> np.ndarray:
+    phase = 2 * np.pi * np.arange(n_frames) / period
+    return np.stack([np.sin(phase), np.cos(phase) * 0.3], axis=1)
+
+
+def _laid(action: PlannedAction, poses: np.ndarray) -> int:
+    edges = np.concatenate([poses, poses[-1:]])
+    return lay_out(action, (0, len(poses)), Movement(poses, edges)).n_frames
+
+
+def test_a_count_of_a_periodic_movement_is_a_number_of_cycles() -> None:
+    poses = _wave(100, 25)
+    for times in (1, 2, 7):
+        action = PlannedAction((("walk",),), times=Amount(times, times))
+        assert _laid(action, poses) == times * 25
+
+
+def test_a_count_of_a_single_movement_repeats_the_whole() -> None:
+    bump = np.exp(-0.5 * ((np.arange(90) - 45) / 8.0) ** 2)[:, None]
+    action = PlannedAction((("jump",),), times=Amount(3, 3))
+    actual = lay_out(action, (0, 90), Movement(bump, np.concatenate([bump, bump[-1:]])))
+    assert len(actual.parts) == 3
+    assert len(set(actual.parts)) == 1
+    assert actual.said.endswith("3 times")
+
+
+def test_a_duration_is_reached_by_further_cycles() -> None:
+    action = PlannedAction((("walk",),), seconds=Amount(10.0, 10.0))
+    assert _laid(action, _wave(80, 25)) == 300
+
+
+def test_a_shorter_duration_cuts_the_excerpt() -> None:
+    action = PlannedAction((("walk",),), seconds=Amount(1.0, 1.0))
+    assert _laid(action, _wave(80, 25)) == 30
+
+
+def test_a_short_segment_is_extended_to_its_better_side() -> None:
+    source = _source([-9.0, -5.0, 3.0, -2.0, -9.0], frames=30)
+    best = find_excerpts([source], 150)[0]
+    assert (best.start, best.end) == (45, 120)  # 15 of -5, 30 of 3, 30 of -2
+
+
+def test_a_capture_that_is_too_short_is_used_whole() -> None:
+    best = find_excerpts([_source([3.0, -9.0], frames=20)], 150)[0]
+    assert (best.start, best.end) == (0, 40)
+
+
+def test_the_approach_is_no_excerpt_of_its_own() -> None:
+    source = _source([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], frames=90)
+    excerpts = find_excerpts([source], 150)
+    assert {(e.start, e.end) for e in excerpts} == {(270, 360), (450, 540)}
+
+
+def test_what_is_over_when_it_is_done_is_not_lengthened() -> None:
+    poses = _wave(70, 25)
+    edges = np.concatenate([poses, poses[-1:]])
+    action = PlannedAction((("stop",),))
+    assert lay_out(action, (0, 70), Movement(poses, edges)).n_frames == 90
+    assert lay_out(action, (0, 70), Movement(poses, edges, is_once=True)).parts == ((0, 70),)
+
+
+def test_at_least_is_meant_strictly() -> None:
+    poses = np.cumsum(np.random.default_rng(0).normal(size=(90, 3)), axis=0)
+    edges = np.concatenate([poses, poses[-1:]])
+    for seconds in (4.0, 5.0, 7.3, 10.0):
+        action = PlannedAction((("climb",),), seconds=Amount(seconds, None))
+        assert lay_out(action, (0, 90), Movement(poses, edges)).n_frames >= seconds * 30
+
+
+def test_a_direction_that_captions_mostly_say_belongs_to_the_action() -> None:
+    numbers = {"stand": 0, "up": 1, "still": 2, "back": 3}
+    sources = [replace(_source([1.0]), beside=frozenset({w})) for w in (1, 1, 1, 2)]
+    assert usual_directions(numbers, sources) == ("up",)
+    assert usual_directions(numbers, sources[2:]) == ()
+    assert usual_directions(numbers, []) == ()
+    back = [replace(_source([1.0]), beside=frozenset({3}))]  # "bend back" goes nowhere
+    assert usual_directions(numbers, back) == ()
+
+
+def _measured(times: int, *occurrences: tuple[int, int]) -> Layout:
+    poses = np.random.default_rng(0).normal(size=(200, 3)).cumsum(axis=0)
+    edges = np.concatenate([poses, poses[-1:]])
+    action = PlannedAction((("kick",),), times=Amount(times, times))
+    return lay_out(action, (30, 130), Movement(poses, edges, True, occurrences))
+
+
+def test_measured_occurrences_are_counted_one_by_one() -> None:
+    occurrences = (40, 50), (70, 80), (100, 110)
+    assert _measured(1, *occurrences).parts == ((30, 60),)
+    assert _measured(1, *occurrences).said == "once, measured in the motion"
+    assert _measured(2, *occurrences).parts == ((30, 90),)
+    assert _measured(3, *occurrences).parts == ((30, 130),)
+    assert _measured(3, *occurrences).said == "3 times, measured in the motion"
+
+
+def test_too_few_measured_occurrences_are_repeated() -> None:
+    layout = _measured(5, (45, 55), (85, 95))
+    assert len(layout.parts) == 3
+    first, second, last = layout.parts
+    assert first == second
+    assert first[0] <= 45
+    assert first[1] >= 95
+    assert last == (first[0], 70)
+    assert "2 in an excerpt of" in layout.said
+    assert layout.times == 5
+
+
+def _kicks(number: int) -> np.ndarray:
+    """A measured track with a number of kicks of the left leg."""
+    track = np.zeros((100, 10))
+    for n in range(number):
+        track[10 + 30 * n : 20 + 30 * n, 4] = 0.6
+    return track
+
+
+def test_a_number_is_said_only_if_the_motion_has_it() -> None:
+    action = PlannedAction((("kick",),), times=Amount(3, 3))
+    layout = _measured(3, (40, 50), (70, 80), (100, 110))
+    shown = ShownExcerpt(action, Excerpt(7, 30, 130, 0.0, (30, 130)), layout)
+    for number in (0, 1, 3):
+        said = recount(action, layout, _kicks(number)).said
+        left = [str(one.reason) for one in miscounted(shown, _kicks(number))]
+        is_right = number == 3
+        assert said == ("3 times, measured in the motion" if is_right else "")
+        assert left == ([] if is_right else [f"{number} measured in the motion"])
+
+
+def test_what_is_done_by_a_limb_of_one_side_is_not_counted() -> None:
+    assert counted_word(PlannedAction((("kick", "left", "leg"),))) is None
+    assert counted_word(PlannedAction((("kick",), ("wave", "left", "hand")))) == "kick"
+    assert counted_word(PlannedAction((("jump", "up"),))) == "jump"
+    sided = PlannedAction((("kick", "left", "leg"),), times=Amount(3, 3))
+    shown = ShownExcerpt(sided, Excerpt(7, 30, 130, 0.0, (30, 130)), Layout(((30, 130),)))
+    assert miscounted(shown, _kicks(1)) == ()
+
+
+def test_other_places_are_counted_in_words() -> None:
+    excerpt = Excerpt(7, 30, 130, 0.0, (30, 130))
+    shown = ShownExcerpt(PlannedAction((("kick",),)), excerpt, Layout(((30, 130),)), place=-1)
+    assert _say_places(shown) == ["1 other place shows it more clearly, but joins less well"]
+    assert _say_places(replace(shown, n_places=2)) == [
+        "2 other places show it more clearly, but join less well"
+    ]
+    assert _say_places(replace(shown, does=False)) == []

@@ -1,0 +1,49 @@
+"""What the dictionary said of words is kept, and then it is not loaded."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from motiondb.meaning.counting import dictionary_lemmas
+from motiondb.learn.parameter_arrays import LEMMA_NAME, lemma_array, lemmas_from
+from motiondb.records import Caption
+from motiondb.language import lemmas, vocabulary
+from motiondb.language.question.known import hold_to_known
+from motiondb.language.question.parse import parse
+
+ASKED = """
+import sys, motiondb
+with motiondb.open(sys.argv[1], read_only=True) as db:
+    assert db.search("wave, walk").matches
+    print("simplemma" in sys.modules)
+    db.search("walk, marionettes")
+    print("simplemma" in sys.modules)
+"""
+
+
+def test_forms_come_back_with_their_lemmas() -> None:
+    captions = {1: (Caption("two cartwheels, then a lay-up"), Caption("Stairs; KickBalls"))}
+    forms = lemmas_from({LEMMA_NAME: lemma_array(dictionary_lemmas(captions))})
+    assert forms == {
+        "a": "a", "balls": "ball", "cartwheels": "cartwheel", "layup": "layup", "stairs": "stair",
+        "then": "then", "two": "two",
+    }  # fmt: skip
+    assert lemmas_from({LEMMA_NAME: lemma_array(dictionary_lemmas({}))}) == {}
+    assert lemmas_from({}) == {}
+
+
+def test_known_lemmas_are_the_answer_of_the_call_they_are_given_to() -> None:
+    known = {"frobs": "frob", "walks": "other"}
+    assert vocabulary.words_of("three frobs and walks", lemmas=known) == ["frob", "walk"]
+    assert lemmas.lemma("stairs", {"stairs": "step"}) == "step"
+    assert lemmas.lemma("stairs") == "stair"
+    assert hold_to_known(parse("frobs", lemmas=known), {"frob": 1}).words == ("frob",)
+
+
+def test_words_that_were_learned_need_no_dictionary(learned_file: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", ASKED, str(learned_file)], capture_output=True, text=True, check=True
+    )
+    assert ended.stdout.split() == ["False", "True"]

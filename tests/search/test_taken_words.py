@@ -1,0 +1,132 @@
+"""Questions in words that no caption holds, asked of the sample database."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motiondb
+from motiondb.database.nearby_words import nearby_table
+from motiondb.errors import QueryError
+from motiondb.search.taken_words import (
+    LearnedWithTaken,
+    replace_unknown,
+    take_unknown,
+    unknown_words,
+    with_taken,
+)
+from motiondb.search import reasons
+from motiondb.search.taking import Taking
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+TAKING = Taking("strolls", (("walk", 0.8), ("step", 0.4)))
+
+
+def test_the_log_odds_of_a_taken_word_are_the_mean_of_its_words(db: motiondb.MotionDB) -> None:
+    learned = db.searchable
+    view = with_taken(learned, {"stroll": TAKING})
+    assert isinstance(view, LearnedWithTaken)
+    walk, step = learned.word_numbers["walk"], learned.word_numbers["step"]
+    stroll = view.word_numbers["stroll"]
+    assert stroll == len(learned.association.words)
+    assert "stroll" in view.known_words
+    for capture, take in view.takes.items():
+        before = learned.takes[capture]
+        for had, has in ((before.windows, take.windows), (before.whole[None], take.whole[None])):
+            np.testing.assert_array_equal(has[:, :-1], had)
+        odds = learned.motion_log_odds[capture]
+        np.testing.assert_allclose(
+            view.motion_log_odds[capture][:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
+        )
+    np.testing.assert_allclose(
+        view.association.translation[:, stroll],
+        (2 * learned.association.translation[:, walk] + learned.association.translation[:, step])
+        / 3,
+    )
+
+
+def test_reasons_add_up_for_a_taken_word(db: motiondb.MotionDB) -> None:
+    answer = db.search("stroll, kick", limit=3)
+    assert list(answer.taken) == ["stroll"]
+    assert answer.taken["stroll"].words[0][0] == "walk"
+    assert answer.unknown == {}
+    for match, why in zip(answer.matches, answer.reasons):
+        assert match.score == pytest.approx(1 / (1 + math.exp(-reasons.total(why))))
+
+
+def test_the_probability_of_the_taking_goes_into_the_answers(db: motiondb.MotionDB) -> None:
+    """A word taken as one known word ranks as that word, and is as much less sure."""
+    learned = db.searchable
+    view = with_taken(learned, {"zork": Taking("zork", (("kick", 0.6),))})
+    np.testing.assert_allclose(
+        [take.whole[-1] for take in view.takes.values()],
+        [take.whole[learned.word_numbers["kick"]] for take in learned.takes.values()],
+    )
+    taken, known = db.search("stroll", limit=5), db.search("walk", limit=5)
+    share = taken.taken["stroll"].probability
+    if taken.taken["stroll"].shares == (1.0,):
+        for one, other in zip(taken.matches, known.matches):
+            assert one.capture == other.capture
+            assert one.probability == pytest.approx(share * other.probability)
+    assert all(m.probability <= share for m in taken.matches)
+
+
+def test_exact_leaves_words_out(db: motiondb.MotionDB) -> None:
+    answer = db.search("stroll, kick", limit=3, exact=True)
+    assert answer.taken == {}
+    assert answer.actions == (("kick",),)
+    assert "stroll" in answer.unknown
+    with pytest.raises(QueryError, match="expected a known word, found 'stroll'"):
+        db.search("stroll", exact=True)
+
+
+def test_what_is_not_taken_is_left_out_and_named(db: motiondb.MotionDB) -> None:
+    answer = db.search("mortgage, wlak, kick", limit=1)
+    assert answer.actions == (("kick",),)
+    assert answer.unknown == {"mortgage": (), "wlak": ("walk",)}
+    assert answer.taken == {}
+
+
+def test_a_question_without_a_known_word_says_what_may_be_meant(db: motiondb.MotionDB) -> None:
+    with pytest.raises(
+        QueryError, match=r"expected a known word, found 'wlak'\. Did you mean walk\?"
+    ):
+        unknown_words(db.searchable, "wlak", nearby_table())
+    with pytest.raises(QueryError, match=r"found 'mortgage'\. `motiondb words` lists"):
+        unknown_words(db.searchable, "the mortgage", nearby_table())
+
+
+def test_the_users_synonyms_win(learned_copy: Path, tmp_path: Path) -> None:
+    (tmp_path / "synonyms.txt").write_text("stroll = kick\n")
+    with motiondb.open(learned_copy) as opened:
+        before = opened.search("stroll", limit=1)
+        assert "stroll" in before.taken
+        opened.set_synonyms(tmp_path / "synonyms.txt")
+        after = opened.search("stroll", limit=3)
+        assert after.taken == {}
+        assert after.actions == (("kick",),)
+
+
+def test_what_is_known_is_not_looked_at(db: motiondb.MotionDB) -> None:
+    learned = db.searchable
+    view, takings = take_unknown(learned, "walk, kick", nearby_table())
+    assert view is learned
+    assert takings == {}
+
+
+def test_for_one_sequence_the_likeliest_word_is_read(db: motiondb.MotionDB) -> None:
+    view, takings = replace_unknown(db.searchable, "strolling", nearby_table())
+    assert view.synonyms["stroll"] == "walk"
+    assert takings["stroll"].word == "strolling"
+    answer = db.search("stroll", limit=1, by_symbols=True)
+    assert answer.actions == (("walk",),)
