@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.records import Association
 from motiondb.language.translation.association import Pair, fit_association
 from motiondb.language.translation.explanation import log_probability
+from motiondb.records import Association
 
 TARGET = 50.0
 """Times faster than NLTK that the table asks for."""

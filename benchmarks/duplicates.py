@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb import store
 from motiondb import files as capture
+from motiondb import store
 from motiondb.body import retarget, rotation
 from motiondb.records import Clip, FloatArray, Motion
 from motiondb.search import copies

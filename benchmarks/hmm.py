@@ -23,8 +23,8 @@ import numpy as np
 from hmmlearn.hmm import GaussianHMM
 
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
-from motiondb.symbols.divergence import divergence
 from motiondb.symbols import hmm
+from motiondb.symbols.divergence import divergence
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
+from motiondb.learn.learned import Learned
 from motiondb.meaning import counting
 from motiondb.meaning.caption_evidence import whole_vectors
-from motiondb.learn.learned import Learned
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps.word_moments import solve_word_map, word_moments
+from motiondb.records import FloatArray, IntArray
 from motiondb.search.suggestion import suggest
 
 STEPS = (5, 10, 15, 20, 30, 40, 60, 80, 100)

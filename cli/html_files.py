@@ -12,20 +12,7 @@ if TYPE_CHECKING:
 
 
 def html_name(path: Path | None) -> Path | None:
-    """Check the ending of the file name, and that the page was built, before anything is computed.
-
-    Parameters
-    ----------
-    path : Path, optional
-        The file.
-
-    Raises
-    ------
-    QueryError
-        If the ending is not .html or .htm.
-    MotionDBError
-        If the files of the page were not built.
-    """
+    """Check ending of the file name, and that the page was built, before anything is computed."""
     if path is None:
         return None
     from motiondb import QueryError, StandalonePage
@@ -49,14 +36,6 @@ Html = Annotated[
 
 
 def write_html(path: Path, page: StandalonePage) -> None:
-    """Write the page, and say so on standard error.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    page : StandalonePage
-        The page.
-    """
+    """Write the page, and say so on standard error."""
     page.write(path)
     typer.echo(f"page: {path}", err=True)

@@ -13,13 +13,7 @@ from motiondb.cli.printing import print_json, print_table, progress
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     app.command()(learn)
     app.command()(symbols)
 
@@ -106,12 +100,15 @@ def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
         ["symbol", "cluster", "count", "captures", "seconds", "words"],
         [
             [
-                str(r["symbol"]), str(r["cluster"]), str(r["count"]), str(r["captures"]),
+                str(r["symbol"]),
+                str(r["cluster"]),
+                str(r["count"]),
+                str(r["captures"]),
                 f"{r['seconds']:.2f}",
                 " ".join(f"{w['word']} {w['probability']:.2f}" for w in r["words"]),
             ]
             for r in rows
         ],
-    )  # fmt: skip
+    )
     if png:
         typer.echo(f"picture: {png}")

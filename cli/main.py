@@ -48,9 +48,17 @@ _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
 """Errors of the system when standard output cannot be written; Typer handles a closed pipe."""
 
 for module in (
-    cataloguing, learning, asking, words, events, knowledge, grammars, motion_grammars, serving,
+    cataloguing,
+    learning,
+    asking,
+    words,
+    events,
+    knowledge,
+    grammars,
+    motion_grammars,
+    serving,
     keeping,
-):  # fmt: skip
+):
     module.register(app)
 
 

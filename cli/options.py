@@ -37,23 +37,11 @@ Exact = Annotated[
 ]
 Limit = Annotated[int, typer.Option("--limit", min=1, help="Largest number of answers.")]
 GrammarName = Annotated[str, typer.Argument(metavar="NAME", help="Name of a grammar.")]
-MOST_SECONDS = 1e7
-"""Largest time that is accepted, seconds: some months, longer than any take."""
+MOST_SECONDS = 1e7  # Largest time that is accepted, seconds: some months, longer than any take
 
 
 def finite(value: float | None) -> float | None:
-    """Refuse NaN and infinity, which the ranges of options let pass.
-
-    Parameters
-    ----------
-    value : float, optional
-        Value of an option.
-
-    Raises
-    ------
-    typer.BadParameter
-        If the value is NaN or infinite.
-    """
+    """Refuse NaN and infinity, which the ranges of options let pass."""
     if value is not None and not math.isfinite(value):
         raise typer.BadParameter(f"expected a finite number, found {value}.")
     return value
@@ -70,18 +58,7 @@ To = Annotated[
 
 
 def picture_name(path: Path | None) -> Path | None:
-    """Check that the name of a picture ends in .png, before anything is computed.
-
-    Parameters
-    ----------
-    path : Path, optional
-        The file.
-
-    Raises
-    ------
-    QueryError
-        If the ending is not .png.
-    """
+    """Check that the name of a picture ends in .png, before anything is computed."""
     if path is not None and path.suffix.lower() != ".png":
         from motiondb import QueryError
 
@@ -106,8 +83,7 @@ DEFAULT_DB = Path("motions.duckdb")
 DEFAULT_WAIT = 5.0
 """Seconds that a command waits for the database by default. Chosen by hand: most commands that
 hold it alone take less time, and after a longer wait the user should see which process holds it."""
-LONGEST_WAIT = 86_400.0
-"""Largest number of seconds to wait: a day. A larger one is a mistake."""
+LONGEST_WAIT = 86_400.0  # Largest number of seconds to wait: a day. A larger one is a mistake
 Wait = Annotated[
     float,
     typer.Option(
@@ -170,14 +146,7 @@ def seconds_to_wait() -> float:
 def database(path: Path, *, writing: bool = False, create: bool = False) -> Iterator[MotionDB]:
     """Open the database and close it at the end.
 
-    Parameters
-    ----------
-    path : Path
-        The database file.
-    writing : bool, optional
-        Whether the command changes the database; then no other process can open the file.
-    create : bool, optional
-        Whether to make a missing file.
+    `writing`: Whether the command changes the database; then no other process can open the file.
     """
     from motiondb import MotionDB
 

@@ -15,13 +15,7 @@ if TYPE_CHECKING:
 
 
 def note_unlearned(db: MotionDB) -> None:
-    """Print on standard error how many captures the answers leave out.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    """
+    """Print on standard error how many captures the answers leave out."""
     count = len(db.unlearned())
     if count:
         what = "1 capture is" if count == 1 else f"{count} captures are"
@@ -29,13 +23,7 @@ def note_unlearned(db: MotionDB) -> None:
 
 
 def note_drift(drift: Drift | None) -> None:
-    """Print whether learning again is worthwhile after changes of captures or words.
-
-    Parameters
-    ----------
-    drift : Drift, optional
-        The changes since the database learned.
-    """
+    """Print whether learning again is worthwhile after changes of captures or words."""
     if drift and drift.relearn:
         typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(drift.reasons)}.")
     elif drift and drift.words:
@@ -43,13 +31,7 @@ def note_drift(drift: Drift | None) -> None:
 
 
 def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
-    """Print on standard error the unknown words of a query with the most similar known ones.
-
-    Parameters
-    ----------
-    unknown : mapping of str to sequence of str
-        Known words that are similar to each unknown word.
-    """
+    """Print on standard error the unknown words of a query with the most similar known ones."""
     for word, near in unknown.items():
         hint = f"; the nearest known: {', '.join(near)}" if near else ""
         typer.echo(f"unknown word {word!r} left out{hint}", err=True)
@@ -60,17 +42,7 @@ def note_taken(
     suggested: Mapping[str, Taking],
     unknown: Mapping[str, Sequence[str]],
 ) -> None:
-    """Print on standard error how the words of a question that no caption holds were replaced.
-
-    Parameters
-    ----------
-    taken : mapping of str to Taking
-        Words that were replaced by known words.
-    suggested : mapping of str to Taking
-        Words for which known words are only suggested.
-    unknown : mapping of str to sequence of str
-        For each word that was left out, the nearest known words.
-    """
+    """Print on standard error how the words of a question that no caption holds were replaced."""
     for taking in taken.values():
         typer.echo(taking.sentence(), err=True)
     for word, taking in suggested.items():
@@ -81,53 +53,21 @@ def note_taken(
 
 
 def note_filter(db: MotionDB, where: str, exact: bool) -> None:
-    """Print on standard error the replacements of those words of a filter that occur nowhere.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    where : str
-        The filter.
-    exact : bool
-        Whether replacing unknown words is switched off.
-    """
+    """Print on standard error the replacements of those words of a filter that occur nowhere."""
     if not exact:
         for taking in db.taken_in_filter(where).values():
             typer.echo(f"filter: {taking.sentence('there')}", err=True)
 
 
 def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -> None:
-    """Print on standard error the replacements of those words of a pattern that no caption holds.
-
-    Parameters
-    ----------
-    grammars : Grammars
-        The grammars of a database.
-    name : str
-        Name of the grammar.
-    like : str or None
-        The pattern; None if there is none.
-    exact : bool
-        Whether replacing unknown words is switched off.
-    """
+    """Print on standard error replacements of those words of a pattern that no caption holds."""
     if like is not None and not exact:
         for taking in grammars.taken_in_pattern(name, like).values():
             typer.echo(taking.sentence(), err=True)
 
 
 def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
-    """Print on standard error the replacements of words in the phrases of a motion grammar.
-
-    Parameters
-    ----------
-    scenes : Scenes
-        The scenes of a database.
-    grammar : MotionGrammar
-        The grammar.
-    exact : bool
-        Whether replacing unknown words is switched off.
-    """
+    """Print on standard error the replacements of words in the phrases of a motion grammar."""
     if not exact:
         for taking in scenes.taken_words(grammar).values():
             typer.echo(f"{grammar.name}: {taking.sentence()}", err=True)
@@ -136,13 +76,6 @@ def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
 def say_word(word: str, probability: float | None) -> str:
     """A word with its probability, or alone where no own caption has checked the probability.
 
-    Parameters
-    ----------
-    word : str
-        The word.
-    probability : float or None
-        Its probability.
-
     >>> say_word("walk", 0.957), say_word("walk", None)
     ('walk 0.96', 'walk')
     """
@@ -150,25 +83,13 @@ def say_word(word: str, probability: float | None) -> str:
 
 
 def note_unchecked(reason: str) -> None:
-    """Print on standard error why answers carry no probabilities, where there is a reason.
-
-    Parameters
-    ----------
-    reason : str
-        The reason, or "".
-    """
+    """Print on standard error why answers carry no probabilities, where there is a reason."""
     if reason:
         typer.echo(f"note: {reason}", err=True)
 
 
 def note_sources(sources: Sequence[WordSource]) -> None:
-    """Print on standard error from which captions words were learned, if a start was used.
-
-    Parameters
-    ----------
-    sources : sequence of WordSource
-        Of the words of a question or an answer.
-    """
+    """Print on standard error from which captions words were learned, if a start was used."""
     alone: dict[str, list[str]] = {}
     for source in sources:
         if source.own_captions and source.start_captions:
@@ -183,36 +104,28 @@ def note_sources(sources: Sequence[WordSource]) -> None:
 
 
 def print_json(value: object) -> None:
-    """Print a value as JSON on standard output.
-
-    Parameters
-    ----------
-    value : object
-        What ``json`` can write; other objects are written as text.
-    """
+    """Print a value as JSON on standard output."""
     typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
 
 
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """Print a table; it is 160 columns wide if the output is not a terminal.
-
-    Parameters
-    ----------
-    title : str
-        Title, or "".
-    columns : list of str
-        Names of the columns.
-    rows : list of list of str
-        Cells of every row.
-    """
+    """Print a table; it is 160 columns wide if the output is not a terminal."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table(title=title or None, title_justify="left", box=None, pad_edge=False)
     for column in columns:
         right = column.lstrip("-") in (
-            "rank", "start", "end", "score", "probability", "interval", "seconds", "fps", "count",
-        )  # fmt: skip
+            "rank",
+            "start",
+            "end",
+            "score",
+            "probability",
+            "interval",
+            "seconds",
+            "fps",
+            "count",
+        )
         table.add_column(column, justify="right" if right else "left", overflow="fold")
     for row in rows:
         table.add_row(*row)
@@ -224,36 +137,14 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
 @contextmanager
 def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """Show progress bars on standard error.
-
-    Parameters
-    ----------
-    enabled : bool
-        Whether to show anything.
-
-    Yields
-    ------
-    callable
-        Call it with the name of the step, the amount done, and the total amount.
-    """
+    """Show progress bars on standard error."""
     with _bars(enabled) as show:
         yield lambda what, done, total: show(what, done / max(total, 1e-9), "")
 
 
 @contextmanager
 def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
-    """Show the progress of making a scene on standard error.
-
-    Parameters
-    ----------
-    enabled : bool
-        Whether to show anything.
-
-    Yields
-    ------
-    callable
-        Call it with the name of the step, the fraction that is done, and the error, NaN if unknown.
-    """
+    """Show the progress of making a scene on standard error."""
     with _bars(enabled) as show:
         yield lambda what, share, error: show(
             what, share, "" if math.isnan(error) else f"error {error:8.2f}"
@@ -293,13 +184,7 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
 
 
 def print_sources(facts: Mapping[str, Any]) -> None:
-    """Print the captures from which a generated motion was made.
-
-    Parameters
-    ----------
-    facts : mapping
-        The facts of the motion.
-    """
+    """Print the captures from which a generated motion was made."""
     for source in facts["sources"]:
         typer.echo(
             f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
@@ -307,42 +192,19 @@ def print_sources(facts: Mapping[str, Any]) -> None:
 
 
 def print_notes(notes: Sequence[str]) -> None:
-    """Print notes on unusual properties of files that were read.
-
-    Parameters
-    ----------
-    notes : sequence of str
-        A sentence each.
-    """
+    """Print notes on unusual properties of files that were read."""
     for note in notes:
         typer.echo(f"  note: {note}")
 
 
 def print_problems(problems: Sequence[str]) -> None:
-    """Print problems on standard error.
-
-    Parameters
-    ----------
-    problems : sequence of str
-        A sentence each, of one or more lines.
-    """
+    """Print problems on standard error."""
     for problem in problems:
         typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
 
 
 def refuse(problems: Sequence[str]) -> None:
-    """Print problems on standard error, and exit with 1 if there are any.
-
-    Parameters
-    ----------
-    problems : sequence of str
-        A sentence each, of one or more lines.
-
-    Raises
-    ------
-    typer.Exit
-        There is a problem.
-    """
+    """Print problems on standard error, and exit with 1 if there are any."""
     print_problems(problems)
     if problems:
         raise typer.Exit(1)

@@ -12,13 +12,7 @@ from motiondb.cli.printing import print_json
 
 
 def register(app: typer.Typer) -> None:
-    """Add the command to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the command to the app."""
     app.command()(serve)
 
 
@@ -67,9 +61,15 @@ def serve(
     from motiondb import serve as run
 
     settings = PageSettings(
-        db, host, port, read_only, folders=tuple(folders or ()), boards=boards,
-        wait=seconds_to_wait(), allowed_hosts=tuple(names or ()),
-    )  # fmt: skip
+        db,
+        host,
+        port,
+        read_only,
+        folders=tuple(folders or ()),
+        boards=boards,
+        wait=seconds_to_wait(),
+        allowed_hosts=tuple(names or ()),
+    )
 
     def told(address: str) -> None:
         if json:

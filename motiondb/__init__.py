@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
@@ -42,16 +41,14 @@ if TYPE_CHECKING:
         StoreError,
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
-    from motiondb.grammar.cfg.context_free import Tree
-    from motiondb.search.example_answers import ExampleAnswer
-    from motiondb.search.explained_answer import ExplainedWord, Explanation
-    from motiondb.search.word_answers import WordAnswer
-    from motiondb.search.word_sources import WordSource
-    from motiondb.learn.drift import Drift
+    from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.generate.shown_actions import JudgedAction
+    from motiondb.grammar.cfg.context_free import Tree
+    from motiondb.language.question.known import KnownQuestion
+    from motiondb.language.question.tree import NotUsed
+    from motiondb.learn.drift import Drift
     from motiondb.learn.start.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings
-    from motiondb.search.written_words import WrittenWord
     from motiondb.page.serving.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
@@ -67,10 +64,13 @@ if TYPE_CHECKING:
     )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
-    from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
+    from motiondb.search.example_answers import ExampleAnswer
+    from motiondb.search.explained_answer import ExplainedWord, Explanation
     from motiondb.search.taking import Taking
-    from motiondb.language.question.known import KnownQuestion
-    from motiondb.language.question.tree import NotUsed
+    from motiondb.search.word_answers import WordAnswer
+    from motiondb.search.word_sources import WordSource
+    from motiondb.search.written_words import WrittenWord
+    from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
 
 __all__ = [
     "CMU_TERMS",
@@ -187,8 +187,7 @@ _PLACES = {
     "motiondb.search.taking": "Taking",
     "motiondb.language.question.known": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",
-}
-"""The public names of each module, separated by spaces."""
+}  # The public names of each module, separated by spaces
 _PUBLIC = {name: module for module, names in _PLACES.items() for name in names.split()}
 
 
@@ -285,8 +284,8 @@ def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
 
 
 def _to_clip(motion: object) -> Clip:
-    from motiondb.errors import MotionDBError
     from motiondb.body import retarget
+    from motiondb.errors import MotionDBError
     from motiondb.records import Clip, Motion
 
     if isinstance(motion, Motion):

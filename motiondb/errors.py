@@ -76,13 +76,6 @@ class SceneError(MotionDBError):
 def suggestion(name: str, known: Iterable[str]) -> str:
     """Sentence that names the known names most similar to a wrong one, or "".
 
-    Parameters
-    ----------
-    name : str
-        The wrong name.
-    known : iterable of str
-        The known names.
-
     >>> suggestion("wlak", ["walk", "run"])
     ' Did you mean walk?'
     >>> suggestion("xyz", ["walk", "run"])

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-EXIT_MEAN = 1e6
-"""Mean of an exit state in every dimension; features lie within some tens of 0."""
+EXIT_MEAN = 1e6  # Mean of an exit state in every dimension; features lie within some tens of 0
 _NEGLIGIBLE = 1e-9  # probabilities below this are rounding errors of a fit
 
 
@@ -40,22 +39,9 @@ def to_hmmlearn(
 ) -> GaussianHMM:
     """Translate one symbol to a model of hmmlearn.
 
-    Parameters
-    ----------
-    self_loops : array (K,)
-        Probability to stay in each state.
-    means : array (K, dimensions)
-        Means.
-    covars : array (K, dimensions)
-        Variances.
-    exit_state : bool, optional
-        Whether the model has a state for a symbol that was left (see the module).
+    Shapes: `self_loops` (K,); `means`, `covars` (K, dimensions).
 
-    Returns
-    -------
-    hmmlearn.hmm.GaussianHMM
-        A model with diagonal covariances and K or K + 1 states; ``fit`` keeps its parameters as
-        first values.
+    `exit_state`: Whether the model has a state for a symbol that was left (see the module).
     """
     from hmmlearn.hmm import GaussianHMM
 
@@ -81,20 +67,7 @@ def to_hmmlearn(
 
 
 def check_symbol(symbol: int, n_symbols: int) -> None:
-    """Refuse the number of a symbol that does not exist.
-
-    Parameters
-    ----------
-    symbol : int
-        The number.
-    n_symbols : int
-        Number of symbols.
-
-    Raises
-    ------
-    MotionDBError
-        If the number is out of range.
-    """
+    """Refuse the number of a symbol that does not exist."""
     if not 0 <= symbol < n_symbols:
         raise MotionDBError(
             f"symbol: expected a number from 0 to {n_symbols - 1}, found {symbol}. "
@@ -107,27 +80,7 @@ def from_hmmlearn(
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]:
     """Translate models of hmmlearn to symbols, padded as in ``records.MotionSymbols``.
 
-    Parameters
-    ----------
-    models : sequence of hmmlearn.hmm.GaussianHMM
-        Left-to-right models with diagonal covariances, with or without exit states.
-
-    Returns
-    -------
-    n_states : array (symbols,)
-        Number of states of every symbol.
-    self_loops : array (symbols, max states)
-        Self-loops; the last one of a model without an exit state is 1.
-    means : array (symbols, max states, dimensions)
-        Means.
-    covars : array (symbols, max states, dimensions)
-        Variances.
-
-    Raises
-    ------
-    MotionDBError
-        If there is no model, or if one is not left-to-right, has other covariances, or has another
-        number of dimensions than the first.
+    Shapes: result (symbols,).
     """
     if not models:
         raise MotionDBError("hmmlearn: expected at least 1 model, found 0. Give one a symbol.")

@@ -12,8 +12,8 @@ import pytest
 import motiondb
 from motiondb import MotionDB
 from motiondb.database.generate.generating import Generated
-from motiondb.records import MOTION_FPS, CaptureInfo
 from motiondb.language import vocabulary
+from motiondb.records import MOTION_FPS, CaptureInfo
 
 SENTENCES = (
     "a person walks then kicks",

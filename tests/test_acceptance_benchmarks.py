@@ -8,9 +8,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.files import read_capture
 from motiondb.body import retarget
 from motiondb.body.features import recognition_features
+from motiondb.files import read_capture
 from motiondb.records import Motion
 from quality_protocol import captures as quality
 

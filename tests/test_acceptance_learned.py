@@ -12,10 +12,10 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, store
+from motiondb.language.translation import transition
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.records import SymbolSpace
-from motiondb.language.translation import transition
 
 WORDS = ("walk", "jump", "kick", "punch", "bow", "wave", "sit", "run", "dance", "dribble", "guard")
 

@@ -13,8 +13,8 @@ import pytest
 import readme_blocks as readme
 import typer
 
-from motiondb.files import CAPTURE_ENDINGS, capture_format
 from motiondb.body import body, joint_names
+from motiondb.files import CAPTURE_ENDINGS, capture_format
 
 TEXT = readme.README.read_text(encoding="utf-8")
 EXAMPLES = [e for block in readme.blocks("console", TEXT) for e in readme.examples(block)]

@@ -19,12 +19,12 @@ import numpy as np
 
 from grammar_tasks.factors import match_factors
 from grammar_tasks.tables import table, table_rows
+from motiondb.body.retarget import to_motion
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.selection.ledger import make_ledger
 from motiondb.grammar.sentences.partition import find_sentences
 from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import find_terminals
-from motiondb.body.retarget import to_motion
 from motiondb.records import IntArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))

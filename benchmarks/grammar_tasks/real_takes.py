@@ -16,6 +16,7 @@ import numpy as np
 from grammar_tasks.foreseen import Learn, foreseen_rows
 from grammar_tasks.tables import table
 from grammar_tasks.truth import KINDS
+from motiondb.body import body, retarget
 from motiondb.grammar.baselines.finite_state import finite_state_grammar
 from motiondb.grammar.baselines.language_measures import (
     coverage,
@@ -31,7 +32,6 @@ from motiondb.grammar.sentences.classes import induce_in_classes
 from motiondb.grammar.sentences.partition import Sentences, find_sentences, sentences_between
 from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import Terminals, strings_of
-from motiondb.body import body, retarget
 from motiondb.records import IntArray
 from quality_protocol.captures import Capture, load_cmu
 

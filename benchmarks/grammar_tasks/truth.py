@@ -21,6 +21,7 @@ import numpy as np
 
 from grammar_tasks import park_2011 as paper
 from grammar_tasks.tables import table
+from motiondb.body.retarget import to_motion
 from motiondb.files import read_capture
 from motiondb.grammar.baselines.finite_state import finite_state_grammar
 from motiondb.grammar.baselines.flat import flat_grammar
@@ -33,7 +34,6 @@ from motiondb.grammar.sentences.partition import find_sentences, sentences_betwe
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
 from motiondb.grammar.terminals.pose_distance import make_poses
 from motiondb.grammar.terminals.terminals import Terminals, find_terminals, strings_of
-from motiondb.body.retarget import to_motion
 from motiondb.records import IntArray, Motion
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from motiondb.records import Float32Array, FloatArray
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import Float32Array, FloatArray
 from quality_protocol.kept import kept
 
 Words = NDArray[np.bool_]

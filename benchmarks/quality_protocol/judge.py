@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.meaning.evidence import warping
+from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.feature_space import FeatureSpace
 from quality_protocol.captures import Capture
 

@@ -8,20 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.learn.symbol_fitting import (
     FeaturePool,
     LearnSettings,
     acquire_symbols,
     segment_table,
 )
-from motiondb.body.features import FEATURE_STEP
-from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.meaning.evidence import by_words
 from motiondb.meaning.maps import score_vectors
 from motiondb.meaning.maps.movement import block_sizes
-from motiondb.symbols import feature_space
-from motiondb.symbols import acquisition
 from motiondb.meaning.maps.word_map import WordMap
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
+from motiondb.symbols import acquisition, feature_space
 from quality_protocol.captures import Capture
 from quality_protocol.kept import kept
 

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.search.whole_captions import CAPTION_WEIGHT
-from motiondb.records import FloatArray
 from motiondb.meaning.evidence.by_question import search_order
 from motiondb.meaning.maps import word_map
 from motiondb.meaning.maps.caption_map import solve_caption_map
@@ -24,6 +22,8 @@ from motiondb.meaning.maps.description_map import (
 )
 from motiondb.meaning.maps.unit_length import unit
 from motiondb.meaning.maps.word_moments import word_moments
+from motiondb.records import FloatArray
+from motiondb.search.whole_captions import CAPTION_WEIGHT
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised

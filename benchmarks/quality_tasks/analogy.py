@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
-from motiondb.meaning.counting import described_intervals
+from motiondb.language.translation import transition
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
+from motiondb.meaning.counting import described_intervals
 from motiondb.records import FloatArray
-from motiondb.language.translation import transition
 from quality_protocol.confidence import mean_of, statistic_of
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport

@@ -21,8 +21,8 @@ import numpy as np
 import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
-from motiondb.search.word_answers import search_words
 from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.search.word_answers import search_words
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 

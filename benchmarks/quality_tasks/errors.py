@@ -19,8 +19,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from motiondb.pictures.strip import strip_figure
 from motiondb.body.features import FEATURE_FPS
+from motiondb.pictures.strip import strip_figure
 from motiondb.records import FloatArray
 from motiondb.symbols import activities
 from quality_protocol.captures import Capture, load_cmu

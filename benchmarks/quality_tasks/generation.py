@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
+from motiondb.body import body, retarget
+from motiondb.body.features import recognition_features
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.generate.contact import foot_slip
-from motiondb.search.described_motion import describe
-from motiondb.pictures.strip import strip_figure
-from motiondb.body import body, retarget
-from motiondb.body.features import recognition_features
-from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
 from motiondb.meaning.evidence import warping
+from motiondb.pictures.strip import strip_figure
+from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
+from motiondb.search.described_motion import describe
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

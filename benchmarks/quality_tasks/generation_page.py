@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb.pictures.stick import draw_figure, view_motion
 from motiondb.body import features, retarget
+from motiondb.pictures.stick import draw_figure, view_motion
 from motiondb.records import MOTION_FPS, IntArray, Motion
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.body.features import recognition_features
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generate.generating import Generated
 from motiondb.errors import QueryError
-from motiondb.body.features import recognition_features
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.symbols.feature_space import FeatureSpace
 from quality_protocol.action_recogniser import (

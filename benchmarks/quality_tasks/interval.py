@@ -17,12 +17,12 @@ import numpy as np
 
 import motiondb
 from motiondb import store
+from motiondb.body.features import FEATURE_FPS
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.learn.symbol_fitting import LearnSettings
-from motiondb.body.features import FEATURE_FPS
-from motiondb.records import Float32Array, FloatArray
 from motiondb.meaning.evidence import warping
+from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

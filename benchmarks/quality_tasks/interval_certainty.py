@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 import motiondb
+from motiondb.language import vocabulary
+from motiondb.learn.learned import Learned
 from motiondb.meaning.certainty import joined_takes, place_certainty
 from motiondb.meaning.certainty.joined_takes import JoinedTake, ShortCapture
-from motiondb.learn.learned import Learned
 from motiondb.meaning.places.place_fitting import Places, Written, find_places
 from motiondb.records import Caption, FloatArray, SegmentTable
-from motiondb.language import vocabulary
 from quality_protocol.captures import load_bandai, without_copies
 from quality_protocol.learned_database import learned_database
 from quality_protocol.recognition import recognise

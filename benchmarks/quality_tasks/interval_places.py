@@ -9,10 +9,10 @@ from pathlib import Path
 
 import motiondb
 from motiondb.errors import MotionDBError
-from motiondb.search.word_answers import search_words
+from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.meaning.places import place_fitting
-from motiondb.language import vocabulary
+from motiondb.search.word_answers import search_words
 from quality_protocol.takes import LongTake
 
 Asked = Sequence[tuple[str, str, float]]

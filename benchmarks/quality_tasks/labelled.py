@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import motiondb
-from motiondb.search.part_suggestions import PartSuggestion, suggest_parts
-from motiondb.search.word_answers import search_words
 from motiondb.learn.learned import Learned
 from motiondb.meaning.places.place_fitting import Written, find_places
 from motiondb.records import Caption
+from motiondb.search.part_suggestions import PartSuggestion, suggest_parts
+from motiondb.search.word_answers import search_words
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of
 from quality_protocol.learned_database import learned_database

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.records import IntArray, Motion
-from motiondb.meaning.evidence.by_question import search_order
 from motiondb.language import vocabulary
+from motiondb.meaning.evidence.by_question import search_order
 from motiondb.meaning.maps import word_map
+from motiondb.records import IntArray, Motion
 from quality_protocol.captures import (
     Capture,
     load_cmu,

@@ -16,8 +16,7 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_FPS
 from motiondb.records import FloatArray, IntArray
-from motiondb.symbols import feature_space
-from motiondb.symbols import activities
+from motiondb.symbols import activities, feature_space
 from motiondb.symbols.segmentation import context
 from quality_protocol.captures import Capture, load_cmu
 from quality_protocol.confidence import mean_of

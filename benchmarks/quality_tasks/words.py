@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import FloatArray
 from motiondb.language import vocabulary
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import FloatArray
 from quality_protocol import baselines as base
 from quality_protocol import word_methods as methods
 from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies

@@ -9,16 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
+from motiondb.body import retarget
 from motiondb.generate.contact import foot_slip
+from motiondb.language import vocabulary
+from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand
-from motiondb.body import retarget
-from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
 from motiondb.meaning.evidence import by_question, by_words
-from motiondb.meaning.maps import score_vectors
-from motiondb.language import vocabulary
-from motiondb.meaning.maps import word_map
-from motiondb.language.question.readings import readings
+from motiondb.meaning.maps import score_vectors, word_map
+from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""

@@ -18,9 +18,9 @@ import numpy as np
 import odd_captures
 
 from motiondb import MotionDB
+from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
 from motiondb.files.limits import ReadLimits, ReadOptions
-from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from robustness_tasks.odd_texts import text_case
 
 SHARE_CAPTURES, SHARE_C3D, SHARE_WRITING = 0.5, 0.01, 0.03
@@ -69,9 +69,9 @@ def _read_capture(
     suffix: str, data: bytes, companions: Mapping[str, bytes], seed: int, place: Place
 ) -> object:
     """Read a capture as ``add`` does, up to the motion on the canonical body; or a sheet."""
+    from motiondb.body import retarget
     from motiondb.files.event_sheet import read_event_sheet
     from motiondb.files.sheet import read_sheet
-    from motiondb.body import retarget
 
     if suffix in (".tsv", ".csv"):
         path = place.folder / f"sheet{suffix}"

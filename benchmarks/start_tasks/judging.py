@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from motiondb.records import FloatArray
 from motiondb.meaning.calibration import probability
+from motiondb.records import FloatArray
 from quality_protocol.confidence import weighted_draws, weighted_measure
 
 CALIBRATION = "calibration error of the first five answers"

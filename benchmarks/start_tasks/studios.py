@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body.features import FEATURE_STEP
+from motiondb.language import vocabulary
 from motiondb.learn import fitting, knowledge_making
-from motiondb.meaning.certainty import asked_certainty
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.start.carried_certainty import carry
@@ -32,13 +33,12 @@ from motiondb.learn.word_fitting import (
     fit_words,
     fit_words_with_start,
 )
-from motiondb.body.features import FEATURE_STEP
-from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.meaning import calibration as certainty
+from motiondb.meaning.certainty import asked_certainty
 from motiondb.meaning.evidence import by_words
 from motiondb.meaning.maps import score_vectors
+from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.symbols import acquisition
-from motiondb.language import vocabulary
 from quality_protocol.captures import (
     Capture,
     load_bandai,

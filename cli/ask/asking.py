@@ -43,13 +43,7 @@ Example = Annotated[str, typer.Argument(help="A file, or the name of a stored ca
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     app.command()(search)
     app.command()(like)
     app.command()(describe)
@@ -204,11 +198,16 @@ def _print_answer(
     if json:
         rows: list[dict[str, Any]] = [
             {
-                "rank": m.rank, "capture": m.capture, "start": m.start, "end": m.end,
-                "score": m.score, "probability": m.probability, "words": list(m.words),
+                "rank": m.rank,
+                "capture": m.capture,
+                "start": m.start,
+                "end": m.end,
+                "score": m.score,
+                "probability": m.probability,
+                "words": list(m.words),
             }
             for m in matches
-        ]  # fmt: skip
+        ]
         for row, match in zip(rows, matches):
             row.update(_place_facts(match))
         for row, reason in zip(rows, why):
@@ -260,11 +259,13 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> 
         [*columns, "words"] + (["found"] if reasons else []),
         [
             [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
-            + [chance] * sure + [interval] * placed
-            + [" ".join(m.words) or nothing] + ([m.reason] if reasons else [])
+            + [chance] * sure
+            + [interval] * placed
+            + [" ".join(m.words) or nothing]
+            + ([m.reason] if reasons else [])
             for m, chance, interval in zip(matches, chances, intervals)
         ],
-    )  # fmt: skip
+    )
 
 
 def _is_place_unchecked(match: Match) -> bool:
@@ -295,12 +296,13 @@ def describe(
         print_json(
             [
                 {
-                    "start": d.start, "end": d.end,
+                    "start": d.start,
+                    "end": d.end,
                     "words": [{"word": w, "probability": p} for w, p in d.words],
                 }
                 for d in answer
             ]
-        )  # fmt: skip
+        )
         return
     rows = [
         [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(say_word(w, p) for w, p in d.words)]

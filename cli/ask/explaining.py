@@ -11,13 +11,7 @@ if TYPE_CHECKING:
 
 
 def print_explanations(answer: WordAnswer) -> None:
-    """Print the log-odds of every match, then one line for each word.
-
-    Parameters
-    ----------
-    answer : WordAnswer
-        The answer of a search.
-    """
+    """Print the log-odds of every match, then one line for each word."""
     for source in answer.sources:
         typer.echo(source.sentence())
     for match, why in zip(answer.matches, answer.explanations):

@@ -14,8 +14,7 @@ from motiondb.cli.printing import print_json
 if TYPE_CHECKING:
     from motiondb import Generated, JudgedAction
 
-FPS = 30.0
-"""Frames per second of generated motion."""
+FPS = 30.0  # Frames per second of generated motion
 
 
 def numbered(

@@ -42,13 +42,7 @@ Unit = Annotated[
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     app.command()(add)
     app.command("list")(list_captures)
     app.command()(show)
@@ -216,11 +210,15 @@ def list_captures(
         return
     rows = [
         [
-            i.name, f"{i.duration:.2f}", f"{i.fps:g}", i.format, i.tags.get("performer", ""),
+            i.name,
+            f"{i.duration:.2f}",
+            f"{i.fps:g}",
+            i.format,
+            i.tags.get("performer", ""),
             "; ".join(c.words for c in captions.get(i.capture_id, ()))[:70],
         ]
         for i in shown
-    ]  # fmt: skip
+    ]
     print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
     fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
     typer.echo(f"{len(infos)} captures{fewer}")
@@ -235,12 +233,14 @@ def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> Non
         return
     rows = [
         [
-            str(number) if name == group.captures[0] else "", name, f"{infos[name].duration:.2f}",
+            str(number) if name == group.captures[0] else "",
+            name,
+            f"{infos[name].duration:.2f}",
             "; ".join(_relation(r).partition(" ")[2] for r in group.relations if r.capture == name),
         ]
         for number, group in enumerate(groups[:limit], start=1)
         for name in group.captures
-    ]  # fmt: skip
+    ]
     print_table("", ["group", "capture", "seconds", "repeats"], rows)
     extra = sum(len(group.captures) - 1 for group in groups)
     typer.echo(f"{len(groups)} groups, {extra} captures repeat others")
@@ -379,9 +379,12 @@ def fetch_cmu(
     with progress(not json) as tell:
         settings = FetchSettings(base_url or CMU_URL, limits=FetchLimits(seconds=deadline))
         report = motiondb.fetch_cmu(
-            wanted, folder, settings, accept_terms=True,
+            wanted,
+            folder,
+            settings,
+            accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
-        )  # fmt: skip
+        )
     if json:
         print_json(asdict(report))
     else:

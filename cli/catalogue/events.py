@@ -13,13 +13,7 @@ from motiondb.cli.printing import print_json, print_notes, print_table, refuse
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     group = Commands(
         help="Events of captures: foot strikes, catches and releases of a ball.",
         invoke_without_command=True,

@@ -14,13 +14,7 @@ from motiondb.cli.printing import note_drift, print_json, refuse
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     app.command()(check)
     app.command()(rescue)
     app.command()(info)

@@ -13,13 +13,7 @@ from motiondb.cli.printing import print_json
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     group = Commands(
         help="Export what was learned, without motion and captions.", no_args_is_help=True
     )
@@ -80,13 +74,7 @@ def show_knowledge(
 
 
 def say_origin(facts: Mapping[str, Any]) -> str:
-    """One line on the origin of knowledge.
-
-    Parameters
-    ----------
-    facts : mapping
-        As ``Knowledge.facts`` gives them.
-    """
+    """One line on the origin of knowledge."""
     licences = ", ".join(f"{name} ({n})" for name, n in facts["licences"].items())
     return (
         f"{facts['name']}: {facts['symbols']} symbols and {facts['words']} words of "
@@ -96,13 +84,7 @@ def say_origin(facts: Mapping[str, Any]) -> str:
 
 
 def print_start(first: Mapping[str, Any]) -> None:
-    """Print the origin of the start of a database and its share.
-
-    Parameters
-    ----------
-    first : mapping
-        As ``MotionDB.start_facts`` gives it.
-    """
+    """Print the origin of the start of a database and its share."""
     typer.echo(f"Started from {say_origin(first)}.")
     if first["own_captions"]:
         typer.echo(

@@ -13,13 +13,7 @@ from motiondb.cli.printing import note_drift, print_json, print_notes, print_tab
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     group = Commands(
         help="The vocabulary, and the captions of captures.", invoke_without_command=True
     )
@@ -162,10 +156,13 @@ def _suggest_parts(limit: int, db: Path, json: bool) -> None:
         ["rank", "capture", "seconds", "gain", "captions list", "would also describe"],
         [
             [
-                str(one.rank), one.capture, f"{one.start:.2f}-{one.end:.2f}", f"{one.gain:.1%}",
+                str(one.rank),
+                one.capture,
+                f"{one.start:.2f}-{one.end:.2f}",
+                f"{one.gain:.1%}",
                 ", ".join(one.listed),
                 ", ".join(one.like[:3]) + (", ..." if len(one.like) > 3 else ""),
             ]
             for one in parts
         ],
-    )  # fmt: skip
+    )

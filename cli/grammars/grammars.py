@@ -25,13 +25,7 @@ if TYPE_CHECKING:
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     from motiondb.cli.grammars import parsing, sequences
 
     group = Commands(
@@ -94,9 +88,12 @@ def learn(
             f" a terminal, found {terminals!r}. Leave one of them out."
         )
     settings = GrammarSettings(
-        from_symbols=from_symbols, sentences=sentences, seed=seed, shortest=shortest,
+        from_symbols=from_symbols,
+        sentences=sentences,
+        seed=seed,
+        shortest=shortest,
         longest=longest,
-    )  # fmt: skip
+    )
     if terminals is not None:  # otherwise by duration
         settings = replace(settings, n_terminals=_number(terminals))
     with database(db, writing=True) as base, progress(not json) as tell:
@@ -127,13 +124,7 @@ def _number(terminals: str) -> int | None:
 
 
 def summary(size: GrammarSize) -> str:
-    """Describe a grammar in one line.
-
-    Parameters
-    ----------
-    size : GrammarSize
-        Numbers of its parts.
-    """
+    """Describe a grammar in one line."""
     return (
         f"{size.name}: {_counted(size.captures, 'capture')} ({size.seconds:.0f} s), "
         f"{_counted(size.segments, 'segment')} of {_counted(size.terminals, 'terminal')}, "
@@ -233,12 +224,16 @@ def show(
     typer.echo(summary(size))
     typer.echo(facts["text_with_loops"])
     rows = [
-        [t["terminal"], str(t["count"]), f"{t['seconds']:.2f}",
-         "  ".join(say_word(w["word"], w["probability"]) for w in t["words"]),
-         "  ".join(f"{s['symbol']}: {s['share']:.0%}" for s in t["symbols"]),
-         f"{t['medoid']['capture']} {t['medoid']['start']:.2f}-{t['medoid']['end']:.2f} s"]
+        [
+            t["terminal"],
+            str(t["count"]),
+            f"{t['seconds']:.2f}",
+            "  ".join(say_word(w["word"], w["probability"]) for w in t["words"]),
+            "  ".join(f"{s['symbol']}: {s['share']:.0%}" for s in t["symbols"]),
+            f"{t['medoid']['capture']} {t['medoid']['start']:.2f}-{t['medoid']['end']:.2f} s",
+        ]
         for t in facts["terminals"]
-    ]  # fmt: skip
+    ]
     columns = ["terminal", "count", "seconds", "words", "motion symbols", "medoid"]
     used = [k for k, _ in enumerate(columns) if any(row[k] for row in rows)]
     print_table("", [columns[k] for k in used], [[row[k] for k in used] for row in rows])
@@ -266,14 +261,30 @@ def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json =
         print_json([asdict(row) for row in rows])
         return
     table = [
-        [row.kind, str(row.nonterminals), str(row.rules), f"{row.bits:.1f}",
-         "more than 10,000" if row.strings is None else str(row.strings),
-         "" if row.held_out is None else f"{row.held_out:.0%}",
-         f"{row.new:.0%}", f"{row.outside:.0%}", f"{row.mean_length:.1f}"]
+        [
+            row.kind,
+            str(row.nonterminals),
+            str(row.rules),
+            f"{row.bits:.1f}",
+            "more than 10,000" if row.strings is None else str(row.strings),
+            "" if row.held_out is None else f"{row.held_out:.0%}",
+            f"{row.new:.0%}",
+            f"{row.outside:.0%}",
+            f"{row.mean_length:.1f}",
+        ]
         for row in rows
-    ]  # fmt: skip
-    columns = ["grammar", "nonterminals", "rules", "bits", "strings", "held out", "new", "outside",
-               "mean length"]  # fmt: skip
+    ]
+    columns = [
+        "grammar",
+        "nonterminals",
+        "rules",
+        "bits",
+        "strings",
+        "held out",
+        "new",
+        "outside",
+        "mean length",
+    ]
     print_table("", columns, table)
     typer.echo("held out: share of sentences that a grammar learned from the others derives")
     typer.echo(

@@ -12,18 +12,11 @@ from motiondb.cli.printing import note_pattern, print_json, print_table
 if TYPE_CHECKING:
     from motiondb import Grammars, ParsedMotion
 
-SHOWN = 10
-"""Largest number of unlike segments that are printed; JSON lists all."""
+SHOWN = 10  # Largest number of unlike segments that are printed; JSON lists all
 
 
 def register(group: typer.Typer) -> None:
-    """Add the commands to the group.
-
-    Parameters
-    ----------
-    group : typer.Typer
-        The group ``grammar``.
-    """
+    """Add the commands to the group."""
     group.command("parse")(parse)
     group.command("suggest")(suggest)
 
@@ -70,16 +63,17 @@ def _facts(parsed: ParsedMotion) -> dict[str, Any]:
         "unlike": list(parsed.unlike),
         "share_unlike": parsed.share_unlike,
         "is_unlike": parsed.is_unlike,
-        "sentences": [
-            {"string": list(tree.leaves()), "tree": str(tree)} for tree in parsed.trees
-        ],
+        "sentences": [{"string": list(tree.leaves()), "tree": str(tree)} for tree in parsed.trees],
         "fault": None
         if fault is None
         else {
-            "position": fault.position, "found": fault.symbol,
-            "expected": list(fault.expected), "may_end": fault.may_end, "says": str(fault),
+            "position": fault.position,
+            "found": fault.symbol,
+            "expected": list(fault.expected),
+            "may_end": fault.may_end,
+            "says": str(fault),
         },
-    }  # fmt: skip
+    }
 
 
 def _say_parsed(parsed: ParsedMotion, example: str) -> None:
@@ -119,11 +113,16 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
         "",
         ["position", "terminal", "start", "end", "metres from it"],
         [
-            [str(n), parsed.string[n], f"{parsed.starts[n]:.2f}", f"{parsed.ends[n]:.2f}",
-             f"{parsed.distances[n]:.2f}"]
+            [
+                str(n),
+                parsed.string[n],
+                f"{parsed.starts[n]:.2f}",
+                f"{parsed.ends[n]:.2f}",
+                f"{parsed.distances[n]:.2f}",
+            ]
             for n in farthest[:SHOWN]
         ],
-    )  # fmt: skip
+    )
     if len(farthest) > SHOWN:
         typer.echo(f"and {len(farthest) - SHOWN} more (--json lists all)")
     typer.echo(

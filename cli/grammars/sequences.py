@@ -33,13 +33,7 @@ TreesPng = Annotated[
 
 
 def register(group: typer.Typer) -> None:
-    """Add the commands to the group.
-
-    Parameters
-    ----------
-    group : typer.Typer
-        The group ``grammar``.
-    """
+    """Add the commands to the group."""
     group.command("generate")(generate)
     group.command("edit")(edit)
 
@@ -167,9 +161,13 @@ def edit(
         if choose is not None:
             made = base.grammars.play(name, edited, choose - 1, seed)
             how = {
-                "edited": sequence, "at": at, "wider": wider, "narrower": narrower,
-                "number": number, "choose": choose,
-            }  # fmt: skip
+                "edited": sequence,
+                "at": at,
+                "wider": wider,
+                "narrower": narrower,
+                "number": number,
+                "choose": choose,
+            }
             facts = _hand_out(base, made, seed, (output, None), save, how)
         else:
             facts = _offer(base, name, edited, seed, output)
@@ -255,12 +253,19 @@ def _say_offer(facts: dict[str, Any]) -> None:
         typer.echo(f"nothing else is possible there{more}")
         return
     rows = [
-        [str(number), " ".join(row["region"]) or "nothing", f"{row['log_probability']:.2f}",
-         *([""] * 2 if "not_playable" in row
-           else [f"{row['seconds']:.2f}", f"{row['join_cost']:.2f}"]),
-         row.get("output", "")]
+        [
+            str(number),
+            " ".join(row["region"]) or "nothing",
+            f"{row['log_probability']:.2f}",
+            *(
+                [""] * 2
+                if "not_playable" in row
+                else [f"{row['seconds']:.2f}", f"{row['join_cost']:.2f}"]
+            ),
+            row.get("output", ""),
+        ]
         for number, row in enumerate(facts["alternatives"], start=1)
-    ]  # fmt: skip
+    ]
     columns = ["rank", "region", "log probability", "seconds", "join cost", "file"]
     used = len(columns) if any(row[-1] for row in rows) else len(columns) - 1
     print_table("", columns[:used], [row[:used] for row in rows])

@@ -33,13 +33,7 @@ ClipsDb = Annotated[
 
 
 def register(app: typer.Typer) -> None:
-    """Add the commands to the app.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        The app.
-    """
+    """Add the commands to the app."""
     group = Commands(help="Scenes from motion grammars and tactics diagrams.", no_args_is_help=True)
     grammars = Commands(help="Grammars of motion.", no_args_is_help=True)
     grammars.command("check")(check_grammar)

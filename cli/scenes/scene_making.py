@@ -32,10 +32,13 @@ Rounds = Annotated[
 Minutes = Annotated[
     float | None,
     typer.Option(
-        "--minutes", min=0.0001, max=10_000.0, callback=finite,
+        "--minutes",
+        min=0.0001,
+        max=10_000.0,
+        callback=finite,
         help="Stop sampling after this time, and print a note. [default: no limit]",
     ),
-]  # fmt: skip
+]
 Chains = Annotated[
     int,
     typer.Option("--chains", help="Number of Markov chains, at different temperatures, 1 to 64."),
@@ -54,13 +57,7 @@ Place = Annotated[
 
 
 def register(group: typer.Typer) -> None:
-    """Add the commands to the group.
-
-    Parameters
-    ----------
-    group : typer.Typer
-        The group ``scene``.
-    """
+    """Add the commands to the group."""
     for command in (make, update, report):
         group.command(command.__name__)(command)
     group.command("list")(list_scenes)
@@ -206,12 +203,16 @@ def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
         ["scene", "characters", "clips", "seconds", "error", "broken rules"],
         [
             [
-                fact["scene"], str(fact["characters"]), str(fact["clips"]),
-                f"{fact['seconds']:.1f}", f"{fact['error']:.2f}", str(fact["broken"]),
+                fact["scene"],
+                str(fact["characters"]),
+                str(fact["clips"]),
+                f"{fact['seconds']:.1f}",
+                f"{fact['error']:.2f}",
+                str(fact["broken"]),
             ]
             for fact in facts
         ],
-    )  # fmt: skip
+    )
 
 
 def remove(

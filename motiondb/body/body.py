@@ -39,8 +39,7 @@ _TABLE = (
     ("r_wrist", 19, (-0.25, 0.0, 0.0)),
 )
 
-JOINTS: tuple[str, ...] = tuple(row[0] for row in _TABLE)
-"""Names of the canonical joints, in order."""
+JOINTS: tuple[str, ...] = tuple(row[0] for row in _TABLE)  # Names of the canonical joints, in order
 INDEX: Mapping[str, int] = MappingProxyType({name: number for number, name in enumerate(JOINTS)})
 """Name -> number of a canonical joint."""
 PARENTS: IntArray = np.array([row[1] for row in _TABLE])
@@ -53,26 +52,16 @@ END_SITES: tuple[tuple[int, tuple[float, float, float]], ...] = (
     (INDEX["r_wrist"], (-0.17, 0.0, 0.0)),
     (INDEX["l_toe"], (0.0, -0.02, 0.06)),
     (INDEX["r_toe"], (0.0, -0.02, 0.06)),
-)
-"""(joint, offset in its frame) of the ends of head, hands and feet, metres."""
-LEG_LENGTH = 0.85
-"""Hip to ankle of the standard body, metres."""
-ANKLE_HEIGHT = 0.08
-"""The ankle's height over the ground in a flat stance, metres."""
+)  # (joint, offset in its frame) of the ends of head, hands and feet, metres
+LEG_LENGTH = 0.85  # Hip to ankle of the standard body, metres
+ANKLE_HEIGHT = 0.08  # The ankle's height over the ground in a flat stance, metres
 MIRROR: IntArray = np.array(
     [INDEX[{"l": "r", "r": "l"}[name[0]] + name[1:] if name[1] == "_" else name] for name in JOINTS]
-)
-"""array (21,), for every joint the number of its mirror image."""
+)  # array (21,), for every joint the number of its mirror image
 
 
 def standard_skeleton(leg_length: float = LEG_LENGTH) -> Skeleton:
-    """Return the canonical body as a :class:`Skeleton` that writers accept.
-
-    Parameters
-    ----------
-    leg_length : float
-        Hip to ankle, metres; the whole body is scaled to it.
-    """
+    """Return the canonical body as a :class:`Skeleton` that writers accept."""
     scale = leg_length / LEG_LENGTH
     rotation_channels = ("Zrotation", "Yrotation", "Xrotation")
     channels: list[tuple[str, ...]] = [("Xposition", "Yposition", "Zposition", *rotation_channels)]

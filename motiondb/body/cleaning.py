@@ -31,8 +31,7 @@ LEAD_SECONDS = 0.5
 before the take. Chosen by hand on the CMU captures that begin so; not tuned."""
 RINGING_SECONDS = 0.3
 """How long after a leap at the start a filter may ring. Chosen by hand on the same captures."""
-RINGING_SPEED = 4.0
-"""Metres per second above which it does. Chosen by hand on the same captures."""
+RINGING_SPEED = 4.0  # Metres per second above which it does. Chosen by hand on the same captures
 SHORT_SECONDS = 0.1
 """Frames between two jumps that last less are not believed: human movements last longer."""
 
@@ -40,21 +39,10 @@ SHORT_SECONDS = 0.1
 def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray, tuple[str, ...]]:
     """Replace impossible frames.
 
-    Parameters
-    ----------
-    points : array (frames, joints, 3)
-        Joint positions, metres, world frame.
-    fps : float
-        Frames per second.
-    leg_length : float
-        Hip to ankle, metres; speeds are measured on a body with legs of the standard length.
+    Shapes: `points`, result (frames, joints, 3).
 
-    Returns
-    -------
-    points : array (frames, joints, 3)
-        Finite positions.
-    notes : tuple of str
-        What was repaired.
+    `leg_length`: Hip to ankle, metres; speeds are measured on a body with legs of the standard
+    length.
     """
     bad = wild_frames(points, fps, leg_length)
     if not bad.any():
@@ -79,19 +67,7 @@ def clean(points: FloatArray, fps: float, leg_length: float) -> tuple[FloatArray
 def implausible(points: FloatArray, fps: float, leg_length: float) -> str:
     """Describe why a capture as a whole cannot be the motion of a person.
 
-    Parameters
-    ----------
-    points : array (frames, joints, 3)
-        Joint positions, metres, world frame.
-    fps : float
-        Frames per second.
-    leg_length : float
-        Hip to ankle, metres.
-
-    Returns
-    -------
-    str
-        The reason; empty for a plausible capture.
+    Shapes: `points` (frames, joints, 3).
     """
     if len(points) < 2:
         return ""
@@ -116,19 +92,7 @@ def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np
     Leaps cut the take into runs of connected frames. The longest run is believed, and so are others
     of at least a tenth of a second; shorter runs between leaps and a pose before the take are not.
 
-    Parameters
-    ----------
-    points : array (frames, joints, 3)
-        Joint positions, metres, world frame.
-    fps : float
-        Frames per second.
-    leg_length : float
-        Hip to ankle, metres.
-
-    Returns
-    -------
-    array (frames,), bool
-        True where a frame is not believed.
+    Shapes: `points` (frames, joints, 3); result (frames,), bool.
     """
     known, speed, finite = _standard_speeds(points, fps, leg_length)
     if len(points) < 2:
@@ -156,17 +120,7 @@ def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np
 def _standard_speeds(
     points: FloatArray, fps: float, leg_length: float
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Scale positions to the standard body and measure their speeds.
-
-    Returns
-    -------
-    known : array (frames, joints, 3)
-        Positions on the standard body, metres; zeros in frames that are not finite.
-    speed : array (frames - 1,)
-        Speed of the fastest joint from each frame to the next, metres per second.
-    finite : array (frames,), bool
-        Whether a frame is finite.
-    """
+    """Scale positions to the standard body and measure their speeds; result (frames, joints, 3)."""
     finite = np.asarray(np.isfinite(points).all(axis=(1, 2)))
     known = np.where(finite[:, None, None], points, 0.0) * (body.LEG_LENGTH / leg_length)
     speed = np.linalg.norm(np.diff(known, axis=0), axis=-1).max(axis=1) * fps

@@ -35,24 +35,21 @@ with that of positions."""
 FEATURE_STEP = 2
 """Frames of the motion for each frame of features: features have 15 frames a second, which suffice
 for recognition (see ARCHITECTURE.md, "Feature weights")."""
-FEATURE_FPS = MOTION_FPS / FEATURE_STEP
-"""Frames of features per second."""
+FEATURE_FPS = MOTION_FPS / FEATURE_STEP  # Frames of features per second
 BLOCK = 1024
 """Frames of short motions computed together. 600 motions of a second or two took 0.16 s with
 1024, 0.27 s with 256, 0.21 s with 4096, and 0.62 s one at a time."""
-N_FEATURES = 6 * len(body.JOINTS) + 4
-"""Values in a frame of features."""
+N_FEATURES = 6 * len(body.JOINTS) + 4  # Values in a frame of features
 
 LEVEL = 0.25
 """Length in the ground plane that a body axis (of length 1) needs to define the heading. Below it,
-the axis is within 15 degrees of the vertical. Chosen by hand; not tuned."""
+the axis is within 15 degrees of the vertical."""
 TIPPED = 0.5
 """Height of the body's upward axis (1: upright) below which the body may have tipped over: 60
-degrees from upright. Chosen by hand; not tuned."""
+degrees from upright."""
 
 _I = body.INDEX
-TRUNK = (_I["pelvis"], _I["chest"])
-"""Joints whose rotations define the heading."""
+TRUNK = (_I["pelvis"], _I["chest"])  # Joints whose rotations define the heading
 
 
 def headings(rotations: FloatArray) -> FloatArray:
@@ -64,15 +61,7 @@ def headings(rotations: FloatArray) -> FloatArray:
     and is used instead. Where neither is level, the heading is interpolated between the frames in
     which it is known.
 
-    Parameters
-    ----------
-    rotations : array (frames, 21, 4)
-        World rotations, quaternions w, x, y, z.
-
-    Returns
-    -------
-    array (frames,)
-        Radians about y, 0 = facing +z, unwrapped in time.
+    Shapes: `rotations` (frames, 21, 4); result (frames,).
     """
     return _angle(*(_mean_axis(rotations, n) for n in range(3)))
 
@@ -115,17 +104,7 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def velocity(values: FloatArray, fps: float) -> FloatArray:
     """Compute central differences in time, one-sided at the ends.
 
-    Parameters
-    ----------
-    values : array (frames, ...)
-        Any quantity.
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    array (frames, ...)
-        Change per second; zeros for a single frame.
+    Shapes: `values`, result (frames, ...).
     """
     if len(values) < 2:
         return np.zeros_like(values)
@@ -133,18 +112,7 @@ def velocity(values: FloatArray, fps: float) -> FloatArray:
 
 
 def recognition_features(motion: Motion) -> Float32Array:
-    """Compute the features of every second frame.
-
-    Parameters
-    ----------
-    motion : Motion
-        At 30 frames a second on the standard body.
-
-    Returns
-    -------
-    array (ceil(frames / 2), 130), float32
-        Weighted features as the module describes, metres and radians.
-    """
+    """Compute the features of every second frame; result (ceil(frames / 2), 130), float32."""
     bounds = np.array([0, motion.n_frames])
     return _features(motion.local_rotations, motion.root_positions, bounds)
 
@@ -154,15 +122,7 @@ def features_of_motions(motions: Sequence[Motion]) -> list[Float32Array]:
 
     Short motions are computed together, ``BLOCK`` frames at a time.
 
-    Parameters
-    ----------
-    motions : sequence of Motion
-        At 30 frames a second on the standard body.
-
-    Returns
-    -------
-    list of array (ceil(frames / 2), 130), float32
-        Features of each motion.
+    Shapes: result each (ceil(frames / 2), 130), float32.
     """
     if not motions:
         return []
@@ -185,10 +145,7 @@ def _features(
 ) -> Float32Array:
     """Features of motions that follow one another; motion n has the frames [bounds[n], [n + 1]).
 
-    Returns
-    -------
-    array (sum of ceil(frames / 2), 130), float32
-        Features of every second frame of each motion.
+    Shapes: result (sum of ceil(frames / 2), 130), float32.
     """
     positions, rotations = kinematics.forward(
         body.PARENTS,

@@ -18,163 +18,302 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from motiondb.errors import SkeletonError, suggestion
 from motiondb.body import body
+from motiondb.errors import SkeletonError, suggestion
 from motiondb.records import Skeleton
 
-Roles = Mapping[str, str]
-"""Role -> normalised joint name."""
+Roles = Mapping[str, str]  # Role -> normalised joint name
 
 REQUIRED = (
-    "l_hip", "l_knee", "l_ankle", "r_hip", "r_knee", "r_ankle", "neck",
-    "l_shoulder", "l_elbow", "r_shoulder", "r_elbow",
-)  # fmt: skip
+    "l_hip",
+    "l_knee",
+    "l_ankle",
+    "r_hip",
+    "r_knee",
+    "r_ankle",
+    "neck",
+    "l_shoulder",
+    "l_elbow",
+    "r_shoulder",
+    "r_elbow",
+)
 """Roles that a skeleton must have; all others can be estimated from these."""
 _PREFIX = re.compile(r"^(mixamorig\d*|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])")
 _SEPARATORS = re.compile(r"[\s_.\-]")
-_MAX_LISTED = 40
-"""Joints that a message lists: those of a body without fingers."""
+_MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 
 
 def _sided(centre: dict[str, str], sided: dict[str, str], swap: tuple[str, str]) -> Roles:
-    """Return the central roles with those of both sides.
-
-    Parameters
-    ----------
-    centre : dict of str to str
-        Role -> joint name, for the trunk.
-    sided : dict of str to str
-        Role without side -> joint name with "*" for the side.
-    swap : tuple of 2 str
-        What stands for "*" on the left and on the right.
-    """
+    """Return the central roles with those of both sides."""
     sides = {f"l_{role}": name.replace("*", swap[0]) for role, name in sided.items()}
     sides |= {f"r_{role}": name.replace("*", swap[1]) for role, name in sided.items()}
     return MappingProxyType(centre | sides)
 
 
-CONVENTIONS: Mapping[str, Roles] = MappingProxyType({
-    "CMU ASF": _sided(
-        {"spine": "upperback", "chest": "thorax", "neck": "lowerneck", "head": "head"},
-        {"hip": "*femur", "knee": "*tibia", "ankle": "*foot", "toe": "*toes",
-         "shoulder": "*humerus", "elbow": "*radius", "wrist": "*wrist"},
-        ("l", "r"),
-    ),
-    "CMU BVH": _sided(
-        {"spine": "chest", "chest": "chest2", "neck": "lowerneck", "head": "head"},
-        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
-         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
-        ("left", "right"),
-    ),
-    "Xsens BVH": _sided(
-        {"spine": "chest", "chest": "chest3", "neck": "neck", "head": "head"},
-        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
-         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
-        ("left", "right"),
-    ),
-    "BVH hip-knee-ankle": _sided(
-        {"spine": "chest", "chest": "chest2", "neck": "neck", "head": "head"},
-        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
-         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
-        ("left", "right"),
-    ),
-    "Mixamo / MotionBuilder": _sided(
-        {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
-        {"hip": "*upleg", "knee": "*leg", "ankle": "*foot", "toe": "*toebase",
-         "shoulder": "*arm", "elbow": "*forearm", "wrist": "*hand"},
-        ("left", "right"),
-    ),
-    "MotionBuilder without toes and hands": _sided(
-        {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "end:neck"},
-        {"hip": "*upleg", "knee": "*leg", "ankle": "*foot", "toe": "end:*foot",
-         "shoulder": "*arm", "elbow": "*forearm", "wrist": "end:*forearm"},
-        ("left", "right"),
-    ),
-    "MotionBuilder with two spines": _sided(
-        {"spine": "spine", "chest": "spine1", "neck": "neck", "head": "head"},
-        {"hip": "*upleg", "knee": "*leg", "ankle": "*foot", "toe": "*toebase",
-         "shoulder": "*arm", "elbow": "*forearm", "wrist": "*hand"},
-        ("left", "right"),
-    ),
-    "Poser": _sided(
-        {"spine": "abdomen", "chest": "chest", "neck": "neck", "head": "head"},
-        {"hip": "*thigh", "knee": "*shin", "ankle": "*foot", "toe": "end:*foot",
-         "shoulder": "*shldr", "elbow": "*forearm", "wrist": "*hand"},
-        ("l", "r"),
-    ),
-    "Character Creator": _sided(
-        {"spine": "waist", "chest": "spine02", "neck": "necktwist01", "head": "head"},
-        {"hip": "*thigh", "knee": "*calf", "ankle": "*foot", "toe": "*toebase",
-         "shoulder": "*upperarm", "elbow": "*forearm", "wrist": "*hand"},
-        ("l", "r"),
-    ),
-    "Bandai-Namco": _sided(
-        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-        {"hip": "upperleg*", "knee": "lowerleg*", "ankle": "foot*", "toe": "toes*",
-         "shoulder": "upperarm*", "elbow": "lowerarm*", "wrist": "hand*"},
-        ("l", "r"),
-    ),
-    "SMPL": _sided(
-        {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
-        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*foot",
-         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
-        ("l", "r"),
-    ),
-    "DeepMimic": _sided(
-        {"spine": "chest", "neck": "neck", "head": "end:neck"},
-        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "end:*ankle",
-         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "end:*elbow"},
-        ("left", "right"),
-    ),
-    "3ds Max Biped": _sided(
-        {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
-        {"hip": "*thigh", "knee": "*calf", "ankle": "*foot", "toe": "*toe0",
-         "shoulder": "*upperarm", "elbow": "*forearm", "wrist": "*hand"},
-        ("l", "r"),
-    ),
-    "Rigify": _sided(
-        {"spine": "spine001", "chest": "spine003", "neck": "spine004", "head": "spine006"},
-        {"hip": "thigh*", "knee": "shin*", "ankle": "foot*", "toe": "toe*",
-         "shoulder": "upperarm*", "elbow": "forearm*", "wrist": "hand*"},
-        ("l", "r"),
-    ),
-    "Blender": _sided(
-        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-        {"hip": "thigh*", "knee": "shin*", "ankle": "foot*", "toe": "toe*",
-         "shoulder": "upperarm*", "elbow": "forearm*", "wrist": "hand*"},
-        ("l", "r"),
-    ),
-    "Unreal": _sided(
-        {"spine": "spine01", "chest": "spine03", "neck": "neck01", "head": "head"},
-        {"hip": "thigh*", "knee": "calf*", "ankle": "foot*", "toe": "ball*",
-         "shoulder": "upperarm*", "elbow": "lowerarm*", "wrist": "hand*"},
-        ("l", "r"),
-    ),
-    "Unity Humanoid": _sided(
-        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-        {"hip": "*upperleg", "knee": "*lowerleg", "ankle": "*foot", "toe": "*toes",
-         "shoulder": "*upperarm", "elbow": "*lowerarm", "wrist": "*hand"},
-        ("left", "right"),
-    ),
-    "Xsens": _sided(
-        {"spine": "l5", "chest": "t12", "neck": "neck", "head": "head"},
-        {"hip": "*upperleg", "knee": "*lowerleg", "ankle": "*foot", "toe": "*toe",
-         "shoulder": "*upperarm", "elbow": "*forearm", "wrist": "*hand"},
-        ("left", "right"),
-    ),
-    "Rokoko": _sided(
-        {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
-        {"hip": "*thigh", "knee": "*shin", "ankle": "*foot", "toe": "*toe",
-         "shoulder": "*arm", "elbow": "*forearm", "wrist": "*hand"},
-        ("left", "right"),
-    ),
-    "motiondb": _sided(
-        {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
-        {"hip": "*hip", "knee": "*knee", "ankle": "*ankle", "toe": "*toe",
-         "shoulder": "*shoulder", "elbow": "*elbow", "wrist": "*wrist"},
-        ("l", "r"),
-    ),
-})  # fmt: skip
+CONVENTIONS: Mapping[str, Roles] = MappingProxyType(
+    {
+        "CMU ASF": _sided(
+            {"spine": "upperback", "chest": "thorax", "neck": "lowerneck", "head": "head"},
+            {
+                "hip": "*femur",
+                "knee": "*tibia",
+                "ankle": "*foot",
+                "toe": "*toes",
+                "shoulder": "*humerus",
+                "elbow": "*radius",
+                "wrist": "*wrist",
+            },
+            ("l", "r"),
+        ),
+        "CMU BVH": _sided(
+            {"spine": "chest", "chest": "chest2", "neck": "lowerneck", "head": "head"},
+            {
+                "hip": "*hip",
+                "knee": "*knee",
+                "ankle": "*ankle",
+                "toe": "*toe",
+                "shoulder": "*shoulder",
+                "elbow": "*elbow",
+                "wrist": "*wrist",
+            },
+            ("left", "right"),
+        ),
+        "Xsens BVH": _sided(
+            {"spine": "chest", "chest": "chest3", "neck": "neck", "head": "head"},
+            {
+                "hip": "*hip",
+                "knee": "*knee",
+                "ankle": "*ankle",
+                "toe": "*toe",
+                "shoulder": "*shoulder",
+                "elbow": "*elbow",
+                "wrist": "*wrist",
+            },
+            ("left", "right"),
+        ),
+        "BVH hip-knee-ankle": _sided(
+            {"spine": "chest", "chest": "chest2", "neck": "neck", "head": "head"},
+            {
+                "hip": "*hip",
+                "knee": "*knee",
+                "ankle": "*ankle",
+                "toe": "*toe",
+                "shoulder": "*shoulder",
+                "elbow": "*elbow",
+                "wrist": "*wrist",
+            },
+            ("left", "right"),
+        ),
+        "Mixamo / MotionBuilder": _sided(
+            {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
+            {
+                "hip": "*upleg",
+                "knee": "*leg",
+                "ankle": "*foot",
+                "toe": "*toebase",
+                "shoulder": "*arm",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("left", "right"),
+        ),
+        "MotionBuilder without toes and hands": _sided(
+            {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "end:neck"},
+            {
+                "hip": "*upleg",
+                "knee": "*leg",
+                "ankle": "*foot",
+                "toe": "end:*foot",
+                "shoulder": "*arm",
+                "elbow": "*forearm",
+                "wrist": "end:*forearm",
+            },
+            ("left", "right"),
+        ),
+        "MotionBuilder with two spines": _sided(
+            {"spine": "spine", "chest": "spine1", "neck": "neck", "head": "head"},
+            {
+                "hip": "*upleg",
+                "knee": "*leg",
+                "ankle": "*foot",
+                "toe": "*toebase",
+                "shoulder": "*arm",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("left", "right"),
+        ),
+        "Poser": _sided(
+            {"spine": "abdomen", "chest": "chest", "neck": "neck", "head": "head"},
+            {
+                "hip": "*thigh",
+                "knee": "*shin",
+                "ankle": "*foot",
+                "toe": "end:*foot",
+                "shoulder": "*shldr",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("l", "r"),
+        ),
+        "Character Creator": _sided(
+            {"spine": "waist", "chest": "spine02", "neck": "necktwist01", "head": "head"},
+            {
+                "hip": "*thigh",
+                "knee": "*calf",
+                "ankle": "*foot",
+                "toe": "*toebase",
+                "shoulder": "*upperarm",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("l", "r"),
+        ),
+        "Bandai-Namco": _sided(
+            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+            {
+                "hip": "upperleg*",
+                "knee": "lowerleg*",
+                "ankle": "foot*",
+                "toe": "toes*",
+                "shoulder": "upperarm*",
+                "elbow": "lowerarm*",
+                "wrist": "hand*",
+            },
+            ("l", "r"),
+        ),
+        "SMPL": _sided(
+            {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
+            {
+                "hip": "*hip",
+                "knee": "*knee",
+                "ankle": "*ankle",
+                "toe": "*foot",
+                "shoulder": "*shoulder",
+                "elbow": "*elbow",
+                "wrist": "*wrist",
+            },
+            ("l", "r"),
+        ),
+        "DeepMimic": _sided(
+            {"spine": "chest", "neck": "neck", "head": "end:neck"},
+            {
+                "hip": "*hip",
+                "knee": "*knee",
+                "ankle": "*ankle",
+                "toe": "end:*ankle",
+                "shoulder": "*shoulder",
+                "elbow": "*elbow",
+                "wrist": "end:*elbow",
+            },
+            ("left", "right"),
+        ),
+        "3ds Max Biped": _sided(
+            {"spine": "spine1", "chest": "spine2", "neck": "neck", "head": "head"},
+            {
+                "hip": "*thigh",
+                "knee": "*calf",
+                "ankle": "*foot",
+                "toe": "*toe0",
+                "shoulder": "*upperarm",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("l", "r"),
+        ),
+        "Rigify": _sided(
+            {"spine": "spine001", "chest": "spine003", "neck": "spine004", "head": "spine006"},
+            {
+                "hip": "thigh*",
+                "knee": "shin*",
+                "ankle": "foot*",
+                "toe": "toe*",
+                "shoulder": "upperarm*",
+                "elbow": "forearm*",
+                "wrist": "hand*",
+            },
+            ("l", "r"),
+        ),
+        "Blender": _sided(
+            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+            {
+                "hip": "thigh*",
+                "knee": "shin*",
+                "ankle": "foot*",
+                "toe": "toe*",
+                "shoulder": "upperarm*",
+                "elbow": "forearm*",
+                "wrist": "hand*",
+            },
+            ("l", "r"),
+        ),
+        "Unreal": _sided(
+            {"spine": "spine01", "chest": "spine03", "neck": "neck01", "head": "head"},
+            {
+                "hip": "thigh*",
+                "knee": "calf*",
+                "ankle": "foot*",
+                "toe": "ball*",
+                "shoulder": "upperarm*",
+                "elbow": "lowerarm*",
+                "wrist": "hand*",
+            },
+            ("l", "r"),
+        ),
+        "Unity Humanoid": _sided(
+            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+            {
+                "hip": "*upperleg",
+                "knee": "*lowerleg",
+                "ankle": "*foot",
+                "toe": "*toes",
+                "shoulder": "*upperarm",
+                "elbow": "*lowerarm",
+                "wrist": "*hand",
+            },
+            ("left", "right"),
+        ),
+        "Xsens": _sided(
+            {"spine": "l5", "chest": "t12", "neck": "neck", "head": "head"},
+            {
+                "hip": "*upperleg",
+                "knee": "*lowerleg",
+                "ankle": "*foot",
+                "toe": "*toe",
+                "shoulder": "*upperarm",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("left", "right"),
+        ),
+        "Rokoko": _sided(
+            {"spine": "spine1", "chest": "spine3", "neck": "neck", "head": "head"},
+            {
+                "hip": "*thigh",
+                "knee": "*shin",
+                "ankle": "*foot",
+                "toe": "*toe",
+                "shoulder": "*arm",
+                "elbow": "*forearm",
+                "wrist": "*hand",
+            },
+            ("left", "right"),
+        ),
+        "motiondb": _sided(
+            {"spine": "spine", "chest": "chest", "neck": "neck", "head": "head"},
+            {
+                "hip": "*hip",
+                "knee": "*knee",
+                "ankle": "*ankle",
+                "toe": "*toe",
+                "shoulder": "*shoulder",
+                "elbow": "*elbow",
+                "wrist": "*wrist",
+            },
+            ("l", "r"),
+        ),
+    }
+)
 """Name of a convention -> role -> normalised joint name."""
 
 
@@ -190,23 +329,8 @@ def normalised(name: str) -> str:
 def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> dict[str, int]:
     """Find the joint of every role in a skeleton.
 
-    Parameters
-    ----------
-    skeleton : Skeleton
-        The skeleton of a capture.
-    user_map : mapping of str to str or None
-        Role -> joint name (or ``end:NAME``) for skeletons that no convention fits; its entries
-        override those of the convention.
-
-    Returns
-    -------
-    dict of str to int
-        Role -> joint number; an end site e counts as -1 - e.
-
-    Raises
-    ------
-    SkeletonError
-        When a required role has no joint; the message names the nearest convention.
+    `user_map`: Role -> joint name (or ``end:NAME``) for skeletons that no convention fits; its
+    entries override those of the convention.
     """
     numbers: dict[str, int] = {}
     for number, name in enumerate(skeleton.names):

@@ -31,29 +31,14 @@ _FOOT_AHEAD, _FOOT_DOWN = 0.33, 0.14
 """Place of a missing toe from the ankle, by the length of the shin: 0.14 m and 0.06 m of 0.42 m on
 the canonical body."""
 _FOOT_LENGTHS = (0.15, 0.8)
-"""Lengths from ankle to toe, by the length of the shin, outside which a file's toe is not believed.
-Chosen by hand; not tuned."""
+"""Lengths from ankle to toe, by the length of the shin, outside which a file's toe is not
+believed."""
 
 
 def clip_keypoints(clip: Clip, user_map: Mapping[str, str] | None = None) -> FloatArray:
     """Compute the positions of the canonical joints of a clip; joints that it lacks are estimated.
 
-    Parameters
-    ----------
-    clip : Clip
-        The capture.
-    user_map : mapping of str to str or None
-        Role -> joint name, for skeletons that no convention fits.
-
-    Returns
-    -------
-    array (frames, 21, 3)
-        Metres, world frame, y up.
-
-    Raises
-    ------
-    SkeletonError
-        When the joints cannot be matched.
+    Shapes: result (frames, 21, 3).
     """
     skeleton = clip.skeleton
     roles = joint_map(skeleton, user_map)

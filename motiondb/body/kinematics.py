@@ -16,8 +16,7 @@ from motiondb.records import Clip, FloatArray, IntArray
 _FOLDED, _STRAIGHT = 1e-4, 1.0 - 1e-6
 """A chain is never folded closer than the first (metres) nor stretched beyond the second (share of
 its length), where the direction of the bend is undefined."""
-_BEND = 1e-3
-"""Metres by which a straight chain is taken to bend ahead: small against any real bend."""
+_BEND = 1e-3  # Metres by which a straight chain is taken to bend ahead: small against any real bend
 
 
 def forward(
@@ -29,26 +28,11 @@ def forward(
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the position and the rotation of every joint in the world.
 
-    Parameters
-    ----------
-    parents : array (joints,)
-        Number of each joint's parent, -1 for the root; parents come before their children.
-    offsets : array (joints, 3) or (frames, joints, 3)
-        Offset from the parent in the parent's frame, metres.
-    local_rotations : array (frames, joints, 4)
-        Quaternions w, x, y, z relative to the parent.
-    root_positions : array (frames, 3)
-        Metres, world frame.
-    joints : sequence of int or None
-        Numbers of the joints that are needed; None: all. Joints that are neither needed nor
-        ancestors of one are not computed and are NaN in the result.
+    Shapes: `parents` (joints,); `offsets` (joints, 3) or (frames, joints, 3); `local_rotations`
+    (frames, joints, 4); `root_positions` (frames, 3); result (frames, joints, 3).
 
-    Returns
-    -------
-    positions : array (frames, joints, 3)
-        Metres, world frame.
-    rotations : array (frames, joints, 4)
-        Quaternions w, x, y, z, world frame.
+    `joints`: Numbers of the joints that are needed; None: all. Joints that are neither needed nor
+    ancestors of one are not computed and are NaN in the result.
     """
     n_joints, dtype = local_rotations.shape[1], local_rotations.dtype
     chosen = list(range(n_joints)) if joints is None else _with_ancestors(parents, joints)
@@ -115,22 +99,7 @@ def _move(q: FloatArray, v: FloatArray, since: FloatArray, into: FloatArray) -> 
 def clip_positions(
     clip: Clip, joints: Sequence[int] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute world positions and rotations of a clip.
-
-    Parameters
-    ----------
-    clip : Clip
-        The capture.
-    joints : sequence of int or None
-        Numbers of the joints that are needed, others may be NaN; None: all.
-
-    Returns
-    -------
-    positions : array (frames, joints, 3)
-        Metres, world frame.
-    rotations : array (frames, joints, 4)
-        Quaternions w, x, y, z, world frame.
-    """
+    """Compute world positions and rotations of a clip; result (frames, joints, 3)."""
     offsets = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions
     return forward(
         clip.skeleton.parents, offsets, clip.local_rotations, clip.root_positions, joints
@@ -142,25 +111,7 @@ def two_bone(
 ) -> tuple[FloatArray, FloatArray]:
     """Compute rotations that bring the end of a two-bone chain to a target in its bend plane.
 
-    Parameters
-    ----------
-    hip : array (frames, 3)
-        Start of the chain, metres, world frame.
-    knee : array (frames, 3)
-        Middle of the chain before.
-    ankle : array (frames, 3)
-        End of the chain before.
-    target : array (frames, 3)
-        Position that the ankle is to take; if out of reach, the chain points to it.
-    ahead : array (frames, 3)
-        Direction of the knee when the chain is straight.
-
-    Returns
-    -------
-    upper : array (frames, 4)
-        World rotations to apply to the upper bone.
-    lower : array (frames, 4)
-        World rotations to apply to the lower bone.
+    Shapes: `hip`, `knee`, `ankle`, `target`, `ahead` (frames, 3); result (frames, 4).
     """
     upper_bone, lower_bone = knee - hip, ankle - knee
     a = np.linalg.norm(upper_bone, axis=-1)

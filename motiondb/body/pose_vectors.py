@@ -19,10 +19,8 @@ FIXED = ("head", "l_wrist", "r_wrist", "l_toe", "r_toe")
 """Joints that keep their rest rotation on the canonical body."""
 TURNING = np.array([n for n, joint in enumerate(body.JOINTS) if joint not in FIXED])
 """Numbers of all other joints."""
-N_VALUES = 4 + 3 * len(TURNING)
-"""Values in a vector."""
-_UP = np.array([0.0, 1.0, 0.0])
-"""The vertical axis y."""
+N_VALUES = 4 + 3 * len(TURNING)  # Values in a vector
+_UP = np.array([0.0, 1.0, 0.0])  # The vertical axis y
 
 
 def yaw(angle: FloatArray) -> FloatArray:
@@ -36,15 +34,7 @@ def mean_rotations(rotations: FloatArray) -> FloatArray:
     It is the eigenvector of the largest eigenvalue of the sum of q q^T (Markley et al., "Averaging
     quaternions", Journal of Guidance, Control, and Dynamics 30(4), 2007).
 
-    Parameters
-    ----------
-    rotations : array (frames, joints, 4)
-        Quaternions w, x, y, z; q and -q count as equal.
-
-    Returns
-    -------
-    array (joints, 4)
-        With w not negative.
+    Shapes: `rotations` (frames, joints, 4); result (joints, 4).
     """
     moments = np.einsum("tja,tjb->jab", rotations, rotations)
     vectors = np.linalg.eigh(moments)[1][..., -1]
@@ -52,20 +42,7 @@ def mean_rotations(rotations: FloatArray) -> FloatArray:
 
 
 def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Split the rotations of a motion into its heading and the rest.
-
-    Parameters
-    ----------
-    motion : Motion
-        On the standard body.
-
-    Returns
-    -------
-    local : array (frames, 21, 4)
-        Local rotations; the pelvis relative to the heading.
-    heading : array (frames,)
-        Radians about y, 0 = facing +z, unwrapped in time.
-    """
+    """Split the rotations of a motion into its heading and the rest; result (frames, 21, 4)."""
     _, world = retarget.motion_positions(motion, features.TRUNK)
     heading = features.headings(world)
     local = motion.local_rotations.astype(np.float64)
@@ -74,20 +51,7 @@ def heading_rotations(motion: Motion) -> tuple[FloatArray, FloatArray]:
 
 
 def to_path(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Split a motion into its path over the ground and its rotations.
-
-    Parameters
-    ----------
-    motion : Motion
-        On the standard body.
-
-    Returns
-    -------
-    path : array (frames, 4)
-        [h, v_x, v_z, w]; the last step repeats the one before.
-    local : array (frames, 21, 4)
-        Local rotations; the pelvis relative to the heading.
-    """
+    """Split a motion into its path over the ground and its rotations; result (frames, 4)."""
     local, heading = heading_rotations(motion)
     root = motion.root_positions.astype(np.float64)
     step = np.diff(root, axis=0, append=root[-1:]) * MOTION_FPS
@@ -110,23 +74,9 @@ def from_path(
 
     The inverse of :func:`to_path`.
 
-    Parameters
-    ----------
-    path : array (frames, 4)
-        [h, v_x, v_z, w] as the module describes.
-    local : array (frames, 21, 4)
-        Local rotations; the pelvis relative to the heading.
-    start : tuple of 2 float
-        Position of the pelvis on the ground in the first frame, (x, z), metres.
-    heading : float
-        Heading in the first frame, radians about y.
-    leg_length : float
-        Leg length that is recorded in the motion, metres.
+    Shapes: `path` (frames, 4); `local` (frames, 21, 4).
 
-    Returns
-    -------
-    Motion
-        On the standard body, at 30 frames a second.
+    `start`: Position of the pelvis on the ground in the first frame, (x, z), metres.
     """
     turns = heading + np.concatenate([[0.0], np.cumsum(path[:-1, 3]) / MOTION_FPS])
     planar = np.zeros((len(path), 3))
@@ -153,23 +103,9 @@ def from_vectors(
 ) -> Motion:
     """Compute the motion of vectors.
 
-    Parameters
-    ----------
-    vectors : array (frames, 52)
-        [h, v_x, v_z, w, r_0, r_1, ...] as the module describes.
-    means : array (21, 4)
-        Mean local rotations.
-    start : tuple of 2 float
-        Position of the pelvis on the ground in the first frame, (x, z), metres.
-    heading : float
-        Heading in the first frame, radians about y.
-    leg_length : float
-        Leg length that is recorded in the motion, metres.
+    Shapes: `vectors` (frames, 52); `means` (21, 4).
 
-    Returns
-    -------
-    Motion
-        On the standard body, at 30 frames a second.
+    `start`: Position of the pelvis on the ground in the first frame, (x, z), metres.
     """
     local = np.tile(rotation.IDENTITY, (len(vectors), len(body.JOINTS), 1))
     turned = rotation.exp(vectors[:, 4:].reshape(len(vectors), -1, 3))

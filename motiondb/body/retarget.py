@@ -13,15 +13,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from motiondb.errors import ImplausibleError, SkeletonError
 from motiondb.body import body, cleaning, kinematics, rotation
 from motiondb.body.keypoints import clip_keypoints
+from motiondb.errors import ImplausibleError, SkeletonError
 from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion
 
 _I = body.INDEX
 _COLLAR_FROM_NECK = body.OFFSETS[_I["l_collar"]] - body.OFFSETS[_I["neck"]]
-_TOE_HEIGHT = 0.02
-"""Height of the toe joint above the ground in a flat stance, metres."""
+_TOE_HEIGHT = 0.02  # Height of the toe joint above the ground in a flat stance, metres
 _GROUND_PERCENTILE = 5
 """The ground is at this percentile of the lower foot's height over the frames: low enough for
 walks, in which one foot is always on the ground, and not at the single lowest frame, which depends
@@ -31,29 +30,7 @@ on noise."""
 def to_motion(
     clip: Clip, user_map: Mapping[str, str] | None = None, keep_implausible: bool = True
 ) -> Motion:
-    """Turn a clip into a motion on the canonical body at 30 frames a second.
-
-    Parameters
-    ----------
-    clip : Clip
-        A capture on any skeleton that a convention of :mod:`motiondb.body.joint_names` fits.
-    user_map : mapping of str to str or None
-        Role -> joint name, for other skeletons.
-    keep_implausible : bool
-        Keep a capture that moves faster than people can, with its leaps interpolated.
-
-    Returns
-    -------
-    Motion
-        Metres on the standard body, feet on y = 0, the pelvis of the first frame over the origin.
-
-    Raises
-    ------
-    SkeletonError
-        When the joints cannot be matched, or the body has no size.
-    ImplausibleError
-        When the capture moves faster than people can and is not to be kept.
-    """
+    """Turn a clip into a motion on the canonical body at 30 frames a second."""
     keypoints = clip_keypoints(clip, user_map)
     if not keep_implausible:
         reason = cleaning.implausible(keypoints, clip.fps, _leg_length(keypoints))
@@ -66,25 +43,7 @@ def to_motion(
 
 
 def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
-    """Solve the canonical body for joint positions.
-
-    Parameters
-    ----------
-    keypoints : array (frames, 21, 3)
-        Positions of the canonical joints, metres, world frame, y up.
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    Motion
-        At 30 frames a second, on the standard body.
-
-    Raises
-    ------
-    SkeletonError
-        When no frame holds numbers, or the legs have no sensible length.
-    """
+    """Solve the canonical body for joint positions; `keypoints` (frames, 21, 3)."""
     leg_length = _leg_length(keypoints)
     points, notes = cleaning.clean(keypoints, fps, leg_length)
     points = resample(points, fps) * (body.LEG_LENGTH / leg_length)
@@ -104,22 +63,7 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
 def motion_positions(
     motion: Motion, joints: Sequence[int] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Compute world positions and rotations of a motion.
-
-    Parameters
-    ----------
-    motion : Motion
-        On the standard body.
-    joints : sequence of int or None
-        Numbers of the joints that are needed, others may be NaN; None: all.
-
-    Returns
-    -------
-    positions : array (frames, 21, 3)
-        Metres on the standard body, world frame.
-    rotations : array (frames, 21, 4)
-        Quaternions w, x, y, z, world frame.
-    """
+    """Compute world positions and rotations of a motion; result (frames, 21, 3)."""
     return kinematics.forward(
         body.PARENTS,
         body.OFFSETS,
@@ -130,20 +74,7 @@ def motion_positions(
 
 
 def to_clip(motion: Motion, leg_length: float | None = None) -> Clip:
-    """Turn a motion into a clip on the canonical skeleton.
-
-    Parameters
-    ----------
-    motion : Motion
-        On the standard body.
-    leg_length : float or None
-        Hip to ankle of the clip's body, metres; None: the performer's.
-
-    Returns
-    -------
-    Clip
-        Metres, y up, 30 frames a second; files are written in centimetres.
-    """
+    """Turn a motion into a clip on the canonical skeleton."""
     length = motion.leg_length if leg_length is None else leg_length
     skeleton = body.standard_skeleton(length)
     return Clip(
@@ -169,17 +100,7 @@ def mirror(motion: Motion) -> Motion:
 def resample(points: FloatArray, fps: float) -> FloatArray:
     """Interpolate positions linearly in time to 30 frames a second, over the same duration.
 
-    Parameters
-    ----------
-    points : array (frames, joints, 3)
-        Positions at ``fps``.
-    fps : float
-        Frames per second.
-
-    Returns
-    -------
-    array (new frames, joints, 3)
-        Positions at 30 frames a second; at least one frame.
+    Shapes: `points` (frames, joints, 3); result (new frames, joints, 3).
     """
     n_frames = max(1, round(len(points) / fps * MOTION_FPS))
     times = np.arange(n_frames) * (fps / MOTION_FPS)
@@ -192,16 +113,7 @@ def resample(points: FloatArray, fps: float) -> FloatArray:
 def solve_rotations(points: FloatArray) -> FloatArray:
     """Compute rotations that point the bones of the canonical body like those of ``points``.
 
-    Parameters
-    ----------
-    points : array (frames, 21, 3)
-        Metres, world frame, y up, scaled to the standard leg length: the collar keeps its place
-        below the neck on the standard body.
-
-    Returns
-    -------
-    array (frames, 21, 4)
-        Local rotations, quaternions w, x, y, z relative to the parent.
+    Shapes: `points` (frames, 21, 3); result (frames, 21, 4).
     """
     n_frames = len(points)
     local = np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
@@ -234,15 +146,7 @@ def solve_rotations(points: FloatArray) -> FloatArray:
 def ground_height(positions: FloatArray) -> float:
     """Estimate the height of the ground under a motion from its feet.
 
-    Parameters
-    ----------
-    positions : array (frames, 21, 3)
-        Metres on the standard body, world frame, y up.
-
-    Returns
-    -------
-    float
-        Metres.
+    Shapes: `positions` (frames, 21, 3).
     """
     toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - _TOE_HEIGHT
     ankles = positions[:, [_I["l_ankle"], _I["r_ankle"]], 1] - body.ANKLE_HEIGHT
@@ -276,8 +180,6 @@ def _swing(
 ) -> None:
     """Turn a joint as little as possible so that its bone points from ``rest`` to ``bone``.
 
-    Parameters
-    ----------
     local, world : array (frames, 21, 4)
         Rotations so far; those of the joint are set.
     joint : str

@@ -113,17 +113,7 @@ def from_euler(angles: ArrayLike, order: str) -> FloatArray:
 
     R = R_order[0](angles[0]) R_order[1](angles[1]) ..., the BVH convention.
 
-    Parameters
-    ----------
-    angles : array (..., n)
-        Degrees.
-    order : str
-        Names of the n axes, such as "ZXY".
-
-    Returns
-    -------
-    array (..., 4)
-        Quaternions w, x, y, z.
+    Shapes: `angles` (..., n); result (..., 4).
     """
     half = np.deg2rad(np.asarray(angles, dtype=float)) / 2.0
     cosine, sine = np.cos(half), np.sin(half)
@@ -141,17 +131,7 @@ def to_euler(q: FloatArray, order: str) -> FloatArray:
 
     At gimbal lock (middle angle +-90 degrees) the last angle is set to 0.
 
-    Parameters
-    ----------
-    q : array (..., 4)
-        Quaternions w, x, y, z.
-    order : str
-        Names of three different axes, such as "ZXY".
-
-    Returns
-    -------
-    array (..., 3)
-        Degrees.
+    Shapes: `q` (..., 4); result (..., 3).
     """
     i, j, k = ("XYZ".index(axis) for axis in order.upper())
     sign = 1.0 if (j - i) % 3 == 1 else -1.0

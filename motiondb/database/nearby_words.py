@@ -13,4 +13,6 @@ _FILE = "words.table"
 @lru_cache(maxsize=1)
 def nearby_table() -> NearbyTable:
     """The table that is shipped with motiondb; read once."""
-    return read_table(resources.files("motiondb.language.nearby").joinpath(_FILE).read_bytes(), _FILE)
+    return read_table(
+        resources.files("motiondb.language.nearby").joinpath(_FILE).read_bytes(), _FILE
+    )

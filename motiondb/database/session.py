@@ -18,36 +18,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
+from motiondb.body.features import N_FEATURES, features_of_motions
 from motiondb.errors import NotLearnedError
-from motiondb.meaning.counting import join_tables
-from motiondb.learn.learned import Learned
 from motiondb.generate.segment_material import Takes
+from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored
 from motiondb.learn.recognition import recognise_capture
 from motiondb.learn.start.checking import given_certainties
 from motiondb.learn.symbol_fitting import FeaturePool
-from motiondb.body.features import N_FEATURES, features_of_motions
+from motiondb.meaning.counting import join_tables
 from motiondb.records import SegmentTable
 
 T = TypeVar("T")
-FEATURES = "features"
-"""Name of the features of all captures in the cache of the database."""
+FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
 class Session:
-    """The store of one open database, and the values kept for its present revision.
-
-    Parameters
-    ----------
-    path : str or Path
-        The DuckDB file.
-    read_only : bool
-        Whether writing is refused; several processes may read at once.
-    create : bool
-        Make the file if there is none (never when ``read_only``).
-    wait : float
-        Seconds to wait for another process that holds the file.
-    """
+    """The store of one open database, and the values kept for its present revision."""
 
     def __init__(
         self, path: str | Path, *, read_only: bool = False, create: bool = True, wait: float = 0.0
@@ -71,15 +58,10 @@ class Session:
     def kept(self, key: Hashable, load: Callable[[], T]) -> T:
         """A value for the revision that is being read: kept, or loaded now.
 
-        Parameters
-        ----------
-        key : hashable
-            Names the value.
-        load : callable
-            Loads it; called in a ``reading`` block. It may ask for other values, but not for those
-            that are loaded with this one. Other threads that ask for the same value wait for it.
-            Nothing is kept where it raises, within a transaction, or while a block reads an earlier
-            revision than the newest one read.
+        `load`: Loads it; called in a ``reading`` block. It may ask for other values, but not for
+        those that are loaded with this one. Other threads that ask for the same value wait for it.
+        Nothing is kept where it raises, within a transaction, or while a block reads an earlier
+        revision than the newest one read.
         """
         with store.reading(self.store) as revision:
             if self.store.in_transaction:  # it may yet be undone
@@ -109,13 +91,7 @@ class Session:
 
     @property
     def learned(self) -> Learned:
-        """The learned model, with the catalogue of the same revision.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned.
-        """
+        """The learned model, with the catalogue of the same revision."""
         return self.kept("learned", lambda: load_learned(self.store))
 
     @property
@@ -125,11 +101,6 @@ class Session:
         ``learn`` passes over generated captures, so that the database does not learn from itself.
         They take no part in counts, nor as material for further generation. Search finds them: here
         they are cut and scored by the learned symbols.
-
-        Raises
-        ------
-        NotLearnedError
-            When the database has not learned.
         """
         return self.kept("searchable", lambda: _with_generated(self.store, self.learned))
 
@@ -154,28 +125,14 @@ class Session:
             return store.is_cached(self.store, FEATURES)
 
     def keep_features(self, motions: store.MotionPool, arrays: dict[str, NDArray[Any]]) -> None:
-        """Keep features that were computed while the file was free, unless the database changed.
-
-        Parameters
-        ----------
-        motions : MotionPool
-            The value of :attr:`motions` from which they were computed.
-        arrays : dict of str to array
-            As :func:`feature_arrays` made them.
-        """
+        """Keep features that were computed while the file was free, unless the database changed."""
         with self.reading():
             if self.motions is motions:
                 self.kept("features", lambda: load_features(self.store, arrays))
 
 
 def load_learned(opened: store.Store) -> Learned:
-    """Load the data that questions need, all of one revision.
-
-    Raises
-    ------
-    NotLearnedError
-        When the database has not learned.
-    """
+    """Load the data that questions need, all of one revision."""
     with store.reading(opened):
         if not store.is_learned(opened):
             raise NotLearnedError(
@@ -195,15 +152,7 @@ def load_learned(opened: store.Store) -> Learned:
 def load_features(
     opened: store.Store, arrays: dict[str, NDArray[Any]] | None = None
 ) -> FeaturePool:
-    """Features of all motions; computed once, then memory-mapped from the cache of the database.
-
-    Parameters
-    ----------
-    opened : Store
-        The open database.
-    arrays : dict of str to array, optional
-        Features of its motions (:func:`feature_arrays`), if they are there already.
-    """
+    """Features of all motions; computed once, then memory-mapped from the cache of the database."""
 
     def build() -> dict[str, NDArray[Any]]:
         return arrays or feature_arrays(store.load_motion_pool(opened))
@@ -212,13 +161,7 @@ def load_features(
 
 
 def feature_arrays(pool: store.MotionPool) -> dict[str, NDArray[Any]]:
-    """The arrays of a :class:`FeaturePool` by name.
-
-    Parameters
-    ----------
-    pool : MotionPool
-        All motions.
-    """
+    """The arrays of a :class:`FeaturePool` by name."""
     parts = features_of_motions([pool.motion(int(c)) for c in pool.capture_ids])
     bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
     none = np.zeros((0, N_FEATURES), dtype=np.float32)

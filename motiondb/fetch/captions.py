@@ -34,13 +34,7 @@ def caption_row(trial: Trial) -> str:
 
 
 def read_rows(sheet: Path) -> list[str]:
-    """The rows of a sheet, without its header; none when there is no sheet.
-
-    Raises
-    ------
-    SheetError
-        when the file is there and has other columns.
-    """
+    """The rows of a sheet, without its header; none when there is no sheet."""
     if not sheet.exists():
         return []
     lines = sheet.read_text(encoding="utf-8-sig").splitlines()

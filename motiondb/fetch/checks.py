@@ -21,11 +21,6 @@ def check_amc(data: bytes) -> str | None:
 
     A whole file has a header and frames that are numbered one after the other. Its last frame has
     the bones of the first, each with as many values, and ends with a line end.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
     """
     fault = _wrong_kind(data, "an AMC file", (b"#", b":"))
     if fault:
@@ -54,11 +49,6 @@ def check_asf(data: bytes) -> str | None:
 
     A whole file has the sections root, bonedata and hierarchy, an ``end`` for every ``begin``, and
     the ``end`` of the hierarchy last.
-
-    Parameters
-    ----------
-    data : bytes
-        The file.
     """
     fault = _wrong_kind(data, "an ASF file", (b"#", b":"))
     if fault:

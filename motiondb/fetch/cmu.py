@@ -35,55 +35,26 @@ files, which `motiondb add` reads as well.
 
 @dataclass(frozen=True)
 class FetchProgress:
-    """How far a download is.
+    """How far a download is."""
 
-    Attributes
-    ----------
-    file : str
-        The file that is being downloaded, its path below the folder.
-    number : int
-        Its number, from 1.
-    n_files : int
-        How many there are.
-    n_bytes : int
-        Bytes of the file that are there.
-    total_bytes : int or None
-        Number of bytes of the whole file, if the server says so.
-    """
-
-    file: str
-    number: int
-    n_files: int
-    n_bytes: int
-    total_bytes: int | None
+    file: str  # The file that is being downloaded, its path below the folder
+    number: int  # Its number, from 1
+    n_files: int  # How many there are
+    n_bytes: int  # Bytes of the file that are there
+    total_bytes: int | None  # Number of bytes of the whole file, if the server says so
 
 
 @dataclass(frozen=True)
 class FetchReport:
-    """The result of a download.
+    """The result of a download."""
 
-    Attributes
-    ----------
-    folder : Path
-        Where the captures are.
-    sheet : Path
-        The sheet of their words.
-    fetched : tuple of str
-        Files downloaded now.
-    skipped : tuple of str
-        Files that were there and whole.
-    refused : tuple of (str, str)
-        File and reason for every file that could not be downloaded.
-    n_bytes : int
-        Bytes of the files downloaded, with those that were resumed.
-    """
-
-    folder: Path
-    sheet: Path
+    folder: Path  # Where the captures are
+    sheet: Path  # The sheet of their words
     fetched: tuple[str, ...]
-    skipped: tuple[str, ...]
+    skipped: tuple[str, ...]  # Files that were there and whole
+    # File and reason for every file that could not be downloaded
     refused: tuple[tuple[str, str], ...]
-    n_bytes: int
+    n_bytes: int  # Bytes of the files downloaded, with those that were resumed
 
 
 @dataclass(frozen=True)
@@ -213,18 +184,8 @@ def _check_count(what: str, count: int, most: int) -> None:
 def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     """Subjects as numbers, each once, in the order given.
 
-    Parameters
-    ----------
-    subjects : iterable of int or str
-        As the user gave them.
-
     >>> check_subjects(["14", 7, "07"])
     (14, 7)
-
-    Raises
-    ------
-    QueryError
-        No subject is given, or one is not a number from 1 to 999.
     """
     numbers: list[int] = []
     for subject in subjects:

@@ -16,8 +16,7 @@ _AMC_LINK = re.compile(r"(?:^|/)0{0,3}([0-9]{1,3})_0{0,3}([0-9]{1,3})\.amc$", re
 _NUMBER = re.compile(r"[0-9]{1,4}")
 _FASTEST = 2000
 """Frames a second that no optical system of the site reaches; a larger number is not believed."""
-_LONGEST_WORDS = 1000
-"""Letters of a description; the site's longest has 100. Chosen by hand."""
+_LONGEST_WORDS = 1000  # Letters of a description; the site's longest has 100
 
 
 @dataclass(frozen=True)

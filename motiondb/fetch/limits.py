@@ -29,21 +29,11 @@ class UnreachableError(MotionDBError):
 
 @dataclass(frozen=True)
 class Patience:
-    """How long to wait for a server.
+    """How long to wait for a server."""
 
-    Attributes
-    ----------
-    timeout : float
-        Seconds to wait for the next bytes of an answer. Chosen by hand.
-    attempts : int
-        Largest number of consecutive attempts without new bytes. Chosen by hand.
-    pause : callable
-        Waits for so many seconds.
-    """
-
-    timeout: float = 30.0
-    attempts: int = 4
-    pause: Callable[[float], None] = time.sleep
+    timeout: float = 30.0  # Seconds to wait for the next bytes of an answer. Chosen by hand
+    attempts: int = 4  # Largest number of consecutive attempts without new bytes. Chosen by hand
+    pause: Callable[[float], None] = time.sleep  # Waits for so many seconds
 
 
 @dataclass(frozen=True)
@@ -76,13 +66,7 @@ class FetchLimits:
 
 
 def check_limits(limits: FetchLimits) -> None:
-    """Refuse limits that are no numbers above 0.
-
-    Raises
-    ------
-    QueryError
-        Names the first one.
-    """
+    """Refuse limits that are no numbers above 0."""
     for name, value in vars(limits).items():
         if not (value > 0 and value < float("inf")):
             raise QueryError(f"{name}: expected a number above 0, found {value!r}.")
@@ -90,21 +74,11 @@ def check_limits(limits: FetchLimits) -> None:
 
 @dataclass
 class Budget:
-    """The share of the limits that one download has used.
+    """The share of the limits that one download has used."""
 
-    Attributes
-    ----------
-    limits : FetchLimits
-        What it may take.
-    clock : callable
-        Gives seconds that only rise.
-    n_bytes : int
-        Bytes that came so far, of pages and files.
-    """
-
-    limits: FetchLimits
-    clock: Callable[[], float] = time.monotonic
-    n_bytes: int = 0
+    limits: FetchLimits  # What it may take
+    clock: Callable[[], float] = time.monotonic  # Gives seconds that only rise
+    n_bytes: int = 0  # Bytes that came so far, of pages and files
     began: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -115,20 +89,7 @@ class Budget:
         return self.limits.seconds - (self.clock() - self.began)
 
     def spend(self, url: str, n_bytes: int) -> None:
-        """Count bytes that came.
-
-        Parameters
-        ----------
-        url : str
-            Where from, for the message.
-        n_bytes : int
-            How many; 0 to look at the time only.
-
-        Raises
-        ------
-        UnreachableError
-            The seconds or the bytes of the whole download are used up.
-        """
+        """Count bytes that came."""
         self.n_bytes += n_bytes
         if self.seconds_left() <= 0.0:
             raise UnreachableError(
@@ -144,13 +105,7 @@ class Budget:
 
     @staticmethod
     def check_size(url: str, n_bytes: int, most: int) -> None:
-        """Refuse a page or a file that is longer than it may be.
-
-        Raises
-        ------
-        TooLongError
-            Tells both lengths.
-        """
+        """Refuse a page or a file that is longer than it may be."""
         if n_bytes > most:
             raise TooLongError(
                 f"{url}: expected at most {most} bytes, found {n_bytes} or more. "
@@ -159,15 +114,7 @@ class Budget:
 
 
 def disk_fault(path: Path, error: OSError) -> UnreachableError:
-    """Return why a file or folder cannot be written, and what to do.
-
-    Parameters
-    ----------
-    path : Path
-        The file or folder.
-    error : OSError
-        The error of the system.
-    """
+    """Return why a file or folder cannot be written, and what to do."""
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return UnreachableError(
             f"{path}: expected room on the disk, found it full. "

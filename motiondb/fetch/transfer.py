@@ -35,17 +35,15 @@ from motiondb.fetch.limits import (
 
 Check = Callable[[bytes], str | None]
 """Bytes of a file -> None when whole, or ``expected ..., found ...``."""
-OnBytes = Callable[[int, int | None], None]
-"""Called with (bytes there, bytes in all or None)."""
+OnBytes = Callable[[int, int | None], None]  # Called with (bytes there, bytes in all or None)
 
 T = TypeVar("T")
 
 _HEAD_SHARE = 4.0
 """Time-outs within which an answer's head must come: names are looked up, several addresses may be
-tried, and redirections followed. Chosen by hand."""
+tried, and redirections followed."""
 
-_CHUNK = 1 << 16
-"""Bytes that are written at once. Chosen by hand."""
+_CHUNK = 1 << 16  # Bytes that are written at once
 _PASSING = (408, 425, 429, 500, 502, 503, 504)
 """HTTP statuses of a server that may answer later (RFC 9110, section 15; RFC 6585)."""
 _NETWORK_FAULTS = (OSError, http.client.HTTPException)
@@ -57,24 +55,7 @@ class _CutError(Exception):
 
 
 def fetch_page(url: str, patience: Patience, budget: Budget) -> bytes:
-    """Download a page into memory, in as many attempts as patience allows.
-
-    Parameters
-    ----------
-    url : str
-        Its address.
-    patience : Patience
-        How long to wait for an answer, and how often to ask.
-    budget : Budget
-        What is left of the download's limits.
-
-    Raises
-    ------
-    NotFoundError, RefusedError
-        The server has no such page, or refuses it, or it is longer than a page may be.
-    UnreachableError
-        No server answers, or the limits of the download are reached.
-    """
+    """Download a page into memory, in as many attempts as patience allows."""
 
     def ask() -> bytes:
         data = bytearray()
@@ -102,28 +83,7 @@ def fetch_file(
 ) -> int:
     """Download one file, resuming what an earlier attempt left; return its bytes.
 
-    Parameters
-    ----------
-    url : str
-        Its address.
-    path : Path
-        Its final name; the folder exists. Until the file is whole it is called ``path.part``.
-    check : callable
-        Returns the fault of the bytes of the whole file, or None.
-    patience : Patience
-        How long to wait for an answer, and how often to ask.
-    budget : Budget
-        What is left of the download's limits.
-    on_bytes : callable or None
-        Told how many bytes are there, and how many there will be.
-
-    Raises
-    ------
-    NotFoundError, RefusedError
-        The server has no such file, or a damaged or too long one; nothing is left behind.
-    UnreachableError
-        No server answers, the disk is full, or the limits of the download are reached; the part
-        stays for the next time.
+    `path`: Its final name; the folder exists. Until the file is whole it is called ``path.part``.
     """
     part = path.with_name(path.name + ".part")
     for is_resumed in (_size(part) > 0, False):
@@ -285,18 +245,6 @@ def within(seconds: float, work: Callable[[], T]) -> T:
 
     The time-out of a socket starts again with every byte, so a server that sends the head of its
     answer byte by byte would never reach it.
-
-    Parameters
-    ----------
-    seconds : float
-        How long to wait; the thread continues until the program ends.
-    work : callable
-        What to do; its answer and its errors are handed on.
-
-    Raises
-    ------
-    TimeoutError
-        It was not done in time.
     """
     done: list[T] = []
     failed: list[BaseException] = []

@@ -16,20 +16,7 @@ thousand times what such files hold."""
 
 
 def read_bounded(path: Path, most: int = MOST_TEXT) -> bytes:
-    """Return the content of a file that is not too large.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    most : int
-        Largest number of bytes.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read, or is larger; the text of the error says which.
-    """
+    """Return the content of a file that is not too large."""
     with path.open("rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
@@ -38,13 +25,5 @@ def read_bounded(path: Path, most: int = MOST_TEXT) -> bytes:
 
 
 def read_bounded_text(path: Path, encoding: str = "utf-8-sig") -> str:
-    r"""Return the text of a file that is not too large, with ``\n`` for every end of line.
-
-    Raises
-    ------
-    OSError
-        As :func:`read_bounded`.
-    UnicodeDecodeError
-        If the file is not in this encoding.
-    """
+    r"""Return the text of a file that is not too large, with ``\n`` for every end of line."""
     return io.TextIOWrapper(io.BytesIO(read_bounded(path)), encoding).read()

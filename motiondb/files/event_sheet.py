@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from motiondb.files.text import number, quoted
+from motiondb.body import body
+from motiondb.errors import SheetError, suggestion
 from motiondb.files.sheet import (
     Rows,
     all_faults,
@@ -25,36 +26,25 @@ from motiondb.files.sheet import (
     shown_row,
     unknown_files,
 )
-from motiondb.errors import SheetError, suggestion
-from motiondb.body import body
+from motiondb.files.text import number, quoted
 from motiondb.records import MOTION_FPS, Event
 
 COLUMNS = ("file", "event", "frame", "time", "joint", "other")
 _SYNONYMS = MappingProxyType(
     {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
 )
-MAX_VALUE = 1e9
-"""Frames and seconds beyond are faults: a year at 30 frames a second."""
+MAX_VALUE = 1e9  # Frames and seconds beyond are faults: a year at 30 frames a second
 _KNOWN = f"Columns: {', '.join(COLUMNS)}; frame counts 30 a second, time seconds."
 
 
 @dataclass(frozen=True)
 class EventSheet:
-    """A sheet of events that was read.
-
-    Attributes
-    ----------
-    path : str
-        The file.
-    entries : dict of str to tuple of (int, Event)
-        Events with their lines, by capture name (path without ending).
-    notes : tuple of str
-        Sentences about unusual entries that were used.
-    """
+    """A sheet of events that was read."""
 
     path: str
+    # Events with their lines, by capture name (path without ending)
     entries: dict[str, tuple[tuple[int, Event], ...]]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
 
     @property
     def n_events(self) -> int:
@@ -67,17 +57,7 @@ class EventSheet:
         return unknown_files(self.path, files, names, "an existing capture")
 
     def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
-        """Return the events of a capture that lie within it.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        n_frames : int
-            Its length at 30 frames a second.
-        problems : list of str
-            A sentence is appended for every event after the end.
-        """
+        """Return the events of a capture that lie within it."""
         kept = []
         for line, event in self.entries.get(name, ()):
             if event.frame >= n_frames:
@@ -92,19 +72,7 @@ class EventSheet:
 
 
 def read_event_sheet(path: Path | str) -> EventSheet:
-    """Read a sheet of events.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-
-    Raises
-    ------
-    SheetError
-        With all faults at once: no header, a column that is missing, numbers that are none, a
-        joint that the canonical body does not have.
-    """
+    """Read a sheet of events."""
     path = Path(path)
     rows = read_rows(path, f"the columns file, event and frame, found an empty sheet. {_KNOWN}")
     line, names = rows[0]

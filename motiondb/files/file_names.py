@@ -50,13 +50,7 @@ def plain_name(path: Path) -> str:
 
 
 def check_file_name(path: Path) -> None:
-    """Refuse the name of a database that the system cannot have.
-
-    Raises
-    ------
-    StoreError
-        The name is too long, is no text, or leads through a file or a folder that may not be read.
-    """
+    """Refuse the name of a database that the system cannot have."""
     try:
         str(path).encode("utf-8")
     except UnicodeEncodeError:

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import MappingProxyType
 
-from motiondb.files.text import quoted
 from motiondb.errors import CaptureError
+from motiondb.files.text import quoted
 
 FORMATS = MappingProxyType(
     {
@@ -25,8 +25,7 @@ FORMATS = MappingProxyType(
         ".npz": "amass",
         ".c3d": "c3d",
     }
-)
-"""Ending, lower case -> format."""
+)  # Ending, lower case -> format
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 """Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON."""
 OTHER_FORMATS = MappingProxyType(
@@ -67,12 +66,25 @@ OTHER_FORMATS = MappingProxyType(
         ".anim": "Unity or Maya animation",
         ".abc": "Alembic",
     }
-)
-"""Ending of a format that motiondb does not read -> its name."""
+)  # Ending of a format that motiondb does not read -> its name
 GENERIC_SKELETONS = frozenset(
-    {"skeleton", "skel", "body", "actor", "performer", "subject", "character", "rig", "model",
-     "base", "default", "template", "mocap", "human"}
-)  # fmt: skip
+    {
+        "skeleton",
+        "skel",
+        "body",
+        "actor",
+        "performer",
+        "subject",
+        "character",
+        "rig",
+        "model",
+        "base",
+        "default",
+        "template",
+        "mocap",
+        "human",
+    }
+)
 """Names of an ASF that say nothing about whose it is."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 """Characters that end lines, command terminals or turn the direction of writing around: a list of
@@ -94,14 +106,7 @@ def find_captures(folder: Path | str) -> list[Path]:
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:
-    """Describe the contents of a folder that are not read although they may hold captures.
-
-    Returns
-    -------
-    tuple of str
-        A sentence for every link to a folder, every folder that may not be read and every capture
-        that is no file (a broken link, a pipe), and one for every other format, with its files.
-    """
+    """Describe the contents of a folder that are not read although they may hold captures."""
     others: dict[str, list[Path]] = {}
     sentences = []
     for path in sorted(_visible(Path(folder))):
@@ -141,11 +146,6 @@ def printable(path: Path | str) -> str:
 def name_fault(path: Path | str) -> str:
     r"""Say what keeps the name of a file from being that of a capture.
 
-    Returns
-    -------
-    str
-        The rest of a sentence that begins with "expected a file name"; "" where nothing does.
-
     >>> name_fault("walk.bvh"), name_fault("line\nbreak.bvh")
     ('', 'without control characters, found one')
     """
@@ -163,18 +163,6 @@ def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path 
     of letters, the one with the longest name that the AMC's name is or begins with (``16.asf`` for
     ``16_01.amc``); the only one of the folder, if its name is the folder's or says nothing about
     whose skeleton it is (``skeleton.asf``). An ASF file with another performer's name is not used.
-
-    Parameters
-    ----------
-    path : Path or str
-        The capture.
-    skeleton : Path or str or None
-        The skeleton, if the user names one.
-
-    Raises
-    ------
-    CaptureError
-        When there is none, or when it is not clear which.
     """
     path = Path(path)
     if path.suffix.lower() != ".amc":
@@ -197,24 +185,7 @@ def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path 
 
 
 def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = False) -> Path:
-    """Return the skeleton that a sheet names, below the added folder or beside the capture.
-
-    Parameters
-    ----------
-    path : Path
-        The AMC file.
-    name : str
-        The entry of the sheet: a path with or without its ending.
-    folder : Path
-        The added folder, or the added file.
-    allow_outside : bool
-        Whether the skeleton may lie outside the added folder.
-
-    Raises
-    ------
-    CaptureError
-        If there is no such file, or it lies outside the added folder.
-    """
+    """Return the skeleton that a sheet names, below the added folder or beside the capture."""
     root = folder if folder.is_dir() else folder.parent
     outside = False
     if "\0" not in name:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motiondb.errors import CaptureError
 from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, skeleton_path
 from motiondb.files.limits import (
     ReadOptions,
@@ -21,7 +22,6 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.readers.amc import AsfFile
-from motiondb.errors import CaptureError
 from motiondb.records import Clip
 
 _UNIT_LENGTH = 1e-3
@@ -34,11 +34,6 @@ def capture_format(path: Path | str) -> str:
 
     >>> capture_format("walk.BVH")
     'bvh'
-
-    Raises
-    ------
-    CaptureError
-        For any other ending.
     """
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
@@ -106,31 +101,7 @@ def read_capture_bytes(
     skeleton: AsfFile | None = None,
     options: ReadOptions | None = None,
 ) -> Clip:
-    """Read the clip in the bytes of a capture.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    kind : str
-        Its format: "bvh", "amc", "deepmimic", "amass" or "c3d".
-    path : Path or str
-        Name of the file in messages.
-    skeleton : AsfFile or None
-        The skeleton file of an AMC.
-    options : ReadOptions or None
-        How to read it; None: the defaults.
-
-    Returns
-    -------
-    Clip
-        Metres, seconds; world axes as in the file (see each reader).
-
-    Raises
-    ------
-    CaptureError
-        When the bytes cannot be read, whatever they hold; no other error leaves this function.
-    """
+    """Read the clip in the bytes of a capture."""
     options = options or ReadOptions()
     check_options(options, path)
     check_file_size(len(data), path, options.limits)
@@ -144,13 +115,7 @@ def read_capture_bytes(
 
 
 def read_file(path: Path, options: ReadOptions) -> bytes:
-    """Return the content of a file that is not too large.
-
-    Raises
-    ------
-    CaptureError
-        If it is too large or cannot be read.
-    """
+    """Return the content of a file that is not too large."""
     try:
         if not path.is_file() and path.exists():  # a pipe would be waited for
             raise CaptureError(path, "expected a file, found something else. Name another file.")

@@ -35,6 +35,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import KnowledgeError
+from motiondb.files.whole_files import whole_file
 from motiondb.learn.start.knowledge import Knowledge, Origin
 from motiondb.learn.start.knowledge_arrays import (
     knowledge_arrays,
@@ -42,34 +43,18 @@ from motiondb.learn.start.knowledge_arrays import (
 )
 from motiondb.learn.start.knowledge_check import MOST_WORDS, array_faults
 from motiondb.records import FloatArray
-from motiondb.files.whole_files import whole_file
 
 HEADING = b"motiondb knowledge 1\n"
 MOST_BYTES = 16_000_000
 """Largest file that is read; what ``export`` writes has less than 2 MB for 100 symbols."""
-MOST_HEADER = 1_000_000
-"""Largest second line."""
-MOST_DATA = 64_000_000
-"""Largest number of bytes of the data."""
+MOST_HEADER = 1_000_000  # Largest second line
+MOST_DATA = 64_000_000  # Largest number of bytes of the data
 _WORD = re.compile(r"[^\W_][\w'-]{0,63}")
 _TEXT = 2_000  # characters of a text of the origin
 
 
 def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
-    """Write knowledge; the file appears whole or not at all.
-
-    Parameters
-    ----------
-    knowledge : Knowledge
-        What to write. Numbers are rounded to float32.
-    path : str or Path
-        The file.
-
-    Raises
-    ------
-    KnowledgeError
-        When the file cannot be written.
-    """
+    """Write knowledge; the file appears whole or not at all."""
     path = Path(path)
     try:
         with whole_file(path) as draft:
@@ -98,18 +83,7 @@ def to_bytes(knowledge: Knowledge) -> bytes:
 
 
 def read_knowledge(path: str | Path) -> Knowledge:
-    """Read a file of knowledge.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Raises
-    ------
-    KnowledgeError
-        When there is no such file, or it is not a valid file of knowledge.
-    """
+    """Read a file of knowledge."""
     path = Path(path)
     try:
         with path.open("rb") as file:
@@ -123,20 +97,7 @@ def read_knowledge(path: str | Path) -> Knowledge:
 
 
 def from_bytes(content: bytes, source: str) -> Knowledge:
-    """Knowledge from the bytes of a file.
-
-    Parameters
-    ----------
-    content : bytes
-        As :func:`to_bytes` makes them.
-    source : str
-        What to call the file in messages.
-
-    Raises
-    ------
-    KnowledgeError
-        When they are no sound file of knowledge.
-    """
+    """Knowledge from the bytes of a file."""
     if not content.startswith(HEADING):
         raise _fault(source, f"the line {HEADING.decode().strip()!r}", repr(content[:30])[1:])
     if len(content) > MOST_BYTES:
@@ -158,13 +119,7 @@ def from_bytes(content: bytes, source: str) -> Knowledge:
 
 
 def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
-    """Origin and words of the bytes of a file, without its numbers; parameters as `from_bytes`.
-
-    Raises
-    ------
-    KnowledgeError
-        When its first two lines are not those of a file of knowledge.
-    """
+    """Origin and words of the bytes of a file, without its numbers; parameters as `from_bytes`."""
     if not content.startswith(HEADING):
         raise _fault(source, f"the line {HEADING.decode().strip()!r}", repr(content[:30])[1:])
     header = _read_header(content[len(HEADING) :].partition(b"\n")[0], source)

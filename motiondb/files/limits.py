@@ -23,8 +23,7 @@ from motiondb.errors import CaptureError, MotionDBError
 MIN_FPS, MAX_FPS = 1.0, 2000.0
 """Frame rates outside this range are refused in a file. Optical systems record 30 to 1,000 frames a
 second; slower or faster rates come from damaged headers."""
-MAX_GIVEN_FPS = 10_000.0
-"""The highest frame rate that a user may give, in an option or in a sheet."""
+MAX_GIVEN_FPS = 10_000.0  # The highest frame rate that a user may give, in an option or in a sheet
 BYTES_PER_JOINT_FRAME = 100
 """Memory that a reader needs for one joint in one frame: a quaternion and a position in float64 (56
 bytes) and the temporary copies of them."""
@@ -77,34 +76,18 @@ NO_LIMITS = ReadLimits(sys.float_info.max, sys.maxsize, sys.maxsize, sys.maxsize
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """How a capture is read.
+    """How a capture is read."""
 
-    Attributes
-    ----------
-    fps : float or None
-        Frames per second, instead of the rate in the file.
-    unit : float or None
-        Metres per length unit; None: the unit in the file, or estimated from the size of the body.
-    skip_bad_frames : bool
-        Leave out frames with wrong or unreadable values instead of refusing the file.
-    limits : ReadLimits
-        What reading may cost.
-    """
-
-    fps: float | None = None
+    fps: float | None = None  # Frames per second, instead of the rate in the file
+    # Metres per length unit; None: the unit in the file, or estimated from the size of the body
     unit: float | None = None
+    # Leave out frames with wrong or unreadable values instead of refusing the file
     skip_bad_frames: bool = False
-    limits: ReadLimits = field(default_factory=ReadLimits)
+    limits: ReadLimits = field(default_factory=ReadLimits)  # What reading may cost
 
 
 def check_options(options: ReadOptions, path: object) -> None:
-    """Refuse a frame rate or a unit that no capture can have.
-
-    Raises
-    ------
-    CaptureError
-        If the frame rate is not from 1 to 10,000 or the unit is not a positive finite number.
-    """
+    """Refuse a frame rate or a unit that no capture can have."""
     fps, unit = options.fps, options.unit
     if fps is not None and not 0 < fps < float("inf"):
         raise CaptureError(path, f"expected a frame rate above 0, found {fps:g}. Give another.")
@@ -121,13 +104,7 @@ def check_options(options: ReadOptions, path: object) -> None:
 
 
 def check_file_size(n_bytes: int, path: object, limits: ReadLimits) -> None:
-    """Refuse a file that is too large to be opened.
-
-    Raises
-    ------
-    CaptureError
-        If the file is larger than ``limits.file_bytes``.
-    """
+    """Refuse a file that is too large to be opened."""
     if n_bytes > limits.file_bytes:
         raise CaptureError(
             path,
@@ -139,26 +116,7 @@ def check_file_size(n_bytes: int, path: object, limits: ReadLimits) -> None:
 def check_clip_size(
     n_frames: int, n_joints: int, n_bytes: int, path: object, limits: ReadLimits
 ) -> None:
-    """Refuse a clip that would fill too much memory, before the memory is allocated.
-
-    Parameters
-    ----------
-    n_frames : int
-        Frames of the clip.
-    n_joints : int
-        Joints of the clip.
-    n_bytes : int
-        Size of the file.
-    path : object
-        Name of the file in messages.
-    limits : ReadLimits
-        What reading may cost.
-
-    Raises
-    ------
-    CaptureError
-        If there are more joints or joint positions than the limits allow.
-    """
+    """Refuse a clip that would fill too much memory, before the memory is allocated."""
     if n_joints > limits.joints:
         raise CaptureError(
             path, f"expected at most {limits.joints} joints, found {n_joints}. Export fewer."
@@ -174,13 +132,7 @@ def check_clip_size(
 
 
 def check_duration(n_frames: int, fps: float, path: object) -> None:
-    """Refuse a slow frame rate that would make resampling fill the memory.
-
-    Raises
-    ------
-    CaptureError
-        If the rate is below 10 frames a second and the capture lasts more than 55 minutes.
-    """
+    """Refuse a slow frame rate that would make resampling fill the memory."""
     if fps < SLOW_FPS and n_frames / fps * 30.0 > MAX_SLOW_FRAMES:
         raise CaptureError(
             path,
@@ -196,19 +148,8 @@ def guarded(path: object, seconds: float | None = None) -> Iterator[None]:
     Floating-point warnings are off inside: values that overflow are refused afterwards, as not
     finite.
 
-    Parameters
-    ----------
-    path : object
-        Name of the file in messages.
-    seconds : float or None
-        Time limit. It works in the main thread of a process on systems with interval timers;
-        elsewhere there is none.
-
-    Raises
-    ------
-    CaptureError
-        For every exception that is not a :class:`MotionDBError`, and when the time limit is
-        reached.
+    `seconds`: Time limit. It works in the main thread of a process on systems with interval timers;
+    elsewhere there is none.
     """
     try:
         with np.errstate(all="ignore"), _alarm(seconds):
@@ -245,11 +186,6 @@ def cap_memory(n_bytes: float) -> None:
 
     Address space is limited, of which a process uses a part, so this is a bound that keeps a
     computer alive, not an exact measure. Does nothing if the system has no such limit.
-
-    Parameters
-    ----------
-    n_bytes : float
-        Bytes beyond what the process holds now.
     """
     try:
         import resource

@@ -24,8 +24,7 @@ from contextlib import suppress
 _INTERVAL = 0.25
 """Seconds between two looks at the parent. Chosen by hand: short beside the second within which a
 killed command should be gone, and far too seldom to cost time."""
-_PR_SET_PDEATHSIG = 1
-"""From ``linux/prctl.h``."""
+_PR_SET_PDEATHSIG = 1  # From ``linux/prctl.h``
 
 
 def is_main_thread() -> bool:
@@ -34,15 +33,7 @@ def is_main_thread() -> bool:
 
 
 def end_with_parent(parent: int, by_main_thread: bool) -> None:
-    """End this process within a second after its parent has ended.
-
-    Parameters
-    ----------
-    parent : int
-        Number of the process that started this one.
-    by_main_thread : bool
-        Whether the main thread of that process started this one.
-    """
+    """End this process within a second after its parent has ended."""
     if by_main_thread and sys.platform == "linux":
         import ctypes
 

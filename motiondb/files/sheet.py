@@ -15,74 +15,52 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
+from motiondb.errors import SheetError, suggestion
 from motiondb.files.bounded_files import read_bounded
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
 from motiondb.files.text import MAX_FAULTS, number, quoted
-from motiondb.errors import SheetError, suggestion
 from motiondb.records import Caption
 
 KNOWN = ("file", "words", "start", "end", "performer", "fps", "licence", "skeleton")
 _KNOWN = ", ".join(KNOWN)
 _SYNONYMS = MappingProxyType(
-    {"license": "licence", "subject": "performer", "caption": "words", "start_s": "start",
-     "end_s": "end", "filename": "file"}
-)  # fmt: skip
-MAX_BYTES = 100_000_000
-"""Largest sheet that is read; a million rows take about as much."""
+    {
+        "license": "licence",
+        "subject": "performer",
+        "caption": "words",
+        "start_s": "start",
+        "end_s": "end",
+        "filename": "file",
+    }
+)
+MAX_BYTES = 100_000_000  # Largest sheet that is read; a million rows take about as much
 
 _MAX_LISTED = 100
 """Faults that a message lists: enough to correct a sheet in a few rounds, few enough to read."""
 
-Rows = list[tuple[int, list[str]]]
-"""(line number, cells) of each row that is not empty."""
+Rows = list[tuple[int, list[str]]]  # (line number, cells) of each row that is not empty
 
 
 @dataclass(frozen=True)
 class SheetEntry:
-    """The entries of a sheet for one capture.
+    """The entries of a sheet for one capture."""
 
-    Attributes
-    ----------
-    file : str
-        The capture as the sheet names it.
-    line : int
-        Line where it is first named.
-    captions : tuple of Caption
-        Words, with intervals in seconds.
-    tags : dict of str to str
-        Performer, licence and all further columns.
-    fps : float or None
-        Frames per second, instead of the rate in the file.
-    skeleton : str or None
-        The ASF file of an AMC.
-    """
-
-    file: str
-    line: int
-    captions: tuple[Caption, ...] = ()
-    tags: dict[str, str] = field(default_factory=dict)
-    fps: float | None = None
-    skeleton: str | None = None
+    file: str  # The capture as the sheet names it
+    line: int  # Line where it is first named
+    captions: tuple[Caption, ...] = ()  # Words, with intervals in seconds
+    tags: dict[str, str] = field(default_factory=dict)  # Performer, licence and all further columns
+    fps: float | None = None  # Frames per second, instead of the rate in the file
+    skeleton: str | None = None  # The ASF file of an AMC
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A sheet that was read.
-
-    Attributes
-    ----------
-    path : str
-        The file.
-    entries : dict of str to SheetEntry
-        Entries by capture name (path without ending).
-    notes : tuple of str
-        Sentences about unusual entries that were used.
-    """
+    """A sheet that was read."""
 
     path: str
-    entries: dict[str, SheetEntry]
-    notes: tuple[str, ...] = ()
+    entries: dict[str, SheetEntry]  # Entries by capture name (path without ending)
+    notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
 
     def find(self, name: str) -> SheetEntry | None:
         """Return the entry of a capture by its name, or None."""
@@ -101,16 +79,7 @@ def unknown_files(
 
     The first of them suggest names; that takes too long for the thousands of a wrong folder.
 
-    Parameters
-    ----------
-    path : str
-        The sheet.
-    files : mapping of str to (int, str)
-        Name of a capture -> its line in the sheet, and how it is written there.
-    names : iterable of str
-        Names of the captures.
-    expected : str
-        What the file should be.
+    `files`: Name of a capture -> its line in the sheet, and how it is written there.
     """
     known = set(names)
     unknown = [(name, *place) for name, place in files.items() if name not in known]
@@ -132,19 +101,7 @@ def capture_name(file: str) -> str:
 
 
 def read_sheet(path: Path | str) -> Sheet:
-    """Read a sheet of words.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-
-    Raises
-    ------
-    SheetError
-        With all faults at once: no header, no ``file`` column, numbers that are none, intervals
-        that end before they start, contradicting values for one file.
-    """
+    """Read a sheet of words."""
     path = Path(path)
     rows = read_rows(path, f"a column `file`, found an empty sheet. Known columns: {_KNOWN}.")
     header_number, names = rows[0]
@@ -160,13 +117,7 @@ def read_sheet(path: Path | str) -> Sheet:
 
 
 def check_columns(path: Path, line: int, header: list[str]) -> None:
-    """Refuse a header that names a column twice: only one of them could be read.
-
-    Raises
-    ------
-    SheetError
-        With the name.
-    """
+    """Refuse a header that names a column twice: only one of them could be read."""
     twice = next((name for name in header if name and header.count(name) > 1), None)
     if twice is not None:
         raise SheetError(
@@ -185,25 +136,7 @@ def shown_row(cells: list[str]) -> str:
 
 
 def read_rows(path: Path, header: str) -> Rows:
-    """Read the rows of a TSV or CSV file, the header first.
-
-    Parameters
-    ----------
-    path : Path
-        The file: UTF-8, UTF-16 with a byte order mark, or Windows-1252.
-    header : str
-        The missing columns of an empty sheet, with advice, for messages.
-
-    Returns
-    -------
-    list of (int, list of str)
-        Line number and cells of each row that is not empty; at least one.
-
-    Raises
-    ------
-    SheetError
-        If the file cannot be read or holds nothing, or a quote does not end in its line.
-    """
+    """Read the rows of a TSV or CSV file, the header first."""
     text = _read_text(path)
     header_line = next((line for line in text.split("\n") if line.strip()), "")
     delimiter = "\t" if "\t" in header_line else (";" if header_line.count(";") else ",")
@@ -309,13 +242,7 @@ def all_faults(faults: list[str]) -> str:
 
 
 def _entry(cells: dict[str, str], line: int) -> SheetEntry:
-    """Turn the cells of a row into an entry.
-
-    Raises
-    ------
-    ValueError
-        With the fault of the row.
-    """
+    """Turn the cells of a row into an entry."""
     file = cells.get("file", "")
     if not file:
         raise ValueError("expected a file name, found nothing. Name the file or delete the row.")
@@ -342,11 +269,6 @@ def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
     """Merge two rows of one file: captions add up, performer, licence, fps and skeleton must agree.
 
     Other tags that differ are joined by semicolons.
-
-    Raises
-    ------
-    ValueError
-        If the rows contradict each other.
     """
     for what in ("fps", "skeleton"):
         a, b = getattr(first, what), getattr(second, what)
@@ -377,13 +299,7 @@ def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
 
 
 def _number(cells: dict[str, str], column: str) -> float | None:
-    """Return the number in a column, None if the cell is empty.
-
-    Raises
-    ------
-    ValueError
-        If it is not a number in plain decimal notation, or is negative.
-    """
+    """Return the number in a column, None if the cell is empty."""
     text = cells.get(column, "")
     if not text:
         return None

@@ -16,15 +16,13 @@ import numpy as np
 from motiondb.errors import CaptureError
 from motiondb.records import FloatArray, IntArray
 
-Faults = list[tuple[int | None, str]]
-"""(line number or None, sentence) for every fault."""
+Faults = list[tuple[int | None, str]]  # (line number or None, sentence) for every fault
 
 MAX_FAULTS = 20
 """Faults that a message lists; the rest are counted, so that a message stays readable."""
-CUT_SHORT = (
+CUT_SHORT = (  # advice for frames with too few values
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."
 )
-"""Advice for frames with too few values."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 MAX_DIGITS = 100
 """Characters of a number. Exact float64 values have up to 25; the time to read a number grows with
@@ -36,13 +34,7 @@ memory of their text, so a large file is converted in parts of a size that does 
 
 
 def clean_bytes(data: bytes, path: object) -> bytes:
-    """Return the bytes of a text file in an ASCII-compatible encoding, without byte order mark.
-
-    Raises
-    ------
-    CaptureError
-        If the file is empty or is not text.
-    """
+    """Return the bytes of a text file in an ASCII-compatible encoding, without byte order mark."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         data = data.decode("utf-16", errors="replace").encode("utf-8", errors="replace")
     data = data.removeprefix(b"\xef\xbb\xbf")
@@ -73,20 +65,7 @@ def line_number(data: bytes, offset: int) -> int:
 
 
 def count_values(block: bytes) -> tuple[IntArray, IntArray]:
-    """Count the values on each line that has any.
-
-    Parameters
-    ----------
-    block : bytes
-        Lines of values between white space.
-
-    Returns
-    -------
-    lines : array (rows,)
-        Line numbers within the block, from 0.
-    counts : array (rows,)
-        Number of values on each of these lines.
-    """
+    """Count the values on each line that has any; result (rows,)."""
     characters = np.frombuffer(block, np.uint8)
     starts = characters > 32
     starts[1:] &= characters[:-1] <= 32
@@ -105,25 +84,10 @@ def read_number_block(
     A frame may also be wrapped over several lines, when no line is longer than a frame and the
     total is right.
 
-    Parameters
-    ----------
-    block : bytes
-        The lines.
-    first_line : int
-        Number of the block's first line in the file, for messages.
-    width : int
-        Number of values in a frame.
-    expected : str
-        What a frame holds, for messages, such as "63 values (6 for the root, 57 for 19 joints)".
-    skip_bad : bool
-        Whether frames with a fault are left out.
+    Shapes: result (frames, width).
 
-    Returns
-    -------
-    table : array (frames, width)
-        Values of the good frames.
-    faults : list of (int, str)
-        One fault for every bad frame.
+    `expected`: What a frame holds, for messages, such as "63 values (6 for the root, 57 for 19
+    joints)".
     """
     lines, counts = count_values(block)
     good = counts == width
@@ -148,10 +112,7 @@ def read_number_block(
 def read_numbers(block: bytes) -> FloatArray | None:
     """Read values between white space.
 
-    Returns
-    -------
-    array (values,) or None
-        The values; None if one of them is not a finite number.
+    Shapes: result (values,) or None.
 
     >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
     (array([ 1. , -2.5]), None, None)

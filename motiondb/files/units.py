@@ -15,24 +15,22 @@ from types import MappingProxyType
 
 import numpy as np
 
-from motiondb.files.text import number, quoted
-from motiondb.errors import CaptureError, SkeletonError
 from motiondb.body.joint_names import joint_map
+from motiondb.errors import CaptureError, SkeletonError
+from motiondb.files.text import number, quoted
 from motiondb.records import FloatArray, Skeleton
 
-INCH = 0.0254
-"""Metres."""
+INCH = 0.0254  # Metres
 UNITS: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cmu": INCH / 0.45, "inch": INCH, "cm": 0.01, "mm": 0.001}
-)
-"""Metres per unit. "cmu" is the CMU database's own scale: inches divided by 0.45."""
+)  # Metres per unit. "cmu" is the CMU database's own scale: inches divided by 0.45
 TYPICAL_LEG = 0.83
 """Hip to ankle of an adult, metres: half of a height of 1.70 m, less the height of the ankle."""
 TYPICAL_CHAIN = 1.15
 """Longest chain of bones from the root (to a hand or a foot) of an adult, metres."""
 DOUBTFUL = 1.6
 """A body larger or smaller than typical by this ratio is noted. Legs of 0.52 m to 1.33 m pass: this
-covers adults and children from about six years. Chosen by hand; not tuned."""
+covers adults and children from about six years."""
 _OTHER_NAMES = MappingProxyType({"in": "inch", "inches": "inch", "metre": "m", "meter": "m"})
 
 
@@ -76,19 +74,7 @@ def find_unit(
 ) -> tuple[float, tuple[str, ...]]:
     """Estimate the length unit of a skeleton from the size of its body.
 
-    Parameters
-    ----------
-    skeleton : Skeleton
-        Offsets in the unit of the file.
-    joint_positions : array (frames, joints, 3) or None
-        As in a clip, in the unit of the file. They count more than the offsets.
-
-    Returns
-    -------
-    unit : float
-        Metres per unit of the file, one of ``UNITS``.
-    notes : tuple of str
-        A sentence where the estimate is doubtful.
+    Shapes: `joint_positions` (frames, joints, 3) or None.
     """
     offsets = skeleton.offsets
     if joint_positions is not None:

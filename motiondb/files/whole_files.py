@@ -26,18 +26,7 @@ _OWNER = re.compile(r"\.(\d+)\.\d+\.part$")
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
-
-    Parameters
-    ----------
-    path : Path
-        Final name of the file.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written, or a database has its name.
-    """
+    """Yield a draft that is renamed to ``path`` at the end, or removed after an error."""
     if is_duckdb(path):
         raise FileExistsError(errno.EEXIST, "a database of that name, which is never overwritten")
     stem = path.name.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
@@ -69,13 +58,8 @@ def is_duckdb(path: Path) -> bool:
 def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
     """Tell whether a file ``NAME.new-PROCESS...`` is young and its process runs.
 
-    Parameters
-    ----------
-    draft : Path
-        The file. Any file whose name has another form is not being written.
-    abandoned : float
-        Age in seconds at which it counts as left by a kill, even if a process of this number runs:
-        numbers are used again. Chosen by hand; not tuned. Writing 1 GB takes about 5 s.
+    `abandoned`: Age in seconds at which it counts as left by a kill, even if a process of this
+    number runs: numbers are used again. Chosen by hand; not tuned. Writing 1 GB takes about 5 s.
     """
     maker = re.search(r"\.new-([0-9]+)", draft.name)
     if maker is None or not is_running(int(maker[1])):
@@ -84,13 +68,7 @@ def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
 
 
 def is_running(process: int) -> bool:
-    """Return whether this host has a process of this number, or True if that is not known.
-
-    Parameters
-    ----------
-    process : int
-        Number of the process.
-    """
+    """Return whether this host has a process of this number, or True if that is not known."""
     if os.name != "posix":
         return True
     try:

@@ -39,7 +39,6 @@ from itertools import combinations
 import numpy as np
 
 from motiondb.generate.direction import ACTIONS, FULL, directions_of
-from motiondb.learn.learned import Learned
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.generate.source_costs import (
     Source,
@@ -47,85 +46,65 @@ from motiondb.generate.source_costs import (
     with_distance,
     with_rarity,
 )
-from motiondb.meaning.places.place_fitting import Written
-from motiondb.records import FloatArray
 from motiondb.language.lemmas import VERBS
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
+from motiondb.learn.learned import Learned
+from motiondb.meaning.places.place_fitting import Written
+from motiondb.records import FloatArray
 
 LEAST_SHOWN = 0.1
 """Y: a place that the caption's order rules out can still be overruled by the motion. With .02 it
-could not: in long captures y is mostly 0 or 1, and often wrong. Chosen by hand; not tuned."""
+could not: in long captures y is mostly 0 or 1, and often wrong."""
 EVIDENCE_WEIGHT = 0.25
 """E: one nat a second of evidence, over a segment of about two seconds that is not independent of
-its neighbours. Chosen by hand; not tuned."""
-EXCLUDED_WEIGHT = 0.5
-"""X: twice E, because an exclusion is meant strictly. Chosen by hand; not tuned."""
+its neighbours."""
+EXCLUDED_WEIGHT = 0.5  # X: twice E, because an exclusion is meant strictly
 LEAST_EVIDENCE = 1.0
-"""Evidence in nats a second below which the motion does not determine the place. Chosen by hand."""
-MOST_EVIDENCE = 16.0
-"""Evidence above which a segment is not valued higher, nats a second. Chosen by hand; not tuned."""
+"""Evidence in nats a second below which the motion does not determine the place."""
+MOST_EVIDENCE = 16.0  # Evidence above which a segment is not valued higher, nats a second
 UNASKED_WEIGHT = 0.7
 """U. Chosen by hand; .35 and .7 make no difference to how many excerpts the judge finds right."""
-MOST_UNASKED = 6
-"""Number of further words above which the cost of a caption no longer rises. Chosen by hand; not
-tuned."""
-APART = 1.0
-"""Cost of a caption that says the words in different actions ("walk, veer left"). Chosen by
-hand."""
-SPEED_SAID = 1.0
-"""Gain of a capture whose caption says the speed asked for. Chosen by hand; not tuned."""
+MOST_UNASKED = 6  # Number of further words above which the cost of a caption no longer rises
+APART = 1.0  # Cost of a caption that says the words in different actions ("walk, veer left")
+SPEED_SAID = 1.0  # Gain of a capture whose caption says the speed asked for
 USUAL = 0.7
 """Share of the captures of an action whose captions say a direction with it, from which on the
-direction belongs to it. Chosen by hand; not tuned."""
-MOST_WORDS = 8
-"""Words of an action of which all parts are tried; further ones are left out. Chosen by hand."""
+direction belongs to it."""
+MOST_WORDS = 8  # Words of an action of which all parts are tried; further ones are left out
 DIRECTIONS = SIDES | {
-    "up", "down", "forward", "backward", "back", "around", "over", "under", "sideways", "away",
-    "off", "out", "in", "on", "straight",
-}  # fmt: skip
+    "up",
+    "down",
+    "forward",
+    "backward",
+    "back",
+    "around",
+    "over",
+    "under",
+    "sideways",
+    "away",
+    "off",
+    "out",
+    "in",
+    "on",
+    "straight",
+}
 """Words of direction: if no caption has them, they are left out before other words."""
 
 
 @dataclass(frozen=True, eq=False)
 class ActionSources:
-    """The sources of one action.
+    """The sources of one action."""
 
-    Attributes
-    ----------
-    action : PlannedAction
-        The action, without the words that no caption says together with the others.
-    sources : tuple of Source
-        At least one, unless nothing shows the action.
-    not_used : tuple of NotUsed
-        Words that were left out.
-    directions : tuple of str
-        Measured words of the action as it was asked for, or the directions that belong to it.
-    """
-
+    # The action, without the words that no caption says together with the others
     action: PlannedAction
-    sources: tuple[Source, ...]
-    not_used: tuple[NotUsed, ...] = ()
+    sources: tuple[Source, ...]  # At least one, unless nothing shows the action
+    not_used: tuple[NotUsed, ...] = ()  # Words that were left out
+    # Measured words of the action as it was asked for, or the directions that belong to it
     directions: tuple[str, ...] = ()
 
 
 def find_sources(learned: Learned, written: Written, action: PlannedAction) -> ActionSources:
-    """Find the captures that can show an action.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    written : Written
-        Captions in the vocabulary.
-    action : PlannedAction
-        The action, in known words.
-
-    Returns
-    -------
-    ActionSources
-        Without sources if no capture's captions say the action, or all of these say what is
-        excluded.
-    """
+    """Find the captures that can show an action."""
     listed = _listed(learned, written)
     groups, left_out = [], []
     directions = tuple(d for group in action.groups for d in directions_of(group))
@@ -133,8 +112,9 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
         kept = _said_together(listed, group, learned)
         left_out += [
             NotUsed(word, f"no caption says it together with {' '.join(kept)!r}")
-            for word in group if word not in kept
-        ]  # fmt: skip
+            for word in group
+            if word not in kept
+        ]
         groups.append(kept)
     action = replace(action, groups=tuple(dict.fromkeys(groups)))
     sides = _free_sides(learned, [word for group in action.groups for word in group])
@@ -152,15 +132,7 @@ def find_sources(learned: Learned, written: Written, action: PlannedAction) -> A
 
 
 def usual_directions(word_numbers: Mapping[str, int], sources: Sequence[Source]) -> tuple[str, ...]:
-    """Directions that at least ``USUAL`` of the sources say in one action with the asked words.
-
-    Parameters
-    ----------
-    word_numbers : dict
-        Word -> its number.
-    sources : sequence of Source
-        Captures that can show the action.
-    """
+    """Directions that at least ``USUAL`` of the sources say in one action with the asked words."""
     fewest = max(USUAL * len(sources), 1.0)
     directions = set(FULL) - {*ACTIONS, "back", "around"}  # "bend back" goes nowhere
     numbers = {d: word_numbers.get(d, -1) for d in sorted(directions)}
@@ -324,15 +296,7 @@ def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | N
 
 
 def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
-    """Every recorded capture as a source, by the evidence of its motion: for ``--anyway``.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    of : ActionSources
-        An action that no caption says.
-    """
+    """Every recorded capture as a source, by the evidence of its motion: for ``--anyway``."""
     sources = [
         _source(learned, capture, [frozenset()], of.action, 0.0)
         for capture in learned.rows

@@ -15,19 +15,15 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.generate import clarity
+from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import Place, decode
 from motiondb.records import MOTION_FPS, Association, FloatArray, IntArray
-from motiondb.language.translation import decoding
 
-SHORTEST, LONGEST = 2.0, 5.0
-"""Bounds on the duration of an action, seconds."""
-MOST_SYMBOLS = 4
-"""Largest number of symbols of one action. Chosen by hand; not tuned."""
-CLEAR_WEIGHT = 3.0
-"""w: weight of the symbol's own segments relative to t."""
-UNSAID = 1e-4
-"""Bound on t(word | NULL), because the symbols must explain requested actions. Chosen by hand."""
+SHORTEST, LONGEST = 2.0, 5.0  # Bounds on the duration of an action, seconds
+MOST_SYMBOLS = 4  # Largest number of symbols of one action
+CLEAR_WEIGHT = 3.0  # w: weight of the symbol's own segments relative to t
+UNSAID = 1e-4  # Bound on t(word | NULL), because the symbols must explain requested actions
 
 
 def decode_actions(
@@ -39,16 +35,8 @@ def decode_actions(
 
     Each decoding starts where the one before it ended, and may begin and end within a movement.
 
-    Parameters
-    ----------
-    avoided : sequence
-        Per action, the symbols that must not show it. An action that avoids some may follow any
-        symbol.
-
-    Raises
-    ------
-    QueryError
-        No symbols can show the words.
+    `avoided`: Per action, the symbols that must not show it. An action that avoids some may follow
+    any symbol.
     """
     symbols: list[int] = []
     positions: list[int] = []
@@ -88,11 +76,6 @@ def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[
 
     A capture of several actions gives each an equal share. If no own caption holds a word of the
     action, the duration is that of the start.
-
-    Raises
-    ------
-    QueryError
-        No capture has words.
     """
     described = learned.described
     start = {} if learned.started is None else learned.started.seconds

@@ -18,21 +18,14 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 
-CLEAREST = 3
-"""Number of clearest segments. Chosen by hand; not tuned."""
-UNASKED_SHARE = 0.5
-"""h. Chosen by hand; not tuned."""
+CLEAREST = 3  # Number of clearest segments
+UNASKED_SHARE = 0.5  # h
 
 
 def log_unasked(probabilities: FloatArray, asked: IntArray) -> FloatArray:
     """sum_{v not in A} log(1 - p_r(v)) of every segment: array (segments,), at most 0.
 
-    Parameters
-    ----------
-    probabilities : array (segments, words)
-        p, below 1.
-    asked : array (requested words,)
-        Word numbers A.
+    Shapes: `probabilities` (segments, words); `asked` (requested words,).
 
     >>> np.exp(log_unasked(np.array([[0.9, 0.5, 0.2]]), np.array([0]))).round(6)
     array([0.4])
@@ -51,18 +44,7 @@ def symbol_clarity(
 ) -> FloatArray:
     """Clarity of the requested words in every symbol: array (symbols, requested words), 0 to 1.
 
-    Parameters
-    ----------
-    probabilities : array (segments, words)
-        p, below 1.
-    asked : array (requested words,)
-        Word numbers A, all different.
-    symbols : array (segments,)
-        Symbol of every segment. The clarity of a symbol without segments is 0.
-    n_symbols : int
-        Number of symbols.
-    unasked_share : float, optional
-        h, from 0 to 1.
+    Shapes: `probabilities` (segments, words); `asked` (requested words,); `symbols` (segments,).
 
     >>> symbol_clarity(np.array([[0.8, 0.5], [0.2, 0.0]]), np.array([0]), np.array([0, 1]), 2, 1.0)
     array([[0.4],

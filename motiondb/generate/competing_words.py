@@ -33,53 +33,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.meaning.judging.motion_judge import RELATED, said_words
 from motiondb.learn.learned import Learned
+from motiondb.meaning.judging.motion_judge import RELATED, said_words
 from motiondb.records import FloatArray, IntArray
 
-NEIGHBOURS = 10
-"""Number of neighbouring captures. The first measurements compared ten; not tuned."""
-SMALL = 0.03
-"""The share of one in about thirty neighbours; below it a word counts as absent. Chosen by hand;
-not tuned."""
+NEIGHBOURS = 10  # Number of neighbouring captures. The first measurements compared ten; not tuned
+SMALL = 0.03  # The share of one in about thirty neighbours; below it a word counts as absent
 MOST_RIVALRY = 16.0
 """Nats a second beyond which r is no larger, so that it weighs no more than the evidence of the
 place. On the best excerpts of 36 actions of CMU the judge finds the asked action before all others
 in .64 with 16 and in .61 with 8 (.58 with 8 before words of the same action were left out)."""
-LEAST_CAPTURES = 3
-"""Captures of a word that counts as another action: fewer say little of it. Chosen by hand."""
+LEAST_CAPTURES = 3  # Captures of a word that counts as another action: fewer say little of it
 
 
 @dataclass(frozen=True, eq=False)
 class DescribedSegments:
-    """The segments of the described captures and their words.
+    """The segments of the described captures and their words."""
 
-    Attributes
-    ----------
-    vectors : array (segments, values)
-        Score vectors of length 1, in the order of the captures.
-    firsts : array (captures,)
-        First row of every capture.
-    captures : array (captures,)
-        Numbers of the captures.
-    says : array (captures, words)
-        g.
-    """
-
+    # (segments, values): score vectors of length 1, in the order of the captures
     vectors: FloatArray
-    firsts: IntArray
-    captures: IntArray
-    says: FloatArray
+    firsts: IntArray  # (captures,): first row of every capture
+    captures: IntArray  # (captures,): numbers of the captures
+    says: FloatArray  # (captures, words): g
 
 
 def describe_segments(learned: Learned) -> DescribedSegments:
-    """Gather the segments of the described captures.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    """
+    """Gather the segments of the described captures."""
     said = said_words(learned.described, learned.word_numbers)
     captures = [
         c for c in learned.rows if c in said and learned.rows[c].stop > learned.rows[c].start
@@ -93,7 +72,7 @@ def describe_segments(learned: Learned) -> DescribedSegments:
     vectors = np.concatenate(parts) if parts else np.zeros((0, learned.standardised.shape[1]))
     return DescribedSegments(
         _unit(vectors), np.cumsum([0, *lengths])[: len(parts)], np.array(captures, np.int64), says
-    )  # fmt: skip
+    )
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -105,16 +84,7 @@ def neighbour_gain(
 ) -> FloatArray:
     """Gain q of every segment of a capture: array (segments,), at most about 3.5 nats.
 
-    Parameters
-    ----------
-    others : DescribedSegments
-        Segments to compare with; those of the capture itself are left out.
-    capture : int
-        The capture.
-    vectors : array (segments, values)
-        Score vectors of its segments.
-    asked : collection of int
-        Words W.
+    Shapes: `vectors` (segments, values).
     """
     kept = others.captures != capture
     if not kept.any() or not asked:
@@ -136,12 +106,7 @@ def neighbour_gain(
 def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
     """Return words that mostly occur in the same captures as one of some words, and these words.
 
-    Parameters
-    ----------
-    says : array (captures, words)
-        More than 0 where the captions of a capture say a word.
-    words : collection of int
-        Numbers of the words.
+    Shapes: `says` (captures, words).
 
     >>> sorted(related_words(np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]), [1]))
     [0, 1]
@@ -159,14 +124,7 @@ def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
 def rival_gain(evidence: FloatArray, asked: Collection[int], rivals: Collection[int]) -> FloatArray:
     """Gain r of every segment: array (segments,), nats a second.
 
-    Parameters
-    ----------
-    evidence : array (segments, words)
-        b.
-    asked : collection of int
-        Words W, at least one.
-    rivals : collection of int
-        Words v.
+    Shapes: `evidence` (segments, words).
 
     >>> rival_gain(np.array([[3.0, 1.0, -2.0], [1.0, -1.0, -2.0]]), [0], [1, 2]).tolist()
     [2.0, 1.0]

@@ -19,14 +19,10 @@ from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
-MAX_HEIGHT = 0.05
-"""Largest height of a foot in contact above its height in standing, metres. Chosen by hand."""
-MAX_SPEED = 0.45
-"""Largest speed of a foot in contact, metres a second. Chosen by hand."""
-TOE_HEIGHT = 0.02
-"""Height of a toe over the ground in a flat stance, metres."""
-FADE = 6
-"""Frames (0.2 s) over which a correction fades in and out. Chosen by hand."""
+MAX_HEIGHT = 0.05  # Largest height of a foot in contact above its height in standing, metres
+MAX_SPEED = 0.45  # Largest speed of a foot in contact, metres a second
+TOE_HEIGHT = 0.02  # Height of a toe over the ground in a flat stance, metres
+FADE = 6  # Frames (0.2 s) over which a correction fades in and out
 _I = body.INDEX
 FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
 """Joints by which contacts are detected."""
@@ -35,11 +31,7 @@ FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"
 def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
     """Detect which foot is on the ground: array (frames, 2), left and right.
 
-    Parameters
-    ----------
-    positions : array (frames, 21, 3)
-        Joint positions on the standard body, metres, ground at y = 0. Only those of :data:`FEET`
-        are used.
+    Shapes: `positions` (frames, 21, 3).
     """
     contacts = np.zeros((len(positions), 2), dtype=bool)
     for foot, side in enumerate("lr"):
@@ -53,10 +45,7 @@ def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
 def foot_heights(positions: FloatArray) -> FloatArray:
     """Height of the feet above the ground: array (frames, 2), metres; 0 in a flat stance.
 
-    Parameters
-    ----------
-    positions : array (frames, 21, 3)
-        Joint positions on the standard body, as for :func:`find_contacts`.
+    Shapes: `positions` (frames, 21, 3).
     """
     ankles, toes = positions[:, FEET[::2], 1], positions[:, FEET[1::2], 1]
     return np.minimum(ankles - body.ANKLE_HEIGHT, toes - TOE_HEIGHT)
@@ -67,26 +56,14 @@ def _steady(contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def foot_slip(motion: Motion) -> float:
-    """Mean ground speed of feet in contact, metres a second; 0 without contacts.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    """
+    """Mean ground speed of feet in contact, metres a second; 0 without contacts."""
     speeds = contact_speeds(motion)
     in_contact = speeds[np.isfinite(speeds)]
     return float(in_contact.mean()) if len(in_contact) else 0.0
 
 
 def contact_speeds(motion: Motion) -> FloatArray:
-    """Ground speed of feet in contact: array (frames, 2), metres a second; NaN without contact.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    """
+    """Ground speed of feet in contact: array (frames, 2), metres a second; NaN without contact."""
     positions, _ = retarget.motion_positions(motion, FEET)
     contacts = find_contacts(positions)
     speeds = np.full(contacts.shape, np.nan)
@@ -104,20 +81,7 @@ def lock_feet(
 ) -> Motion:
     """Hold the feet in place while they are in contact; bone lengths do not change.
 
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    free : array (frames,), optional
-        True where the feet are not changed.
-    contacts : array (frames, 2), optional
-        Contacts in addition to the detected ones, such as those of feet that slide because of an
-        edit.
-
-    Returns
-    -------
-    Motion
-        The same motion with other rotations of hips, knees and ankles.
+    Shapes: `free` (frames,); `contacts` (frames, 2).
     """
     if motion.n_frames < 3:
         return motion

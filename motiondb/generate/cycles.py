@@ -20,35 +20,24 @@ from motiondb.records import FloatArray
 
 PERIODIC = 0.35
 """Largest self-difference of a periodic movement. Walks of real captures have .05 to .2, single
-jumps more than .6. Chosen by hand; not tuned."""
+jumps more than .6."""
 SHORTEST_PERIOD, LONGEST_PERIOD = 12, 90
 """Shortest and longest period, frames (0.4 s and 3 s at 30 a second): faster cycles are
-trembling. Chosen by hand."""
+trembling."""
 LEAST_OVERLAP = 0.3
-"""Smallest overlap of a movement with itself, shifted by the lag, as a share of its length.
-Chosen by hand; not tuned."""
+"""Smallest overlap of a movement with itself, shifted by the lag, as a share of its length."""
 LENGTH_WEIGHT = 0.15
 """Cost by which a loop of one second is worse than one of two, in the units of the poses' squared
-distance. Longer loops are less monotonous. Chosen by hand; not tuned."""
+distance. Longer loops are less monotonous."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A part [first, behind) that can be repeated.
-
-    Attributes
-    ----------
-    first : int
-        First frame.
-    behind : int
-        Last frame + 1.
-    cost : float
-        Squared distance between the poses and velocities at both ends.
-    """
+    """A part [first, behind) that can be repeated."""
 
     first: int
-    behind: int
-    cost: float
+    behind: int  # Last frame + 1
+    cost: float  # Squared distance between the poses and velocities at both ends
 
     @property
     def length(self) -> int:
@@ -59,12 +48,7 @@ class Loop:
 def self_difference(poses: FloatArray, longest: int) -> FloatArray:
     """Compute D(T) for the lags T = 0, 1, ..., longest: array (longest + 1,).
 
-    Parameters
-    ----------
-    poses : array (frames, values)
-        The poses x.
-    longest : int
-        Largest lag, less than the number of frames.
+    Shapes: `poses` (frames, values).
 
     >>> wave = np.sin(2 * np.pi * np.arange(40) / 10)[:, None]
     >>> self_difference(wave, 10).round(2)[[0, 5, 10]]
@@ -80,12 +64,7 @@ def self_difference(poses: FloatArray, longest: int) -> FloatArray:
 def find_period(poses: FloatArray, periodic: float = PERIODIC) -> int | None:
     """Find the period of a movement in frames; None if it is not periodic.
 
-    Parameters
-    ----------
-    poses : array (frames, values)
-        The poses.
-    periodic : float, optional
-        Largest self-difference of a periodic movement.
+    Shapes: `poses` (frames, values).
 
     >>> wave = np.sin(2 * np.pi * np.arange(80) / 20)[:, None]
     >>> find_period(wave), find_period(np.linspace(0, 1, 80)[:, None])
@@ -108,14 +87,7 @@ def best_loop(
 ) -> Loop | None:
     """Find the loop of least cost; None if there is none.
 
-    Parameters
-    ----------
-    edges : array (frames + 1, values)
-        Poses and velocities, also at the frame that follows the movement.
-    shortest : int
-        Fewest frames of a loop.
-    missing : tuple of (float, float), optional
-        Least and most frames that a whole number of loops is to fill.
+    Shapes: `edges` (frames + 1, values).
 
     >>> loop = best_loop(np.sin(2 * np.pi * np.arange(31) / 10)[:, None], 8)
     >>> loop.length, round(loop.cost, 6)
@@ -143,17 +115,6 @@ def best_loop(
 def repeat(first: int, behind: int, loop: Loop, times: int) -> list[tuple[int, int]]:
     """Return the pieces of a movement [first, behind) whose loop is played additional times.
 
-    Parameters
-    ----------
-    first : int
-        First frame of the movement.
-    behind : int
-        Last frame + 1.
-    loop : Loop
-        The loop, within the movement.
-    times : int
-        Number of additional plays of the loop.
-
     >>> repeat(0, 50, Loop(10, 30, 0.0), 2)
     [(0, 30), (10, 30), (10, 50)]
     >>> repeat(0, 50, Loop(10, 30, 0.0), 0)
@@ -168,12 +129,7 @@ def repeat(first: int, behind: int, loop: Loop, times: int) -> list[tuple[int, i
 def calmest_phase(poses: FloatArray, period: int) -> int:
     """Find the frame of the first period at which the movement is slowest, averaged over periods.
 
-    Parameters
-    ----------
-    poses : array (frames, values)
-        Poses of a periodic movement, at least one period.
-    period : int
-        Frames of a period.
+    Shapes: `poses` (frames, values).
 
     >>> calmest_phase(np.cos(2 * np.pi * (np.arange(60) - 4) / 20)[:, None], 20) in (4, 14)
     True

@@ -14,31 +14,27 @@ from dataclasses import replace
 import numpy as np
 
 from motiondb.generate.direction import OCCURRING, furthest_part, gone
-from motiondb.generate.occurrences import find_occurrences
 from motiondb.generate.excerpts import LONGEST, SHORTEST, Excerpt
+from motiondb.generate.occurrences import find_occurrences
 from motiondb.records import FloatArray
 
 REACHED = 0.5
 """Share of the full amount of a direction that the best excerpt must reach for the direction to be
-honoured. Chosen by hand; not tuned."""
-DIRECTION_WEIGHT = 3.0
-"""Cost of an excerpt that does not go in the direction at all, nats. Chosen by hand; not tuned."""
+honoured."""
+DIRECTION_WEIGHT = 3.0  # Cost of an excerpt that does not go in the direction at all, nats
 NOT_DONE = 6.0
-"""Further cost of an excerpt that does not reach ``REACHED``, nats: it would be told as not shown.
-Chosen by hand; not tuned."""
+"""Further cost of an excerpt that does not reach ``REACHED``, nats: it would be told as not
+shown."""
 _AHEAD = {"stop": 1.0, "start": 0.0}
 """Share of the time that a short part is extended by which lies before it. A stop is not followed
 by what comes after it, nor a start preceded by what came before."""
-MARGIN = 12
-"""Frames (0.4 s) before and after the part that goes in the direction. Chosen by hand."""
+MARGIN = 12  # Frames (0.4 s) before and after the part that goes in the direction
 WHOLE = 24
 """Frames (0.8 s) before and after hops, kicks and punches, so that these are whole and a cut may
-still be moved inwards by half a second. Chosen by hand."""
-FURTHER = 36
-"""Frames (1.2 s) by which an excerpt may be extended to a usual pose. Chosen by hand."""
+still be moved inwards by half a second."""
+FURTHER = 36  # Frames (1.2 s) by which an excerpt may be extended to a usual pose
 UNUSUAL = 2.0
-"""Mean squared distance from the mean pose, in variances, above which a pose is unusual. Chosen
-by hand; not tuned."""
+"""Mean squared distance from the mean pose, in variances, above which a pose is unusual."""
 
 
 def direct(
@@ -47,20 +43,7 @@ def direct(
     directions: Sequence[str],
     longest: int = LONGEST,
 ) -> tuple[list[Excerpt], tuple[str, ...]]:
-    """Cut excerpts to go in the directions of an action, and say which directions are honoured.
-
-    Parameters
-    ----------
-    excerpts : sequence of Excerpt
-        Excerpts of the action.
-    tracks : dict
-        Capture -> what measured words look at, array (frames, values), as for
-        :func:`motiondb.generate.direction.progress`.
-    directions : sequence of str
-        Words of direction.
-    longest : int, optional
-        Most frames of an excerpt.
-    """
+    """Cut excerpts to go in the directions of an action, and say which directions are honoured."""
     honoured: list[str] = []
     directed = list(excerpts)
     for direction in directions:
@@ -94,15 +77,7 @@ def _cut(excerpt: Excerpt, path: FloatArray, direction: str, longest: int) -> Ex
 
 
 def complete(excerpt: Excerpt, unusual: FloatArray) -> Excerpt:
-    """Extend an excerpt that begins or ends in an unusual pose.
-
-    Parameters
-    ----------
-    excerpt : Excerpt
-        The excerpt.
-    unusual : array (frames,)
-        Mean squared distance of every pose of the capture from the mean pose, in variances.
-    """
+    """Extend an excerpt that begins or ends in an unusual pose; `unusual` (frames,)."""
     start, end = excerpt.start, min(excerpt.end, len(unusual))
     if unusual[end - 1] > UNUSUAL:
         end += int(np.argmin(unusual[end - 1 : end + FURTHER]))

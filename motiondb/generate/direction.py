@@ -34,15 +34,31 @@ import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from motiondb.generate.occurrences import LASTING, aloft, find_occurrences
-from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.records import MOTION_FPS, FloatArray
 
 FULL = {
-    "up": 0.15, "down": 0.15, "left": 0.7, "right": 0.7, "forward": 0.5, "backward": 0.3,
-    "back": 0.3, "sideways": 0.4, "around": 2.5, "turn": 0.7, "spin": 4.7, "pirouette": 4.7,
-    "stop": 0.5, "start": 0.5, "jump": 0.2, "leap": 0.2, "jete": 0.2,
-    "hop": 1.0, "kick": 1.0, "punch": 1.0,
-}  # fmt: skip
+    "up": 0.15,
+    "down": 0.15,
+    "left": 0.7,
+    "right": 0.7,
+    "forward": 0.5,
+    "backward": 0.3,
+    "back": 0.3,
+    "sideways": 0.4,
+    "around": 2.5,
+    "turn": 0.7,
+    "spin": 4.7,
+    "pirouette": 4.7,
+    "stop": 0.5,
+    "start": 0.5,
+    "jump": 0.2,
+    "leap": 0.2,
+    "jete": 0.2,
+    "hop": 1.0,
+    "kick": 1.0,
+    "punch": 1.0,
+}
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
 TURNS = ("turn", "spin", "pirouette")
@@ -53,14 +69,10 @@ ACTIONS = (*TURNS, "stop", "start", *ALOFT, *OCCURRING)
 ONCE = (*ACTIONS, *VERTICAL, "left", "right", "around")
 """Words whose movement is over when it is done, so that a part that shows it is not repeated to
 make it longer."""
-EITHER = ("sideways", "around", *TURNS)
-"""Words that are measured to either side."""
-MOVING = 0.6
-"""Speed along the ground, m/s, from which on a person counts as moving. Chosen by hand."""
-STEADY = 15
-"""Frames (0.5 s, about one step) over which the speed along the ground is averaged."""
-NEARLY = 0.9
-"""Share of the largest distance that counts as nearly as far. Chosen by hand."""
+EITHER = ("sideways", "around", *TURNS)  # Words that are measured to either side
+MOVING = 0.6  # Speed along the ground, m/s, from which on a person counts as moving
+STEADY = 15  # Frames (0.5 s, about one step) over which the speed along the ground is averaged
+NEARLY = 0.9  # Share of the largest distance that counts as nearly as far
 
 
 def directions_of(words: Sequence[str]) -> tuple[str, ...]:
@@ -104,14 +116,7 @@ def say_not_gone(direction: str) -> str:
 def progress(path: FloatArray, direction: str) -> FloatArray:
     """Distance moved in a direction up to each frame, in full amounts: array (frames,).
 
-    Parameters
-    ----------
-    path : array (frames, 4 or more)
-        Height (m), speed to the left and ahead (m/s), turning (rad/s), as in
-        ``pose.pose_vectors``; for :data:`OCCURRING` words all columns of
-        :func:`.occurrences.measured_track`.
-    direction : str
-        One of :data:`FULL`.
+    Shapes: `path` (frames, 4 or more).
 
     >>> path = np.zeros((31, 4)); path[:, 2] = 0.5
     >>> [float(progress(path, word)[-1].round(3)) for word in ("forward", "backward")]
@@ -147,12 +152,7 @@ def gone(path: FloatArray, direction: str) -> float:
     What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
     the last or first frame with the frame of most speed.
 
-    Parameters
-    ----------
-    path : array (frames, 4 or more)
-        As for :func:`progress`.
-    direction : str
-        One of :data:`FULL`.
+    Shapes: `path` (frames, 4 or more).
     """
     if not len(path):
         return 0.0
@@ -171,14 +171,7 @@ def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, 
 
     Its first frame and last frame + 1.
 
-    Parameters
-    ----------
-    path : array (frames, 4 or more)
-        As for :func:`progress`.
-    direction : str
-        One of :data:`FULL`.
-    longest : int
-        Most frames, at least 1.
+    Shapes: `path` (frames, 4 or more).
 
     >>> path = np.zeros((120, 4)); path[:, 0] = [1.0] * 40 + [0.5] * 40 + [1.0] * 40
     >>> furthest_part(path, "up", 120)

@@ -19,9 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body import pose_vectors
 from motiondb.generate import contact, stitching, tempo
-from motiondb.generate.direction import ONCE, gone
-from motiondb.generate.occurrences import measured_track
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.directed_excerpts import (
     DIRECTION_WEIGHT,
@@ -30,6 +29,7 @@ from motiondb.generate.directed_excerpts import (
     complete,
     direct,
 )
+from motiondb.generate.direction import ONCE, gone
 from motiondb.generate.excerpt_places import number_places
 from motiondb.generate.excerpts import (
     LONGEST,
@@ -42,88 +42,53 @@ from motiondb.generate.excerpts import (
     occurrences_in,
     recount,
 )
+from motiondb.generate.occurrences import measured_track
 from motiondb.generate.segment_material import Takes, pose_vectors_of
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.generate.sequence_motion import SequenceMotion
-from motiondb.body import pose_vectors
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
-JOIN_WEIGHT = 0.5
-"""Weight of join costs relative to target costs. Chosen by hand; not tuned."""
+JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
 OTHER_PLACE = 4.0
 """Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
-outweighs it. Chosen by hand; not tuned."""
-MOST_EXCERPTS = 24
-"""Number of excerpts of an action among which the sequence is chosen. Chosen by hand."""
+outweighs it."""
+MOST_EXCERPTS = 24  # Number of excerpts of an action among which the sequence is chosen
 WORST = 6.0
 """Nats by which a candidate may score below the best, besides what it costs not to do what is
-measured. Chosen by hand; not tuned."""
-CUTS = (0, 5, 10, 15)
-"""Frames by which a cut may be moved inwards to a better seam. Chosen by hand."""
-SPEED_WEIGHT = 6.0
-"""Cost of a factor e between the speed of an excerpt and the one asked for. Chosen by hand; not
-tuned."""
+measured."""
+CUTS = (0, 5, 10, 15)  # Frames by which a cut may be moved inwards to a better seam
+SPEED_WEIGHT = 6.0  # Cost of a factor e between the speed of an excerpt and the one asked for
 SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
-repeated. Chosen by hand; not tuned."""
+repeated."""
 LEAST_FRAMES = 15
 """Smallest bound on the length of an excerpt, frames (0.5 s), however short the requested
-duration. Chosen by hand."""
-LEAST_CHANGE = 0.02
-"""Smallest relative change of the tempo that is made. Chosen by hand."""
+duration."""
+LEAST_CHANGE = 0.02  # Smallest relative change of the tempo that is made
 
 
 @dataclass(frozen=True, eq=False)
 class ShownExcerpt:
-    """The excerpt of one action, and how it is played.
-
-    Attributes
-    ----------
-    action : PlannedAction
-        The action.
-    excerpt : Excerpt
-        Where it comes from, in frames of the capture.
-    layout : Layout
-        Parts that are played, in frames of the capture at the new tempo.
-    rate : float
-        Tempo: 2 is twice as fast as recorded.
-    speeds : tuple of (float, float, float) or None
-        Mean speed of the joints of the excerpt as recorded, and the least and largest of all
-        excerpts of the action, m/s; None where no speed was asked for.
-    directions : tuple of str
-        Measured words that its captures can show.
-    place : int
-        Number of its place; -1 if it is not among those comparable with the best one.
-    n_places : int
-        Number of places that show the action about as clearly as the best one.
-    does : bool
-        Whether it does all that is measured.
-    """
+    """The excerpt of one action, and how it is played."""
 
     action: PlannedAction
-    excerpt: Excerpt
-    layout: Layout
-    rate: float = 1.0
+    excerpt: Excerpt  # Where it comes from, in frames of the capture
+    layout: Layout  # Parts that are played, in frames of the capture at the new tempo
+    rate: float = 1.0  # Tempo: 2 is twice as fast as recorded
+    # Mean speed of the joints of the excerpt as recorded, and the least and largest of all excerpts
+    # of the action, m/s; None where no speed was asked for
     speeds: tuple[float, float, float] | None = None
-    directions: tuple[str, ...] = ()
-    place: int = 0
-    n_places: int = 1
-    does: bool = True
+    directions: tuple[str, ...] = ()  # Measured words that its captures can show
+    place: int = 0  # Number of its place; -1 if it is not among those comparable with the best one
+    n_places: int = 1  # Number of places that show the action about as clearly as the best one
+    does: bool = True  # Whether it does all that is measured
 
 
 @dataclass(frozen=True, eq=False)
 class ExcerptMotion:
-    """A motion made of excerpts.
+    """A motion made of excerpts."""
 
-    Attributes
-    ----------
-    made : SequenceMotion
-        The motion; its lengths are those of the actions.
-    shown : tuple of ShownExcerpt
-        Per action.
-    """
-
-    made: SequenceMotion
+    made: SequenceMotion  # The motion; its lengths are those of the actions
     shown: tuple[ShownExcerpt, ...]
 
 
@@ -145,19 +110,7 @@ def excerpt_motion(
     rng: np.random.Generator,
     choice: int = 0,
 ) -> ExcerptMotion:
-    """Make a motion that shows actions in order.
-
-    Parameters
-    ----------
-    takes : Takes
-        Motions of the captures.
-    actions : sequence of ActionSources
-        Per action the captures that can show it; at least one each.
-    rng : numpy.random.Generator
-        Draws between cuts of an excerpt.
-    choice : int, optional
-        0 for the best excerpts, c for place c of each action.
-    """
+    """Make a motion that shows actions in order."""
     likely = [_likely(each) for each in actions]
     material = _gather(takes, sorted({e.capture for each in likely for e in each}))
     directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
@@ -334,9 +287,13 @@ def _candidates(
     entries = np.stack([_edges(material, c)[a] for c, a, _ in rows])
     continuations = np.stack([_edges(material, c)[b] for c, _, b in rows])
     candidates = stitching.Candidates(
-        places[:, 0], places[:, 1], places[:, 2], entries, continuations,
+        places[:, 0],
+        places[:, 1],
+        places[:, 2],
+        entries,
+        continuations,
         np.array(targets) + tremble,
-    )  # fmt: skip
+    )
     return candidates, np.array(owner)
 
 
@@ -347,12 +304,7 @@ def _edges(material: _Material, capture: int) -> FloatArray:
 def edges_of(vectors: FloatArray, scale: FloatArray) -> FloatArray:
     """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values).
 
-    Parameters
-    ----------
-    vectors : array (frames, values)
-        Pose vectors of a capture.
-    scale : array (values,)
-        Spread of pose vectors.
+    Shapes: `vectors` (frames, values); `scale` (values,).
     """
     extended = np.concatenate([vectors, vectors[-1:]])
     speed = np.diff(extended, axis=0, prepend=extended[:1])[:, 4:] / scale[4:] * 5.0

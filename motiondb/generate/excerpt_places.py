@@ -33,17 +33,8 @@ def number_places(
 ) -> IntArray:
     """Number the comparable places: array (excerpts,), from 0; -1 for excerpts of no such place.
 
-    Parameters
-    ----------
-    excerpts : sequence of Excerpt
-        Excerpts of an action.
-    values : array (excerpts,)
-        How good they are, nats.
-    does : array of bool (excerpts,)
-        Whether they do all that is measured.
+    Shapes: `values` (excerpts,); `does` (excerpts,), bool.
 
-    Examples
-    --------
     >>> where = [(7, 0, 90), (7, 20, 110), (7, 100, 190), (8, 0, 90), (9, 0, 90)]
     >>> excerpts = [Excerpt(c, a, b, 0.0, (a, b)) for c, a, b in where]
     >>> number_places(excerpts, np.array([5.0, 4.9, 4.5, 3.0, 2.9]), np.ones(5, dtype=bool))

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.generate.occurrences import find_occurrences
-from motiondb.meaning.certainty.place_certainty import count_performers, cues_of
-from motiondb.learn.learned import Learned
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
+from motiondb.generate.occurrences import find_occurrences
 from motiondb.generate.sentence_plan import Amount, PlannedAction
-from motiondb.records import MOTION_FPS, FloatArray
-from motiondb.meaning.calibration import probability
 from motiondb.language.question.manner import adverb_of
 from motiondb.language.question.say import say_count, say_duration
 from motiondb.language.question.tree import NotUsed
+from motiondb.learn.learned import Learned
+from motiondb.meaning.calibration import probability
+from motiondb.meaning.certainty.place_certainty import count_performers, cues_of
+from motiondb.records import MOTION_FPS, FloatArray
 
-NEAR_ENOUGH = 0.1
-"""Largest relative difference from a requested duration that still counts as met. Chosen by
-hand."""
+NEAR_ENOUGH = 0.1  # Largest relative difference from a requested duration that still counts as met
 
 
 def say_amounts(action: PlannedAction) -> list[str]:
@@ -41,15 +39,7 @@ def say_amounts(action: PlannedAction) -> list[str]:
 def report_excerpt(
     learned: Learned, shown: ShownExcerpt
 ) -> tuple[tuple[str, ...], tuple[NotUsed, ...]]:
-    """Return the counts, durations and speeds that an action has, and those that were not met.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    shown : ShownExcerpt
-        The action's excerpt.
-    """
+    """Return the counts, durations and speeds that an action has, and those that were not met."""
     action, layout = shown.action, shown.layout
     name = learned.captures[shown.excerpt.capture].name
     first, behind = source_span(shown)
@@ -73,12 +63,7 @@ def report_excerpt(
 def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
     """The count that was asked for, if another one is measured in the motion.
 
-    Parameters
-    ----------
-    shown : ShownExcerpt
-        The action's excerpt.
-    track : array (frames, 10)
-        Measured track of its part of the motion (:func:`.occurrences.measured_track`).
+    Shapes: `track` (frames, 10).
     """
     times = shown.action.times
     word = counted_word(shown.action)

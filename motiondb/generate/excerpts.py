@@ -24,8 +24,8 @@ from motiondb.generate.direction import OCCURRING
 from motiondb.generate.occurrences import COUNTED, find_occurrences
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.generate.source_costs import Source
-from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.records import MOTION_FPS, FloatArray
 
 DROP = 1.0
 """Nats by which a segment of an excerpt may be worse than the best. Of .7, 1 and 1.5, 1 gave the
@@ -35,60 +35,32 @@ SHORTEST, LONGEST = 75, 150
 capture is shorter. Chosen by hand: two to three seconds were the best context for recognition in
 first measurements."""
 UNPLACED = 105
-"""Shortest excerpt, frames (3.5 s), if the motion does not determine where the action is. Chosen
-by hand; not tuned."""
-MOST_OF_A_CAPTURE = 3
-"""Excerpts of one capture. Chosen by hand; not tuned."""
+"""Shortest excerpt, frames (3.5 s), if the motion does not determine where the action is."""
+MOST_OF_A_CAPTURE = 3  # Excerpts of one capture
 FAR_BELOW = 2.0
 """Nats by which a further excerpt of a capture may be worse than its best: worse ones are approach
-and waiting. Chosen by hand; not tuned."""
-LEAST_CYCLIC = 90
-"""Shortest periodic movement, frames (3 s). Chosen by hand."""
-SLACK = 20
-"""Frames by which a cut may move to where the end and the beginning are alike. Chosen by hand."""
-SHORTEST_LOOP = 45
-"""Fewest frames (1.5 s) of a loop of a movement without a period. Chosen by hand."""
-TOLERANCE = 0.05
-"""Share by which a duration may be missed so that a loop fits. Chosen by hand."""
-LEAST_LOOP = 0.6
-"""Smallest share of an excerpt without a period that a loop repeats. Chosen by hand; not tuned."""
+and waiting."""
+LEAST_CYCLIC = 90  # Shortest periodic movement, frames (3 s)
+SLACK = 20  # Frames by which a cut may move to where the end and the beginning are alike
+SHORTEST_LOOP = 45  # Fewest frames (1.5 s) of a loop of a movement without a period
+TOLERANCE = 0.05  # Share by which a duration may be missed so that a loop fits
+LEAST_LOOP = 0.6  # Smallest share of an excerpt without a period that a loop repeats
 
 
 @dataclass(frozen=True)
 class Excerpt:
-    """A part of a capture that shows an action.
+    """A part of a capture that shows an action."""
 
-    Attributes
-    ----------
-    capture : int
-        Number of the capture.
-    start : int
-        First frame, at 30 frames a second.
-    end : int
-        Last frame + 1.
-    score : float
-        Mean value of its segments less the cost of the capture, nats.
-    stretch : tuple of (int, int)
-        First frame and last frame + 1 of the stretch of good segments that it is cut from.
-    """
-
-    capture: int
-    start: int
-    end: int
-    score: float
+    capture: int  # Number of the capture
+    start: int  # First frame, at 30 frames a second
+    end: int  # Last frame + 1
+    score: float  # Mean value of its segments less the cost of the capture, nats
+    # First frame and last frame + 1 of the stretch of good segments that it is cut from
     stretch: tuple[int, int]
 
 
 def find_excerpts(sources: Sequence[Source], longest: int) -> list[Excerpt]:
-    """Find the excerpts of all sources, best first.
-
-    Parameters
-    ----------
-    sources : sequence of Source
-        Captures that can show the action.
-    longest : int
-        Most frames of an excerpt.
-    """
+    """Find the excerpts of all sources, best first."""
     excerpts = []
     for source in sources:
         free = np.ones(len(source.values), dtype=bool)
@@ -155,24 +127,13 @@ def _mean_value(source: Source, start: int, end: int) -> float:
 
 @dataclass(frozen=True)
 class Layout:
-    """Parts of a capture that are played one after the other.
+    """Parts of a capture that are played one after the other."""
 
-    Attributes
-    ----------
-    parts : tuple of (int, int)
-        First frame and last frame + 1 of every part.
-    said : str
-        How the excerpt is repeated; "" where it is played once.
-    times : int or None
-        Number of performances of the action; None if no number was requested.
-    is_measured : bool
-        Whether these are measured occurrences.
-    """
-
-    parts: tuple[tuple[int, int], ...]
-    said: str = ""
+    parts: tuple[tuple[int, int], ...]  # First frame and last frame + 1 of every part
+    said: str = ""  # How the excerpt is repeated; "" where it is played once
+    # Number of performances of the action; None if no number was requested
     times: int | None = None
-    is_measured: bool = False
+    is_measured: bool = False  # Whether these are measured occurrences
 
     @property
     def n_frames(self) -> int:
@@ -182,24 +143,15 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Movement:
-    """What the layout of an excerpt looks at.
+    """What the layout of an excerpt looks at."""
 
-    Attributes
-    ----------
-    poses : array (frames, values)
-        Poses of the whole capture, for its period.
-    edges : array (frames + 1, values)
-        Poses and velocities of the whole capture, as compared at seams.
-    is_once : bool
-        Whether the movement is over when it is done, so that it is lengthened only where the action
-        asks for a duration.
-    occurrences : tuple of (int, int)
-        First frame and last frame + 1 of every occurrence in the excerpt that was measured.
-    """
-
-    poses: FloatArray
+    poses: FloatArray  # (frames, values): poses of the whole capture, for its period
+    # (frames + 1, values): poses and velocities of the whole capture, as compared at seams
     edges: FloatArray
+    # Whether the movement is over when it is done, so that it is lengthened only where the action
+    # asks for a duration
     is_once: bool = False
+    # First frame and last frame + 1 of every occurrence in the excerpt that was measured
     occurrences: tuple[tuple[int, int], ...] = ()
 
 
@@ -226,16 +178,7 @@ def occurrences_in(
 ) -> tuple[tuple[int, int], ...]:
     """The occurrences in an excerpt that a number asks for, in frames of the capture at a tempo.
 
-    Parameters
-    ----------
-    excerpt : Excerpt
-        The excerpt.
-    action : PlannedAction
-        Its action.
-    track : array (frames, 10)
-        Measured track of the capture (:func:`.occurrences.measured_track`).
-    rate : float
-        Tempo: 2 is twice as fast as recorded.
+    Shapes: `track` (frames, 10).
     """
     word = counted_word(action)
     if action.times is None or word is None:
@@ -249,14 +192,7 @@ def occurrences_in(
 def recount(action: PlannedAction, layout: Layout, track: FloatArray) -> Layout:
     """A layout that does not say the number measured in its capture if the motion has another one.
 
-    Parameters
-    ----------
-    action : PlannedAction
-        The action.
-    layout : Layout
-        How its excerpt is played.
-    track : array (frames, 10)
-        Measured track of its part of the motion (:func:`.occurrences.measured_track`).
+    Shapes: `track` (frames, 10).
     """
     word = counted_word(action)
     if not layout.is_measured or word is None:
@@ -266,17 +202,7 @@ def recount(action: PlannedAction, layout: Layout, track: FloatArray) -> Layout:
 
 
 def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) -> Layout:
-    """Repeat an excerpt as often and as long as an action asks for.
-
-    Parameters
-    ----------
-    action : PlannedAction
-        The action.
-    span : tuple of (int, int)
-        First frame and last frame + 1 of the excerpt.
-    movement : Movement
-        The movement of the capture.
-    """
+    """Repeat an excerpt as often and as long as an action asks for."""
     poses, edges = movement.poses, movement.edges
     start, end = span
     period = find_period(poses[start:end])

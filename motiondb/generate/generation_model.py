@@ -16,31 +16,14 @@ import numpy as np
 from motiondb.generate.trajectory import with_deltas
 from motiondb.records import FloatArray, IntArray, MotionSymbols
 
-SPLIT = 3
-"""Number of parts of a recognition state. Chosen by hand; not tuned."""
-VARIANCE_FLOOR = 1e-3
-"""Least variance of a state, as a share of the overall variance. Chosen by hand."""
+SPLIT = 3  # Number of parts of a recognition state
+VARIANCE_FLOOR = 1e-3  # Least variance of a state, as a share of the overall variance
 
 
 def generation_symbols(
     segments: Sequence[Sequence[FloatArray]], states: Sequence[Sequence[IntArray]], n_states: int
 ) -> MotionSymbols:
-    """Estimate the finer symbols.
-
-    Parameters
-    ----------
-    segments : sequence of sequence of array (frames, D)
-        Pose vectors of the segments of every symbol, 30 a second.
-    states : sequence of sequence of array (frames,)
-        Recognition state of every frame of these segments, rising from 0.
-    n_states : int
-        Number of states of a recognition symbol.
-
-    Returns
-    -------
-    MotionSymbols
-        Symbols in the order given, with SPLIT * n_states states over 3 D dimensions.
-    """
+    """Estimate the finer symbols; `segments` each (frames, D); `states` each (frames,)."""
     n_fine = SPLIT * n_states
     everything = np.concatenate([with_deltas(v) for group in segments for v in group])
     floor = np.maximum(VARIANCE_FLOOR * everything.var(axis=0), 1e-10)
@@ -63,12 +46,7 @@ def generation_symbols(
 def fine_states(path: IntArray, n_states: int) -> IntArray:
     """Divide every visit of a state into SPLIT equal parts; a skipped state has no frames.
 
-    Parameters
-    ----------
-    path : array (frames,)
-        Recognition state of every frame.
-    n_states : int
-        Number of recognition states.
+    Shapes: `path` (frames,).
 
     >>> fine_states(np.array([0, 0, 0, 1, 1, 1, 1]), 2)
     array([0, 1, 2, 3, 3, 4, 5])

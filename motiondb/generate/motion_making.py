@@ -14,8 +14,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from motiondb.errors import QueryError, UnknownWordsError
-from motiondb.generate.occurrences import measured_track
-from motiondb.learn.learned import Learned
 from motiondb.generate.action_sources import ActionSources, all_sources, find_sources
 from motiondb.generate.excerpt_motion import ExcerptMotion, excerpt_motion
 from motiondb.generate.excerpt_report import (
@@ -24,17 +22,13 @@ from motiondb.generate.excerpt_report import (
     report_excerpt,
     segments_of,
 )
+from motiondb.generate.occurrences import measured_track
 from motiondb.generate.segment_material import Takes
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
 from motiondb.generate.sequence_motion import SequenceMotion
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.symbol_motion import symbol_motion
-from motiondb.meaning.places.place_fitting import Written
-from motiondb.learn.recognition import recognise
-from motiondb.records import IntArray
-from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.language.lemmas import VERBS
-from motiondb.language.vocabulary import nearest_words
 from motiondb.language.question.known import KnownQuestion, hold_to_known
 from motiondb.language.question.parse import parse
 from motiondb.language.question.tree import (
@@ -48,53 +42,33 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
+from motiondb.language.vocabulary import nearest_words
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import recognise
+from motiondb.meaning.places.place_fitting import Written
+from motiondb.records import IntArray
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
 METHODS = ("stitched", "trajectory", "montecarlo")
-SPEED_NAMES = ("slow", "fast")
-"""Manners that generation can show although no caption says them."""
+SPEED_NAMES = ("slow", "fast")  # Manners that generation can show although no caption says them
 
 
 @dataclass(frozen=True, eq=False)
 class MadeMotion:
-    """A motion that was made from a sentence.
+    """A motion that was made from a sentence."""
 
-    Attributes
-    ----------
-    made : SequenceMotion
-        The motion with the origin of its frames.
-    symbols : array (symbols,)
-        Symbols of the excerpts, or those that were decoded.
-    positions : tuple of int
-        Per symbol the number of its action.
-    actions : tuple of tuple of str
-        Words of every action that was made.
-    decodings : tuple of Decoding
-        Per action; none for stitched motion.
-    recognised : array (segments,)
-        Symbols recognised in the motion.
-    question : KnownQuestion
-        The parsed sentence.
-    shown : tuple of JudgedAction
-        Per action that was asked for, whether the motion shows it.
-    decided : tuple of str
-        Decisions on what the sentence leaves open.
-    not_used : tuple of NotUsed
-        Parts of the sentence that the motion does not show.
-    places : tuple of (int, int)
-        Number of every action's place among those that show it about as clearly as the best one
-        (-1 if it is none of them), and their number; none for other methods.
-    """
-
-    made: SequenceMotion
-    symbols: IntArray
-    positions: tuple[int, ...]
-    actions: tuple[tuple[str, ...], ...]
-    decodings: tuple[decoding.Decoding, ...]
-    recognised: IntArray
+    made: SequenceMotion  # The motion with the origin of its frames
+    symbols: IntArray  # (symbols,): symbols of the excerpts, or those that were decoded
+    positions: tuple[int, ...]  # Per symbol the number of its action
+    actions: tuple[tuple[str, ...], ...]  # Words of every action that was made
+    decodings: tuple[decoding.Decoding, ...]  # Per action; none for stitched motion
+    recognised: IntArray  # (segments,): symbols recognised in the motion
     question: KnownQuestion
-    shown: tuple[JudgedAction, ...]
-    decided: tuple[str, ...] = ()
-    not_used: tuple[NotUsed, ...] = ()
+    shown: tuple[JudgedAction, ...]  # Per action that was asked for, whether the motion shows it
+    decided: tuple[str, ...] = ()  # Decisions on what the sentence leaves open
+    not_used: tuple[NotUsed, ...] = ()  # Parts of the sentence that the motion does not show
+    # Number of every action's place among those that show it about as clearly as the best one (-1
+    # if it is none of them), and their number; none for other methods
     places: tuple[tuple[int, int], ...] = ()
 
     @property
@@ -116,29 +90,17 @@ class _Wanted:
 
 @dataclass(frozen=True)
 class MotionRequest:
-    """A request for a motion.
-
-    Attributes
-    ----------
-    text : str
-        The sentence.
-    method : str
-        One of ``METHODS``.
-    anyway : bool
-        Whether to make the rest of the motion if nothing in the database shows an action.
-    instead : dict
-        Word that no caption says -> the nearest known word, which is made in its place and does not
-        count as showing it.
-    choice : int
-        Which of the places that show each action about as clearly as the best one are preferred
-        (stitched motion only): 0 the best, 1 the next, and so on, from the first again after the
-        last.
-    """
+    """A request for a motion."""
 
     text: str
     method: str = "stitched"
+    # Whether to make the rest of the motion if nothing in the database shows an action
     anyway: bool = False
+    # Word that no caption says -> the nearest known word, which is made in its place and does not
+    # count as showing it
     instead: Mapping[str, str] = field(default_factory=dict)
+    # Which of the places that show each action about as clearly as the best one are preferred
+    # (stitched motion only): 0 the best, 1 the next, and so on, from the first again after the last
     choice: int = 0
 
 
@@ -148,26 +110,7 @@ def make_motion(
     request: MotionRequest,
     rng: np.random.Generator,
 ) -> MadeMotion:
-    """Generate a motion from a sentence.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    takes : Takes
-        Motions of the captures.
-    request : MotionRequest
-        The sentence, and how it is made.
-    rng : numpy.random.Generator
-        Draws between alternatives and between cuts.
-
-    Raises
-    ------
-    QueryError
-        For an unknown method, no known word, or an action that nothing in the database shows.
-    NotLearnedError
-        When no words were learned.
-    """
+    """Generate a motion from a sentence."""
     method = request.method
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
@@ -203,11 +146,15 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
         for words in (*missing, *_lost_verbs(read, counts))
     ) + tuple(
         JudgedAction(
-            (word,), 0, 0, False, 0.0,
+            (word,),
+            0,
+            0,
+            False,
+            0.0,
             reason=f"no caption says it; {near!r}, the nearest known word, was made instead",
         )
         for word, near in request.instead.items()
-    )  # fmt: skip
+    )
     return _Wanted(question, actions, lost, decided, (*question.not_used, *left))
 
 
@@ -265,13 +212,7 @@ def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
 def _sources(
     learned: Learned, actions: Sequence[PlannedAction], anyway: bool
 ) -> list[ActionSources]:
-    """The captures that can show each action.
-
-    Raises
-    ------
-    QueryError
-        Nothing shows an action, and ``anyway`` is False.
-    """
+    """The captures that can show each action."""
     if not learned.has_words:
         raise QueryError(
             "generate: expected captures with words, found none. Write some down (motiondb words "
@@ -331,13 +272,18 @@ def _from_excerpts(
     captures = sorted({shown.excerpt.capture for shown in made_of_excerpts.shown})
     judged = judge_motion(learned, made_of_excerpts.made.motion, asked, captures)
     return MadeMotion(
-        made_of_excerpts.made, np.array(symbols, dtype=np.int64), tuple(positions),
-        tuple(of.action.words for of in sources), (),
-        recognise(learned, made_of_excerpts.made.motion).symbols, wanted.question,
-        (*judged, *wanted.missing), wanted.decided,
+        made_of_excerpts.made,
+        np.array(symbols, dtype=np.int64),
+        tuple(positions),
+        tuple(of.action.words for of in sources),
+        (),
+        recognise(learned, made_of_excerpts.made.motion).symbols,
+        wanted.question,
+        (*judged, *wanted.missing),
+        wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
         tuple((shown.place, shown.n_places) for shown in made_of_excerpts.shown),
-    )  # fmt: skip
+    )
 
 
 def _from_symbols(
@@ -363,11 +309,17 @@ def _from_symbols(
     )
     left = [one for action in wanted.actions for one in _not_by_symbols(action, method)]
     return MadeMotion(
-        made_of_symbols.made, made_of_symbols.plan.symbols, made_of_symbols.plan.positions,
-        made_of_symbols.plan.actions, made_of_symbols.decodings, made_of_symbols.recognised,
-        wanted.question, (*judged, *wanted.missing), wanted.decided,
+        made_of_symbols.made,
+        made_of_symbols.plan.symbols,
+        made_of_symbols.plan.positions,
+        made_of_symbols.plan.actions,
+        made_of_symbols.decodings,
+        made_of_symbols.recognised,
+        wanted.question,
+        (*judged, *wanted.missing),
+        wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
-    )  # fmt: skip
+    )
 
 
 def _not_by_symbols(action: PlannedAction, method: str) -> list[NotUsed]:

@@ -22,33 +22,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body import body, retarget
 from motiondb.body.features import runs
 from motiondb.body.pose_vectors import to_path
+from motiondb.generate.contact import FEET, MAX_HEIGHT, foot_heights
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
-COUNTED = ("jump", "hop", "leap", "jete", "kick", "punch")
-"""Words whose occurrences are counted."""
+COUNTED = ("jump", "hop", "leap", "jete", "kick", "punch")  # Words whose occurrences are counted
 RISE = 0.06
 """Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
-about 4 cm. Chosen by hand; not tuned."""
+about 4 cm."""
 LASTING = 31
 """Frames (1 s) over which the median of the height is taken, so that a jump does not count as
-moving up. Chosen by hand."""
-SHORTEST_FLIGHT = 3
-"""Frames (0.1 s). Chosen by hand."""
+moving up."""
+SHORTEST_FLIGHT = 3  # Frames (0.1 s)
 NEAR_GROUND = 6
 """Frames (0.2 s) before and after a flight in which its feet are looked for on the ground."""
-KICKED = 0.35
-"""Height of a kicking foot above its height in standing, m."""
+KICKED = 0.35  # Height of a kicking foot above its height in standing, m
 EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
 """Share of the arm's length between shoulder and wrist, height of the wrist relative to the
 shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
-BEGINNING = 8
-"""Frames before the arm is extended in which a punch reaches its speed."""
-PAUSE = 3
-"""Frames (0.1 s) up to which a break does not end an occurrence."""
+BEGINNING = 8  # Frames before the arm is extended in which a punch reaches its speed
+PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
 _I = body.INDEX
 _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "elbow", "wrist"))
 
@@ -59,11 +54,6 @@ def measured_track(motion: Motion) -> FloatArray:
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
     extended (1 or 0), and its speed relative to the pelvis (m/s).
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
     """
     positions = retarget.motion_positions(motion, (0, *FEET, *_ARMS))[0].astype(np.float64)
     arms = []
@@ -84,15 +74,8 @@ def measured_track(motion: Motion) -> FloatArray:
 def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """First frame and last frame + 1 of each occurrence, in the order of time.
 
-    Parameters
-    ----------
-    track : array (frames, 10)
-        As from :func:`measured_track`; for "jump", "leap" and "jete" its first column suffices.
-    word : str
-        One of :data:`COUNTED`.
+    Shapes: `track` (frames, 10).
 
-    Examples
-    --------
     >>> height = np.full((90, 1), 0.9); height[20:30] = height[60:70] = 1.1
     >>> find_occurrences(height, "jump")
     [(20, 30), (60, 70)]
@@ -107,13 +90,7 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
 
 
 def aloft(heights: FloatArray) -> NDArray[np.bool_]:
-    """Whether the pelvis is aloft: array (frames,).
-
-    Parameters
-    ----------
-    heights : array (frames,)
-        Heights of the pelvis, m.
-    """
+    """Whether the pelvis is aloft: array (frames,), from `heights` (frames,)."""
     return np.asarray(heights - median_filter(heights, size=LASTING, mode="nearest") > RISE)
 
 
@@ -137,12 +114,7 @@ def _begun(extended: NDArray[np.bool_], speeds: FloatArray) -> NDArray[np.bool_]
 def _is_hop(feet: FloatArray, flight: tuple[int, int]) -> bool:
     """Whether both feet leave the ground, and one that it began on is the first to land.
 
-    Parameters
-    ----------
-    feet : array (frames, 2)
-        Heights of the feet.
-    flight : tuple of (int, int)
-        First frame and last frame + 1.
+    Shapes: `feet` (frames, 2).
     """
     down = feet <= MAX_HEIGHT
     first, last = max(flight[0] - NEAR_GROUND, 0), flight[1] + NEAR_GROUND

@@ -13,65 +13,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.body import pose_vectors, rotation
+from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import QueryError
 from motiondb.generate import generation_model, series
 from motiondb.learn.learned import Learned
 from motiondb.learn.symbol_fitting import FeaturePool
-from motiondb.body import pose_vectors, rotation
-from motiondb.body.features import FEATURE_STEP
 from motiondb.records import FloatArray, IntArray, Motion, MotionSymbols
 from motiondb.symbols import hmm
 
-MEMBERS = 60
-"""Largest number of segments per symbol; the most probable ones are used. Chosen by hand; not
-tuned."""
+MEMBERS = 60  # Largest number of segments per symbol; the most probable ones are used
 
 
 @dataclass(frozen=True, eq=False)
 class Takes:
-    """Motion of all captures, as far as generation needs it.
-
-    Attributes
-    ----------
-    features : FeaturePool
-        Recognition features.
-    motion : callable
-        Gives the motion of a capture by its number.
-    """
+    """Motion of all captures, as far as generation needs it."""
 
     features: FeaturePool
-    motion: Callable[[int], Motion]
+    motion: Callable[[int], Motion]  # Gives the motion of a capture by its number
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentMaterial:
-    """Segments of the symbols of one sequence, and HMMs on their pose vectors.
+    """Segments of the symbols of one sequence, and HMMs on their pose vectors."""
 
-    Attributes
-    ----------
-    numbers : dict
-        Symbol -> its number among the symbols used.
-    members : tuple of array (n,)
-        Rows of the segment table, per symbol used.
-    paths : dict
-        Capture -> root path (frames, 4) and local rotations (frames, joints, 4).
-    leg_lengths : dict
-        Capture -> leg length of the performer, metres.
-    means : array (joints, 4)
-        Mean local rotations.
-    vectors : dict
-        Capture -> pose vectors: array (frames, values).
-    hmms : MotionSymbols
-        HMMs on pose vectors, one per symbol used.
-    """
-
-    numbers: Mapping[int, int]
-    members: tuple[IntArray, ...]
+    numbers: Mapping[int, int]  # Symbol -> its number among the symbols used
+    members: tuple[IntArray, ...]  # each (n,): rows of the segment table, per symbol used
+    # Capture -> root path (frames, 4) and local rotations (frames, joints, 4)
     paths: Mapping[int, tuple[FloatArray, FloatArray]]
-    leg_lengths: Mapping[int, float]
-    means: FloatArray
-    vectors: Mapping[int, FloatArray]
-    hmms: MotionSymbols
+    leg_lengths: Mapping[int, float]  # Capture -> leg length of the performer, metres
+    means: FloatArray  # (joints, 4): mean local rotations
+    vectors: Mapping[int, FloatArray]  # Capture -> pose vectors: array (frames, values)
+    hmms: MotionSymbols  # HMMs on pose vectors, one per symbol used
 
     def rows(self, symbol: int) -> IntArray:
         """Rows of the segment table for one symbol."""
@@ -84,13 +57,7 @@ class SegmentMaterial:
 
 
 def gather_material(learned: Learned, takes: Takes, sequence: IntArray) -> SegmentMaterial:
-    """Segments and HMMs for a symbol sequence.
-
-    Raises
-    ------
-    QueryError
-        When a symbol has no segments.
-    """
+    """Segments and HMMs for a symbol sequence."""
     used = np.unique(sequence)
     members = tuple(_members(learned, int(s)) for s in used)
     captures = sorted({int(learned.segments.capture_ids[i]) for rows in members for i in rows})

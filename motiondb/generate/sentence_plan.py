@@ -40,26 +40,15 @@ from motiondb.language.question.tree import (
 )
 
 MOST_ACTIONS = 128
-"""Largest number of actions of a sentence, counting repetitions, as in ``readings.MOST_PARTS``.
-Chosen by hand."""
-MOST_TIMES = 50
-"""Largest number of repetitions of one action. Chosen by hand."""
+"""Largest number of actions of a sentence, counting repetitions, as in ``readings.MOST_PARTS``."""
+MOST_TIMES = 50  # Largest number of repetitions of one action
 MOST_SECONDS = 600.0
-"""Largest duration of one action, seconds: longer motions are better joined elsewhere. Chosen by
-hand."""
+"""Largest duration of one action, seconds: longer motions are better joined elsewhere."""
 
 
 @dataclass(frozen=True)
 class Amount:
-    """A number of repetitions or seconds: ``least`` to ``most``, None without an upper limit.
-
-    Attributes
-    ----------
-    least : float
-        Lower limit.
-    most : float or None
-        Upper limit.
-    """
+    """A number of repetitions or seconds: ``least`` to ``most``, None without an upper limit."""
 
     least: float
     most: float | None
@@ -78,25 +67,12 @@ class Amount:
 
 @dataclass(frozen=True)
 class PlannedAction:
-    """One action of a motion.
+    """One action of a motion."""
 
-    Attributes
-    ----------
-    groups : tuple of tuple of str
-        Words of the actions that are shown at the same time; usually one group.
-    speed : str
-        "slow", "fast", or "" if the sentence does not mention speed.
-    excluded : tuple of tuple of str
-        Words of every action that must not be shown.
-    times : Amount or None
-        How often.
-    seconds : Amount or None
-        How long.
-    """
-
+    # Words of the actions that are shown at the same time; usually one group
     groups: tuple[tuple[str, ...], ...]
-    speed: str = ""
-    excluded: tuple[tuple[str, ...], ...] = ()
+    speed: str = ""  # "slow", "fast", or "" if the sentence does not mention speed
+    excluded: tuple[tuple[str, ...], ...] = ()  # Words of every action that must not be shown
     times: Amount | None = None
     seconds: Amount | None = None
 
@@ -111,27 +87,6 @@ def plan_sentence(
 ) -> tuple[tuple[PlannedAction, ...], tuple[str, ...], tuple[NotUsed, ...]]:
     """Plan the actions of a sentence.
 
-    Parameters
-    ----------
-    tree : Node
-        The sentence as it is understood, in known words and words of speed.
-    rng : numpy.random.Generator
-        Draws alternatives.
-
-    Returns
-    -------
-    actions : tuple of PlannedAction
-        In order; at least one.
-    notes : tuple of str
-        The decisions.
-    not_used : tuple of NotUsed
-        Parts of the sentence that the plan leaves out.
-
-    Raises
-    ------
-    QueryError
-        Without an action to show, or with too many.
-
     >>> walk, run = Action(("walk",), ("slow",)), Action(("run",))
     >>> found, _, _ = plan_sentence(InOrder((walk, Repeated(run, 3, 3))), np.random.default_rng(0))
     >>> [(a.words, a.speed, a.times) for a in found]
@@ -144,9 +99,7 @@ def plan_sentence(
             f"question: expected at most {MOST_ACTIONS} actions in order, found {len(planned):,}. "
             "Ask for fewer at a time."
         )
-    return (
-        tuple(planned), tuple(dict.fromkeys(notes.decided)), tuple(dict.fromkeys(notes.left))
-    )  # fmt: skip
+    return (tuple(planned), tuple(dict.fromkeys(notes.decided)), tuple(dict.fromkeys(notes.left)))
 
 
 @dataclass(frozen=True)

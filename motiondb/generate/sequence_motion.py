@@ -6,54 +6,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.body import pose_vectors
 from motiondb.generate import contact, series, trajectory
 from motiondb.generate.segment_material import SegmentMaterial
-from motiondb.body import pose_vectors
 from motiondb.records import FloatArray, IntArray, Motion
 
 
 @dataclass(frozen=True, eq=False)
 class SymbolPlan:
-    """Symbols that are to be shown, one after the other.
+    """Symbols that are to be shown, one after the other."""
 
-    Attributes
-    ----------
-    symbols : array (symbols,)
-        The symbols in their order.
-    positions : tuple of int
-        Per symbol the number of its action.
-    actions : tuple of tuple of str
-        Words of every action.
-    """
-
-    symbols: IntArray
-    positions: tuple[int, ...]
-    actions: tuple[tuple[str, ...], ...]
+    symbols: IntArray  # (symbols,): the symbols in their order
+    positions: tuple[int, ...]  # Per symbol the number of its action
+    actions: tuple[tuple[str, ...], ...]  # Words of every action
 
 
 @dataclass(frozen=True, eq=False)
 class SequenceMotion:
-    """A motion along a sequence of symbols, with the origin of its frames.
+    """A motion along a sequence of symbols, with the origin of its frames."""
 
-    Attributes
-    ----------
-    motion : Motion
-        On the canonical body.
-    captures : array (frames,)
-        Capture that each frame comes from; -1 where drawn from the HMMs.
-    frames : array (frames,)
-        Frame of that capture, 30 a second; 0 where drawn.
-    edits : tuple of str
-        Per frame what was done to it.
-    lengths : tuple of int
-        Frames of every symbol, or of every action.
-    """
-
-    motion: Motion
+    motion: Motion  # On the canonical body
+    # (frames,): capture that each frame comes from; -1 where drawn from the HMMs
     captures: IntArray
-    frames: FloatArray
-    edits: tuple[str, ...]
-    lengths: tuple[int, ...]
+    frames: FloatArray  # (frames,): frame of that capture, 30 a second; 0 where drawn
+    edits: tuple[str, ...]  # Per frame what was done to it
+    lengths: tuple[int, ...]  # Frames of every symbol, or of every action
 
 
 def _trajectory(material: SegmentMaterial, sequence: IntArray) -> tuple[FloatArray, IntArray]:
@@ -70,19 +47,7 @@ def _trajectory(material: SegmentMaterial, sequence: IntArray) -> tuple[FloatArr
 def model_motion(
     material: SegmentMaterial, sequence: IntArray, rng: np.random.Generator, method: str
 ) -> SequenceMotion:
-    """Motion from the HMMs alone.
-
-    Parameters
-    ----------
-    material : SegmentMaterial
-        HMMs of the symbols.
-    sequence : array (symbols,)
-        The symbols in their order.
-    rng : numpy.random.Generator
-        Draws states and frames where the method is "montecarlo".
-    method : str
-        "trajectory" (most probable smooth trajectory) or "montecarlo" (every frame drawn).
-    """
+    """Motion from the HMMs alone; `sequence` (symbols,)."""
     if method == "trajectory":
         values, owner = _trajectory(material, sequence)
     else:

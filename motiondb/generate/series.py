@@ -18,42 +18,18 @@ from motiondb.records import FloatArray, IntArray, MotionSymbols
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """A joined HMM: N states in order.
+    """A joined HMM: N states in order."""
 
-    Attributes
-    ----------
-    startprob : array (N,)
-        Initial probabilities.
-    transmat : array (N, N)
-        Transition probabilities; rows sum to 1.
-    self_loops : array (N,)
-        Probability to stay in a state, also for the last one.
-    means : array (N, dimensions)
-        Means.
-    covars : array (N, dimensions)
-        Variances.
-    positions : array (N,)
-        Position in the sequence of the symbol that each state belongs to.
-    """
-
-    startprob: FloatArray
-    transmat: FloatArray
-    self_loops: FloatArray
-    means: FloatArray
-    covars: FloatArray
-    positions: IntArray
+    startprob: FloatArray  # (N,): initial probabilities
+    transmat: FloatArray  # (N, N): transition probabilities; rows sum to 1
+    self_loops: FloatArray  # (N,): probability to stay in a state, also for the last one
+    means: FloatArray  # (N, dimensions): means
+    covars: FloatArray  # (N, dimensions): variances
+    positions: IntArray  # (N,): position in the sequence of the symbol that each state belongs to
 
 
 def join_series(symbols: MotionSymbols, sequence: IntArray) -> Series:
-    """Put the HMMs of a symbol sequence in series.
-
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    sequence : array (length,)
-        Numbers of the symbols, at least one.
-    """
+    """Put the HMMs of a symbol sequence in series; `sequence` (length,)."""
     counts = symbols.n_states[sequence]
     picks = [(s, k) for s, n in zip(sequence, counts) for k in range(n)]
     rows, states = np.array(picks).T
@@ -78,11 +54,6 @@ def expected_durations(series: Series) -> IntArray:
     """Number of frames of each state: array (N,), the rounded mean 1 / (1 - self-loop), at least 1.
 
     Rounding errors are carried over to the next state, so the total is correct to one frame.
-
-    Parameters
-    ----------
-    series : Series
-        The joined HMM.
     """
     mean = 1.0 / np.maximum(1.0 - series.self_loops, 1e-3)
     ends = np.round(np.cumsum(mean)).astype(np.int64)
@@ -90,15 +61,7 @@ def expected_durations(series: Series) -> IntArray:
 
 
 def sample_states(series: Series, rng: np.random.Generator) -> IntArray:
-    """Sample a path through the states, from the first out of the last: array (frames,).
-
-    Parameters
-    ----------
-    series : Series
-        The joined HMM.
-    rng : numpy.random.Generator
-        Source of randomness.
-    """
+    """Sample a path through the states, from the first out of the last: array (frames,)."""
     durations = rng.geometric(np.maximum(1.0 - series.self_loops, 1e-3))
     return np.repeat(np.arange(len(durations)), durations)
 
@@ -106,14 +69,7 @@ def sample_states(series: Series, rng: np.random.Generator) -> IntArray:
 def sample_outputs(series: Series, states: IntArray, rng: np.random.Generator) -> FloatArray:
     """Sample outputs (frames, dimensions), every frame independently, as in paper A.
 
-    Parameters
-    ----------
-    series : Series
-        The joined HMM.
-    states : array (frames,)
-        State of every frame.
-    rng : numpy.random.Generator
-        Source of randomness.
+    Shapes: `states` (frames,).
     """
     noise = rng.normal(size=(len(states), series.means.shape[1]))
     return series.means[states] + np.sqrt(series.covars[states]) * noise

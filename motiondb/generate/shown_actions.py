@@ -19,8 +19,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.generate.directed_excerpts import REACHED
 from motiondb.generate.direction import gone, say_not_gone
 from motiondb.generate.occurrences import measured_track
+from motiondb.learn.learned import Learned
 from motiondb.meaning.judging.motion_judge import (
     WithoutSources,
     judge_without,
@@ -28,22 +31,18 @@ from motiondb.meaning.judging.motion_judge import (
     pool_windows,
     said_words,
 )
-from motiondb.learn.learned import Learned
-from motiondb.generate.directed_excerpts import REACHED
-from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.records import Float32Array, FloatArray, Motion
 
 SHOWN_FROM = 0.6
-"""Smallest probability of an action that counts as shown. More than one half, because a false
-claim is worse than a missing one. Chosen by hand; not tuned."""
+"""Smallest probability of an action that counts as shown. More than one half, because a false claim
+is worse than a missing one."""
 ENTANGLED = 0.4
-"""If all captures of one action list another word, smallest share of that word's captures
-listing the action for which the two cannot be told apart. Chosen by hand; not tuned."""
+"""If all captures of one action list another word, smallest share of that word's captures listing
+the action for which the two cannot be told apart."""
 FEWEST_OWN = 3
 """Captures of a performer that suffice to find what is always listed together; with fewer, those of
-all performers count. Chosen by hand; not tuned."""
-N_DESCRIBED = 3
-"""Words by which a part of the motion is described."""
+all performers count."""
+N_DESCRIBED = 3  # Words by which a part of the motion is described
 
 
 @dataclass(frozen=True)
@@ -83,40 +82,19 @@ class JudgedAction:
 
 @dataclass(frozen=True)
 class Asked:
-    """A part of a motion, and the actions for which it is judged.
+    """A part of a motion, and the actions for which it is judged."""
 
-    Attributes
-    ----------
-    groups : tuple of tuple of str
-        Words of the actions that the part is to show.
-    excluded : tuple of tuple of str
-        Words of the actions that it must not show.
-    start : int
-        First frame of the part.
-    end : int
-        Last frame + 1.
-    done : tuple of str
-        The counts, durations and speeds of the motion.
-    directions : tuple of str
-        Words of direction that are measured in the motion.
-    placed : float or None
-        Probability that the part comes from the right place of its capture; None where it is not
-        known, and where the capture shows nothing else.
-    performer : str
-        Performer of that capture.
-    capture : str
-        Name of that capture.
-    """
-
-    groups: tuple[tuple[str, ...], ...]
-    excluded: tuple[tuple[str, ...], ...]
-    start: int
-    end: int
-    done: tuple[str, ...] = ()
-    directions: tuple[str, ...] = ()
+    groups: tuple[tuple[str, ...], ...]  # Words of the actions that the part is to show
+    excluded: tuple[tuple[str, ...], ...]  # Words of the actions that it must not show
+    start: int  # First frame of the part
+    end: int  # Last frame + 1
+    done: tuple[str, ...] = ()  # The counts, durations and speeds of the motion
+    directions: tuple[str, ...] = ()  # Words of direction that are measured in the motion
+    # Probability that the part comes from the right place of its capture; None where it is not
+    # known, and where the capture shows nothing else
     placed: float | None = None
-    performer: str = ""
-    capture: str = ""
+    performer: str = ""  # Performer of that capture
+    capture: str = ""  # Name of that capture
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -127,19 +105,7 @@ class Asked:
 def judge_motion(
     learned: Learned, motion: Motion, asked: Sequence[Asked], sources: Sequence[int]
 ) -> tuple[JudgedAction, ...]:
-    """Judge every action of a motion.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    motion : Motion
-        The motion.
-    asked : sequence of Asked
-        Its parts, with the actions they are to show.
-    sources : sequence of int
-        Captures that the motion was made from; the judge leaves them out.
-    """
+    """Judge every action of a motion."""
     numbers = learned.word_numbers
     known = [
         tuple(numbers[w] for w in group if w in numbers)
@@ -280,15 +246,6 @@ def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str
 
     It counts if all of these captions list several actions, and if at least ``ENTANGLED`` of its
     own captures list the action.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    judge : WithoutSources
-        The judge without the sources.
-    asked : Asked
-        The part.
     """
     said, together = judge.table.said, judge.table.together
     for words in asked.groups:

@@ -10,25 +10,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.learn.learned import Learned
 from motiondb.generate.competing_words import (
     LEAST_CAPTURES,
     describe_segments,
     neighbour_gain,
     rival_gain,
 )
+from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray, IntArray
 
-NEIGHBOUR_WEIGHT = 1.0
-"""N. Chosen by hand; not tuned."""
+NEIGHBOUR_WEIGHT = 1.0  # N
 RIVAL_WEIGHT = 0.5
 """R. Of 0, .25, .5 and 1, on the best excerpts of 36 actions of CMU: the judge finds the asked
 action before all others in .35, .37, .42, .42 (at N = 1; with R = .5 and N = 0 in .37)."""
 MOST_COMPARED = 100
 """Number of sources, the best without q and r, for which q and r are computed. Chosen by hand:
 more take longer."""
-UNLIKE_WEIGHT = 0.4
-"""D. Chosen by hand; not tuned."""
+UNLIKE_WEIGHT = 0.4  # D
 RARE_WEIGHT = 0.12
 """A. Chosen by hand, so that a plain kick and plain twists win against those of an acrobat; .08 to
 .16 make little difference to how many excerpts the judge finds right (.61 to .64 of 36 actions of
@@ -40,35 +38,16 @@ exercises and karate, 64 in ballet, 132 in acrobatics."""
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A capture that can show an action.
-
-    Attributes
-    ----------
-    capture : int
-        Its number.
-    rows : slice
-        Its rows of the segment table.
-    starts : array (segments,)
-        First frames, at 30 frames a second.
-    ends : array (segments,)
-        Last frames + 1.
-    values : array (segments,)
-        v.
-    cost : float
-        Cost of the module's docstring, and further costs.
-    is_placed : bool
-        Whether the motion says where in the capture the action is.
-    beside : frozenset of int
-        Words that its captions say in one action with those of the action.
-    """
+    """A capture that can show an action."""
 
     capture: int
-    rows: slice
-    starts: IntArray
-    ends: IntArray
-    values: FloatArray
-    cost: float
-    is_placed: bool = True
+    rows: slice  # Its rows of the segment table
+    starts: IntArray  # (segments,): first frames, at 30 frames a second
+    ends: IntArray  # (segments,): last frames + 1
+    values: FloatArray  # (segments,): v
+    cost: float  # Cost of the module's docstring, and further costs
+    is_placed: bool = True  # Whether the motion says where in the capture the action is
+    # Words that its captions say in one action with those of the action
     beside: frozenset[int] = frozenset()
 
 

@@ -22,56 +22,30 @@ import numpy as np
 from motiondb.body import rotation
 from motiondb.records import FloatArray, IntArray
 
-BLEND_FRAMES = 10
-"""Frames (1/3 s) of a cross-fade of similar poses. Chosen by hand."""
-MOST_BLEND_FRAMES = 30
-"""Frames (1 s) of a cross-fade of poses that are far apart. Chosen by hand."""
+BLEND_FRAMES = 10  # Frames (1/3 s) of a cross-fade of similar poses
+MOST_BLEND_FRAMES = 30  # Frames (1 s) of a cross-fade of poses that are far apart
 AGAIN_COST = 10.0
 """Cost of playing frames of the previous segment again. Chosen by hand: larger than that of
 poses that do not fit."""
 NEAR, FAR = 0.15, 0.6
 """Mean angles of the joints, radians, between poses that are similar and that are far apart:
-standing and walking, standing and sitting. Chosen by hand; not tuned."""
+standing and walking, standing and sitting."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Recorded segments for one position of the sequence.
+    """Recorded segments for one position of the sequence."""
 
-    Attributes
-    ----------
-    captures : array (n,)
-        Number of the capture.
-    starts : array (n,)
-        First frame, at 30 frames a second.
-    ends : array (n,)
-        One past the last frame.
-    entries : array (n, values)
-        Pose and velocity at the first frame.
-    continuations : array (n, values)
-        Pose and velocity that follow in the capture.
-    targets : array (n,)
-        Target costs.
-    """
-
-    captures: IntArray
-    starts: IntArray
-    ends: IntArray
-    entries: FloatArray
-    continuations: FloatArray
-    targets: FloatArray
+    captures: IntArray  # (n,): number of the capture
+    starts: IntArray  # (n,): first frame, at 30 frames a second
+    ends: IntArray  # (n,): one past the last frame
+    entries: FloatArray  # (n, values): pose and velocity at the first frame
+    continuations: FloatArray  # (n, values): pose and velocity that follow in the capture
+    targets: FloatArray  # (n,): target costs
 
 
 def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[int]:
-    """One candidate for each position, with the least sum of target and join costs (ties: first).
-
-    Parameters
-    ----------
-    candidates : sequence of Candidates
-        Recorded segments of every position.
-    join_weight : float, optional
-        Weight of the join costs.
-    """
+    """One candidate for each position, with least sum of target and join costs (ties: first)."""
     total = candidates[0].targets
     back: list[IntArray] = []
     for before, after in pairwise(candidates):
@@ -86,15 +60,7 @@ def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[i
 
 
 def join_costs(before: Candidates, after: Candidates) -> FloatArray:
-    """j(i, i') for all pairs: array (n before, n after); overlapping pairs cost AGAIN_COST more.
-
-    Parameters
-    ----------
-    before : Candidates
-        Candidates of one position.
-    after : Candidates
-        Candidates of the next position.
-    """
+    """j(i, i') for all pairs: array (n before, n after); overlapping pairs cost AGAIN_COST more."""
     a, b = before.continuations, after.entries
     squares = np.sum(a * a, axis=1)[:, None] + np.sum(b * b, axis=1)[None] - 2.0 * (a @ b.T)
     same = before.captures[:, None] == after.captures
@@ -115,36 +81,17 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class Stitched:
-    """A stitched motion and the source of every frame.
+    """A stitched motion and the source of every frame."""
 
-    Attributes
-    ----------
-    path : array (frames, 4)
-        Path values.
-    rotations : array (frames, 21, 4)
-        Heading-relative rotations, w, x, y, z.
-    captures : array (frames,)
-        Number of the capture of largest weight.
-    frames : array (frames,)
-        Frame of that capture.
-    shares : array (frames,)
-        Its weight, 1 outside of seams.
-    """
-
-    path: FloatArray
-    rotations: FloatArray
-    captures: IntArray
-    frames: IntArray
-    shares: FloatArray
+    path: FloatArray  # (frames, 4): path values
+    rotations: FloatArray  # (frames, 21, 4): heading-relative rotations, w, x, y, z
+    captures: IntArray  # (frames,): number of the capture of largest weight
+    frames: IntArray  # (frames,): frame of that capture
+    shares: FloatArray  # (frames,): its weight, 1 outside of seams
 
 
 def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
     """Join pieces that follow one another in the same capture.
-
-    Parameters
-    ----------
-    pieces : sequence of Piece
-        Pieces in order.
 
     >>> [(p.start, p.end) for p in merge_pieces([Piece(1, 0, 5), Piece(1, 5, 9), Piece(2, 9, 12)])]
     [(0, 9), (9, 12)]
@@ -159,20 +106,7 @@ def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
 
 
 def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatArray]]) -> Stitched:
-    """Concatenate pieces with cross-faded seams.
-
-    Parameters
-    ----------
-    pieces : sequence of Piece
-        Pieces in order; consecutive ones of one capture are joined without a seam.
-    sources : dict of int to (array (frames, 4), array (frames, 21, 4))
-        Path values and heading-relative rotations of each capture.
-
-    Returns
-    -------
-    Stitched
-        As many frames as all pieces together.
-    """
+    """Concatenate pieces with cross-faded seams; `sources` (frames, 4), array (frames, 21, 4)."""
     merged = merge_pieces(pieces)
     result = _play(merged[0], sources, 0, 0)
     for before, after in pairwise(merged):

@@ -17,53 +17,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.generate import clarity
-from motiondb.learn.learned import Learned
 from motiondb.generate.action_symbols import decode_actions, word_numbers
 from motiondb.generate.segment_material import Takes, gather_material
 from motiondb.generate.sequence_motion import SequenceMotion, SymbolPlan, model_motion
-from motiondb.learn.recognition import recognise
-from motiondb.body.features import FEATURE_STEP
-from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.language.translation import decoding
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import recognise
+from motiondb.records import FloatArray, IntArray, Motion
 
-ATTEMPTS = 4
-"""Largest number of attempts until every action is recognised. Chosen by hand; not tuned."""
-RECOGNISED_FROM = 0.5
-"""Smallest mean probability of a recognised word: more probable than not."""
+ATTEMPTS = 4  # Largest number of attempts until every action is recognised
+RECOGNISED_FROM = 0.5  # Smallest mean probability of a recognised word: more probable than not
 LEAST_PROBABILITY = 1e-6
 """Probabilities are kept away from 0 and 1 by this much, so that logarithms stay finite."""
 
 
 @dataclass(frozen=True, eq=False)
 class SymbolMotion:
-    """A motion made from symbols.
+    """A motion made from symbols."""
 
-    Attributes
-    ----------
-    made : SequenceMotion
-        The motion; its lengths are those of the symbols.
-    plan : SymbolPlan
-        Actions and decoded symbols.
-    decodings : tuple of Decoding
-        Per action.
-    recognised : array (segments,)
-        Symbols recognised in the motion.
-    clarities : tuple of float
-        log c per action.
-    unclear : dict
-        Number of every action that is not recognised -> the symbol that shows it least.
-    captures : frozenset of int
-        Captures from whose segments the HMMs were estimated.
-    """
-
-    made: SequenceMotion
-    plan: SymbolPlan
+    made: SequenceMotion  # The motion; its lengths are those of the symbols
+    plan: SymbolPlan  # Actions and decoded symbols
     decodings: tuple[decoding.Decoding, ...]
-    recognised: IntArray
-    clarities: tuple[float, ...]
+    recognised: IntArray  # (segments,): symbols recognised in the motion
+    clarities: tuple[float, ...]  # log c per action
+    # Number of every action that is not recognised -> the symbol that shows it least
     unclear: Mapping[int, int]
-    captures: frozenset[int]
+    captures: frozenset[int]  # Captures from whose segments the HMMs were estimated
 
 
 def symbol_motion(
@@ -73,26 +54,7 @@ def symbol_motion(
     rng: np.random.Generator,
     method: str,
 ) -> SymbolMotion:
-    """Make a motion from the symbols of actions.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    takes : Takes
-        Motions of the captures.
-    actions : tuple of tuple of str
-        Known words of every action.
-    rng : numpy.random.Generator
-        Every attempt begins from its state; it is not advanced.
-    method : str
-        "trajectory" or "montecarlo".
-
-    Raises
-    ------
-    QueryError
-        No symbols can show the words.
-    """
+    """Make a motion from the symbols of actions."""
     avoided: list[set[int]] = [set() for _ in actions]
     best: SymbolMotion | None = None
     for _ in range(ATTEMPTS):
@@ -143,12 +105,7 @@ def frame_probabilities(learned: Learned, motion: Motion) -> tuple[FloatArray, I
 def log_clarity(probabilities: FloatArray, asked: IntArray) -> float:
     """log c of a part of a motion, mean over its frames and the words asked for.
 
-    Parameters
-    ----------
-    probabilities : array (frames, words)
-        Strictly between 0 and 1.
-    asked : array (n,)
-        Numbers of the words asked for.
+    Shapes: `probabilities` (frames, words); `asked` (n,).
     """
     said = np.log(probabilities[:, asked]).mean(axis=1)
     unasked = clarity.log_unasked(probabilities, asked)

@@ -16,20 +16,14 @@ from motiondb.body import retarget, rotation
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 SLOW_SHARE, FAST_SHARE = 0.15, 0.85
-"""Quantiles of the recorded speeds that "slowly" and "fast" ask for. Chosen by hand; not tuned."""
+"""Quantiles of the recorded speeds that "slowly" and "fast" ask for."""
 MOST_CHANGE = 1.4
 """Largest factor by which a recorded motion is played faster or slower. Beyond it jumps look as if
-gravity had changed. Chosen by hand; not tuned."""
+gravity had changed."""
 
 
 def joint_speeds(motion: Motion) -> FloatArray:
-    """Compute the mean speed of the joints at every frame: array (frames,), metres a second.
-
-    Parameters
-    ----------
-    motion : Motion
-        At least one frame; a single frame has speed 0.
-    """
+    """Compute the mean speed of the joints at every frame: array (frames,), metres a second."""
     positions, _ = retarget.motion_positions(motion)
     if len(positions) < 2:
         return np.zeros(len(positions))
@@ -40,12 +34,7 @@ def joint_speeds(motion: Motion) -> FloatArray:
 def wanted_speed(speeds: FloatArray, fast: bool) -> float:
     """Speed that "fast" or "slowly" asks for, among recorded speeds of the action.
 
-    Parameters
-    ----------
-    speeds : array (motions,)
-        Recorded speeds, metres a second; at least one.
-    fast : bool
-        Whether the word is "fast", not "slowly".
+    Shapes: `speeds` (motions,).
 
     >>> wanted_speed(np.array([1.0, 2.0, 3.0]), True)
     2.7
@@ -56,16 +45,9 @@ def wanted_speed(speeds: FloatArray, fast: bool) -> float:
 def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) -> float:
     """Playback rate at which a motion has a requested speed, within the range of recorded speeds.
 
-    Parameters
-    ----------
-    speed : float
-        Speed of the motion, metres a second.
-    wanted : float
-        Wanted speed.
-    speeds : array (motions,)
-        Recorded speeds of the action.
-    fast : bool
-        Whether the motion is to be faster; a motion that is fast enough is not slowed down.
+    Shapes: `speeds` (motions,).
+
+    `fast`: Whether the motion is to be faster; a motion that is fast enough is not slowed down.
 
     >>> natural_rate(1.0, 1.3, np.array([0.8, 1.2]), True)
     1.2
@@ -81,19 +63,8 @@ def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) ->
 def resample(path: FloatArray, rotations: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     """Play a path and its rotations at another rate.
 
-    Parameters
-    ----------
-    path : array (frames, 4)
-        Height, and speeds over the ground (``pose.pose_vectors``).
-    rotations : array (frames, joints, 4)
-        Quaternions w, x, y, z.
-    rate : float
-        r.
-
-    Returns
-    -------
-    tuple of (array (frames', 4), array (frames', joints, 4))
-        The frames 0, r, 2 r, ... of the source.
+    Shapes: `path` (frames, 4); `rotations` (frames, joints, 4); result each (frames', 4), array
+    (frames', joints, 4).
     """
     times = np.arange(0.0, len(path) - 1 + 1e-9, rate)
     low = np.minimum(times.astype(np.int64), max(len(path) - 2, 0))

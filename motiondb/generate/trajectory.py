@@ -20,13 +20,7 @@ from motiondb.records import FloatArray
 
 
 def with_deltas(values: FloatArray) -> FloatArray:
-    """Append first and second differences: array (frames, 3 D).
-
-    Parameters
-    ----------
-    values : array (frames, D)
-        Static values.
-    """
+    """Append first and second differences: array (frames, 3 D), from `values` (frames, D)."""
     padded = np.concatenate([values[:1], values, values[-1:]])
     delta = (padded[2:] - padded[:-2]) / 2.0
     delta2 = padded[2:] - 2.0 * padded[1:-1] + padded[:-2]
@@ -34,15 +28,7 @@ def with_deltas(values: FloatArray) -> FloatArray:
 
 
 def most_probable(means: FloatArray, covars: FloatArray) -> FloatArray:
-    """Most probable trajectory c: array (frames, D).
-
-    Parameters
-    ----------
-    means : array (frames, 3 D)
-        Means along the states.
-    covars : array (frames, 3 D)
-        Variances along the states.
-    """
+    """Most probable trajectory c: array (frames, D), from `means`, `covars` (frames, 3 D)."""
     from scipy.linalg import solveh_banded
 
     n_frames, n_dims = len(means), means.shape[1] // 3
@@ -81,16 +67,7 @@ def widen(
 
     The factor is between 1 and 1.6; this bound and the default strength were chosen by hand.
 
-    Parameters
-    ----------
-    trajectory : array (frames, D)
-        The trajectory.
-    means : array (frames, D)
-        Static means along the states.
-    covars : array (frames, D)
-        Static variances along the states.
-    strength : float, optional
-        0 leaves the trajectory unchanged, 1 reaches the variance of the states.
+    Shapes: `trajectory`, `means`, `covars` (frames, D).
     """
     centre = trajectory.mean(axis=0)
     wanted = means.var(axis=0) + covars.mean(axis=0)

@@ -33,9 +33,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motiondb.body import pose_vectors, rotation
 from motiondb.errors import QueryError
 from motiondb.generate import contact, stitching
-from motiondb.body import pose_vectors, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 VELOCITY_WEIGHT = 5.0
 """Weight of velocities (differences between frames) relative to poses, both in units of standard
-deviations. Chosen by hand; not tuned."""
+deviations."""
 HELD = np.array([0, *range(4, pose_vectors.N_VALUES)])
 """Values of a pose vector whose velocity counts, the height and the joints: the others are
 velocities already."""
@@ -51,89 +51,40 @@ velocities already."""
 
 @dataclass(frozen=True, eq=False)
 class ClipSource:
-    """The takes in the form that synthesis uses. A take whose capture was removed is missing.
+    """The takes in the form that synthesis uses. A take whose capture was removed is missing."""
 
-    Attributes
-    ----------
-    paths : mapping of int to pair of arrays
-        For each take the path values (frames, 4) and the heading-relative rotations
-        (frames, 21, 4).
-    edges : mapping of int to array (frames, values)
-        For each take the pose and velocity at every frame, in units of standard deviations.
-    leg_lengths : mapping of int to float
-        Leg length of the actor of each take, metres.
-    """
-
+    # For each take the path values (frames, 4) and the heading-relative rotations (frames, 21, 4)
     paths: Mapping[int, tuple[FloatArray, FloatArray]]
+    # (frames, values): for each take the pose and velocity at every frame, in units of standard
+    # deviations
     edges: Mapping[int, FloatArray]
-    leg_lengths: Mapping[int, float]
+    leg_lengths: Mapping[int, float]  # Leg length of the actor of each take, metres
 
 
 @dataclass(frozen=True)
 class Choice:
-    """A segment for each position, with the cost of the choice.
+    """A segment for each position, with the cost of the choice."""
 
-    Attributes
-    ----------
-    clips : tuple of int
-        Numbers of the segments.
-    cost : float
-        J, the sum of the join costs; no unit.
-    """
-
-    clips: tuple[int, ...]
-    cost: float
+    clips: tuple[int, ...]  # Numbers of the segments
+    cost: float  # J, the sum of the join costs; no unit
 
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """A motion and the source of its frames.
+    """A motion and the source of its frames."""
 
-    Attributes
-    ----------
-    motion : Motion
-        The motion on the canonical body.
-    spans : tuple of pairs of int
-        Frames [start, end) of each position of the string.
-    takes : array (frames,)
-        Take that each frame comes from; at a seam, the take of greater weight.
-    frames : array (frames,)
-        Frame in that take.
-    edits : tuple of str
-        For each frame, how it was edited.
-    slip : float
-        Mean ground speed of feet in contact, metres a second.
-    source_slip : float
-        The same for the segments in their takes, metres per second.
-    """
-
-    motion: Motion
-    spans: tuple[tuple[int, int], ...]
+    motion: Motion  # The motion on the canonical body
+    spans: tuple[tuple[int, int], ...]  # Frames [start, end) of each position of the string
+    # (frames,): take that each frame comes from; at a seam, the take of greater weight
     takes: IntArray
-    frames: IntArray
-    edits: tuple[str, ...]
-    slip: float
-    source_slip: float
+    frames: IntArray  # (frames,): frame in that take
+    edits: tuple[str, ...]  # For each frame, how it was edited
+    slip: float  # Mean ground speed of feet in contact, metres a second
+    source_slip: float  # The same for the segments in their takes, metres per second
 
 
 def clip_source(motions: Mapping[int, Motion]) -> ClipSource:
-    """Prepare takes for synthesis.
-
-    Parameters
-    ----------
-    motions : mapping of int to Motion
-        Take number to motion, for the takes that are available.
-
-    Returns
-    -------
-    ClipSource
-        Paths, rotations and edges of the takes.
-
-    Raises
-    ------
-    QueryError
-        There is no take.
-    """
+    """Prepare takes for synthesis."""
     if not motions:
         raise QueryError(
             "clips: expected captures of the grammar, found none left. Add them again."
@@ -171,31 +122,10 @@ def clip_candidates(
 ) -> tuple[list[stitching.Candidates], list[IntArray]]:
     """Return the candidate segments of each position of a string.
 
-    Parameters
-    ----------
-    terminals : Terminals
-        Segments and groups.
-    string : sequence of str
-        Names of terminals.
-    source : ClipSource
-        The takes that are available.
-    pinned : mapping of int to int, optional
-        Position to the segment that it must have. A segment that is not a candidate is ignored.
-    preferred : mapping of int to array, optional
-        Position to segments. If some of them are candidates, the others are left out.
+    `pinned`: Position to the segment that it must have. A segment that is not a candidate is
+    ignored.
 
-    Returns
-    -------
-    candidates : list of Candidates
-        Candidates of each position.
-    numbers : list of arrays (candidates,)
-        Their segment numbers in ``terminals``.
-
-    Raises
-    ------
-    QueryError
-        The string is empty, a name is not a terminal of the grammar, or the takes of a terminal are
-        all missing.
+    `preferred`: Position to segments. If some of them are candidates, the others are left out.
     """
     if not string:
         raise QueryError("string: expected at least one terminal, found none. Name some.")
@@ -239,20 +169,7 @@ def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> sti
 
 
 def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:
-    """Return the choice of least J, found exactly; of equal choices the first in the takes.
-
-    Parameters
-    ----------
-    candidates : sequence of Candidates
-        Candidates of each position.
-    numbers : sequence of arrays (candidates,)
-        Their segment numbers.
-
-    Returns
-    -------
-    Choice
-        A segment for each position, and J.
-    """
+    """Return the choice of least J, found exactly; of equal choices the first in the takes."""
     picks = stitching.choose(candidates)
     return _choice(candidates, numbers, picks)
 
@@ -262,22 +179,7 @@ def choose_greedily(
     numbers: Sequence[IntArray],
     rng: np.random.Generator,
 ) -> Choice:
-    """Return the greedy choice of the paper: a random first segment, then always the best next.
-
-    Parameters
-    ----------
-    candidates : sequence of Candidates
-        Candidates of each position.
-    numbers : sequence of arrays (candidates,)
-        Their segment numbers.
-    rng : numpy.random.Generator
-        Draws the first segment.
-
-    Returns
-    -------
-    Choice
-        A segment for each position, and J.
-    """
+    """Return the greedy choice of the paper: a random first segment, then always the best next."""
     picks = [int(rng.integers(len(numbers[0])))]
     for before, after in pairwise(candidates):
         costs = stitching.join_costs(_only(before, picks[-1]), after)
@@ -308,24 +210,6 @@ def synthesise(
 
     The motion has as many frames as the segments together. Outside the seams, poses are those of
     the takes, except where feet in contact with the ground are fixed.
-
-    Parameters
-    ----------
-    terminals : Terminals
-        Segments and groups.
-    clips : sequence of int
-        Numbers of the segments, in order.
-    source : ClipSource
-        The takes of these segments.
-    start : tuple of float, optional
-        Position (x, z) of the first frame on the ground, metres.
-    heading : float, optional
-        Heading of the first frame, radians.
-
-    Returns
-    -------
-    Synthesis
-        The motion and the source of its frames.
     """
     rows = np.asarray(clips, dtype=np.int64)
     takes, starts, ends = (a[rows] for a in (terminals.takes, terminals.starts, terminals.ends))

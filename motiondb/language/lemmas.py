@@ -70,13 +70,6 @@ lower."""
 def lemma(word: str, known: Mapping[str, str] | None = None) -> str:
     """Return the lemma of a word, or the word itself if none is known.
 
-    Parameters
-    ----------
-    word : str
-        One word; case does not matter.
-    known : dict, optional
-        Lemmas that the dictionary gave earlier; they are used instead of the dictionary.
-
     >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
     ['walk', 'run', 'dance', 'box', 'left', 'backward']
     """

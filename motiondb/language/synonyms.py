@@ -15,23 +15,6 @@ from motiondb.language.lemmas import lemma
 def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:
     r"""Read a table of synonyms.
 
-    Parameters
-    ----------
-    text : str
-        The table, in the format of the module's docstring.
-    source : str, optional
-        Name of the table in messages, such as its file name.
-
-    Returns
-    -------
-    dict
-        Canonical lemma of each lemma, chains resolved.
-
-    Raises
-    ------
-    SheetError
-        If lines are faulty; the message names all of them.
-
     >>> parse_synonyms("jog = run\nstroll\twalk  # slowly")
     {'jog': 'run', 'stroll': 'walk'}
     """

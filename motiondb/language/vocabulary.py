@@ -19,8 +19,8 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from motiondb.records import IntArray
 from motiondb.language.lemmas import VERBS, lemma
+from motiondb.records import IntArray
 
 _STOP_WORDS = """
 a an the this that these those some any each another one two three four five six several few i me
@@ -74,15 +74,6 @@ def split_actions(
 ) -> list[list[str]]:
     """Cut a text into actions, each a list of words; a wildcard is an empty list.
 
-    Parameters
-    ----------
-    text : str
-        A caption or a query.
-    synonyms : dict, optional
-        Lemma -> canonical lemma.
-    lemmas : dict, optional
-        Lemmas that the dictionary gave earlier (:func:`motiondb.language.lemmas.lemma`).
-
     >>> split_actions("A person walks, turns left, and then sits down.")
     [['walk'], ['turn', 'left'], ['sit', 'down']]
     >>> split_actions("walk, ?, sit")
@@ -120,15 +111,6 @@ def motion_word(
     token: str, synonyms: Mapping[str, str], lemmas: Mapping[str, str] | None = None
 ) -> str | None:
     """Lemma of a word, or None if the word does not describe motion.
-
-    Parameters
-    ----------
-    token : str
-        One word.
-    synonyms : dict
-        Lemma -> canonical lemma.
-    lemmas : dict, optional
-        Lemmas that the dictionary gave earlier (:func:`motiondb.language.lemmas.lemma`).
 
     >>> motion_word("Walks", {}), motion_word("the", {}), motion_word("strolls", {"stroll": "walk"})
     ('walk', None, 'walk')
@@ -175,15 +157,6 @@ def forms_of(text: str) -> list[str]:
 def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str, ...]:
     """Known words of similar spelling, the most similar first.
 
-    Parameters
-    ----------
-    word : str
-        The word to look for.
-    known : iterable of str
-        The vocabulary.
-    limit : int, optional
-        Largest number of words.
-
     >>> nearest_words("wlak", ["walk", "run", "talk"])
     ('walk',)
     """
@@ -192,11 +165,6 @@ def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str,
 
 def count_words(captions: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], IntArray]:
     """Vocabulary, sorted, and array (words,) of the number of captions with each word.
-
-    Parameters
-    ----------
-    captions : iterable of sequence of str
-        Words of each caption.
 
     >>> words, counts = count_words([["walk", "turn", "walk"], ["walk"]])
     >>> words, counts.tolist()

@@ -23,18 +23,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.language import vocabulary
+from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 
 STRANGE = 0.1
 """Chosen by hand, from the shares measured on real captures: twice the shares for more captures of
 the same kind."""
 NEW_WORDS = 0.05
-"""Chosen by hand; not tuned."""
 TURNOVER = 0.5
-"""Chosen by hand; not tuned."""
-_WORST = 0.05
-"""Share of the motion learned from that counts as strange itself. Chosen by hand; not tuned."""
+_WORST = 0.05  # Share of the motion learned from that counts as strange itself
 
 
 @dataclass(frozen=True)
@@ -86,24 +83,13 @@ class Drift:
 
 @dataclass(frozen=True, eq=False)
 class DriftBaseline:
-    """The motion learned from, as drift is measured against it.
+    """The motion learned from, as drift is measured against it."""
 
-    Attributes
-    ----------
-    captures : array (captures,)
-        Numbers of the captures learned from.
-    mean : float
-        Mean log-likelihood of the best symbol over frames, nats per frame.
-    worst : float
-        Log-likelihood below which the worst twentieth of the frames lies, nats per frame.
-    frames : float
-        Number of frames learned from, 30 a second.
-    """
-
-    captures: IntArray
-    mean: float
+    captures: IntArray  # (captures,): numbers of the captures learned from
+    mean: float  # Mean log-likelihood of the best symbol over frames, nats per frame
+    # Log-likelihood below which the worst twentieth of the frames lies, nats per frame
     worst: float
-    frames: float
+    frames: float  # Number of frames learned from, 30 a second
 
 
 def fit_baseline(table: SegmentTable) -> DriftBaseline:
@@ -120,18 +106,10 @@ def fit_baseline(table: SegmentTable) -> DriftBaseline:
 
 @dataclass(frozen=True)
 class WordUse:
-    """Words written about captures.
+    """Words written about captures."""
 
-    Attributes
-    ----------
-    total : int
-        Number of words written.
-    unknown : dict
-        Word outside the vocabulary -> how often it was written.
-    """
-
-    total: int
-    unknown: Mapping[str, int]
+    total: int  # Number of words written
+    unknown: Mapping[str, int]  # Word outside the vocabulary -> how often it was written
 
 
 def count_word_use(
@@ -154,17 +132,7 @@ def count_word_use(
 
 
 def measure_drift(table: SegmentTable, baseline: DriftBaseline, words: WordUse) -> Drift:
-    """The drift since the database learned.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all present captures.
-    baseline : DriftBaseline
-        The motion learned from.
-    words : WordUse
-        Words of the captions of the present captures.
-    """
+    """The drift since the database learned."""
     new = ~np.isin(table.capture_ids, baseline.captures)
     gone = ~np.isin(baseline.captures, table.capture_ids)
     explained, frames = table.log_likelihoods[new], _frames(table)[new]

@@ -7,33 +7,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.places.place_fitting import Places
-from motiondb.learn.symbol_fitting import FeaturePool
 from motiondb.body.features import FEATURE_STEP
+from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.maps.edge_map import EdgeMap, FrameTake, fit_edge_map
+from motiondb.meaning.places.place_fitting import Places
 from motiondb.records import Float32Array, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.meaning.maps.edge_map import EdgeMap, FrameTake, fit_edge_map
 
 
 def fit_edges(
     frames: Float32Array, pool: FeaturePool, table: SegmentTable, places: Places, n_words: int
 ) -> EdgeMap:
-    """Fit the evidence for words at each frame.
-
-    Parameters
-    ----------
-    frames : array (rows, D)
-        Whitened features of all captures.
-    pool : FeaturePool
-        Says which rows belong to which capture.
-    table : SegmentTable
-        Segments of all captures.
-    places : Places
-        Places of the listed words of at least one capture of the pool.
-    n_words : int
-        Size of the vocabulary.
-    """
+    """Fit the evidence for words at each frame; `frames` (rows, D)."""
     rows = capture_rows(table)
     bounds = zip(pool.capture_ids.tolist(), pool.bounds[:-1], pool.bounds[1:])
     takes = []

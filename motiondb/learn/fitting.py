@@ -8,15 +8,10 @@ from math import ceil, floor
 
 import numpy as np
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.learn import drift
-from motiondb.meaning import counting
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.meaning.certainty.place_certainty import learn_certainty
-from motiondb.meaning.judging.judge_fitting import fit_judge
-from motiondb.meaning.judging.motion_judge import MotionJudge, pool_windows, said_words
-from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.edge_fitting import fit_edges
-from motiondb.meaning.places.place_fitting import Places, Written, find_places
+from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.start import joining
 from motiondb.learn.start.knowledge import Started
 from motiondb.learn.symbol_fitting import (
@@ -32,18 +27,21 @@ from motiondb.learn.word_fitting import (
     fit_words,
     fit_words_with_start,
 )
-from motiondb.body.features import FEATURE_STEP
-from motiondb.records import Float32Array, SegmentTable
+from motiondb.meaning import counting
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.meaning.certainty.place_certainty import learn_certainty
 from motiondb.meaning.evidence import extents
-from motiondb.symbols import feature_space
-from motiondb.symbols import acquisition
-from motiondb.symbols import space as symbol_spaces
-from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.meaning.judging.judge_fitting import fit_judge
+from motiondb.meaning.judging.motion_judge import MotionJudge, pool_windows, said_words
 from motiondb.meaning.maps.edge_map import EdgeMap
 from motiondb.meaning.maps.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
+from motiondb.meaning.places.place_fitting import Places, Written, find_places
+from motiondb.records import Float32Array, SegmentTable
+from motiondb.symbols import acquisition, feature_space
+from motiondb.symbols import space as symbol_spaces
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
-NEARLY = 1e-6
-"""Feature frames by which the rounding of seconds may move the end of an interval."""
+NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
 
 
 def fit_model(
@@ -59,31 +57,6 @@ def fit_model(
     With a start, its feature space, symbols and symbol space are taken over, and its words are
     joined with those of the captions. A start whose symbols do not fit the captures is set aside
     if there are enough captions (:func:`motiondb.learn.start.joining.is_set_aside`).
-
-    Parameters
-    ----------
-    pool : FeaturePool
-        Recognition features of the captures to learn from.
-    taught : TaughtWords
-        What people wrote about these captures.
-    settings : LearnSettings
-        Settings that, with the seed, determine the result.
-    rng : numpy.random.Generator
-        Draws the symbols to begin with, and the samples for distances.
-    tell : callable
-        Called with the step and the share of it that is done.
-    started : Started, optional
-        Knowledge of another database to start from.
-
-    Returns
-    -------
-    LearnedModel
-        With run 0: it is not saved yet.
-
-    Raises
-    ------
-    MotionDBError
-        When there are fewer segments than the requested symbols.
     """
     if started is not None:
         model = _fit_with_start(pool, taught, started, rng, tell)

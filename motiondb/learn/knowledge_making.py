@@ -11,11 +11,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from motiondb.errors import KnowledgeError, NotLearnedError
-from motiondb.meaning import counting
 from motiondb.learn.learned import Learned
 from motiondb.learn.start.knowledge import Knowledge, Origin, Taught
-from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.meaning import counting
 from motiondb.meaning.maps.word_map import calibration_information
+from motiondb.records import MOTION_FPS, FloatArray
 
 LEAST_CAPTIONS = 2
 """Smallest number of described intervals for an export: sums over one interval would reveal it."""
@@ -24,29 +24,7 @@ LEAST_CAPTIONS = 2
 def make_knowledge(
     learned: Learned, name: str, runs: Sequence[Mapping[str, object]], credit: str, version: str
 ) -> Knowledge:
-    """Everything that was learned, without motion and captions.
-
-    Parameters
-    ----------
-    learned : Learned
-        The model learned from own captions.
-    name : str
-        Its name.
-    runs : sequence of mapping
-        The runs of ``learn`` that it comes from.
-    credit : str
-        The acknowledgement that users are asked to give.
-    version : str
-        Version of motiondb.
-
-    Raises
-    ------
-    NotLearnedError
-        When no words were learned.
-    KnowledgeError
-        When it learned with a start itself, from too few captions, or with a version that kept no
-        counts.
-    """
+    """Everything that was learned, without motion and captions."""
     _check(learned)
     return Knowledge(
         origin=_origin(learned, name, runs, credit, version),

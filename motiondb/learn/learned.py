@@ -15,18 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
-from motiondb.meaning import caption_evidence
-from motiondb.meaning.counting import Described, capture_rows, described_intervals
-from motiondb.meaning.judging.motion_judge import said_words
+from motiondb.language.translation import explanation, transition
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.performer_groups import performers_of
+from motiondb.learn.start.checking import checked_words
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning import caption_evidence
+from motiondb.meaning.counting import Described, capture_rows, described_intervals
+from motiondb.meaning.evidence import by_words
+from motiondb.meaning.evidence.bounds import TakeExtremes, take_extremes
+from motiondb.meaning.evidence.resemblance import MeaningSpace, emphasis_of, meaning_space
+from motiondb.meaning.judging.motion_judge import said_words
+from motiondb.meaning.maps import movement
+from motiondb.meaning.maps.caption_map import CaptionMap, solve_caption_map
+from motiondb.meaning.maps.description_map import DescriptionMap
+from motiondb.meaning.maps.word_map import WordMap
 from motiondb.meaning.places.place_fitting import (
     Written,
     evidence_by_others,
     place_evidence,
     unplaced_evidence,
 )
-from motiondb.learn.start.checking import checked_words
 from motiondb.records import (
     Association,
     Caption,
@@ -34,37 +43,18 @@ from motiondb.records import (
     FloatArray,
     IntArray,
 )
-from motiondb.meaning import calibration as certainty
-from motiondb.meaning.evidence.resemblance import MeaningSpace, emphasis_of, meaning_space
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.evidence.bounds import TakeExtremes, take_extremes
-from motiondb.meaning.maps import movement
-from motiondb.meaning.maps.caption_map import CaptionMap, solve_caption_map
-from motiondb.meaning.maps.description_map import DescriptionMap
-from motiondb.meaning.maps.word_map import WordMap
-from motiondb.language.translation import explanation, transition
 
 
 @dataclass(frozen=True, eq=False)
 class Learned(LearnedModel):
-    """The data for questions: the learned model, with the catalogue of the same revision.
+    """The data for questions: the learned model, with the catalogue of the same revision."""
 
-    Attributes
-    ----------
-    captures : dict
-        Capture number -> row of the catalogue, of all captures.
-    captions : dict
-        Capture number -> captions.
-    synonyms : dict
-        Lemma -> canonical lemma.
-    source : str
-        Path of the database file, for messages.
-    """
-
+    # Capture number -> row of the catalogue, of all captures
     captures: Mapping[int, CaptureInfo] = field(default_factory=dict)
+    # Capture number -> captions
     captions: Mapping[int, tuple[Caption, ...]] = field(default_factory=dict)
-    synonyms: Mapping[str, str] = field(default_factory=dict)
-    source: str = ""
+    synonyms: Mapping[str, str] = field(default_factory=dict)  # Lemma -> canonical lemma
+    source: str = ""  # Path of the database file, for messages
 
     @cached_property
     def rows(self) -> dict[int, slice]:
@@ -84,13 +74,7 @@ class Learned(LearnedModel):
 
     @property
     def word_map(self) -> WordMap:
-        """Calibrated map from score vectors to words.
-
-        Raises
-        ------
-        NotLearnedError
-            When no capture had words when the database learned.
-        """
+        """Calibrated map from score vectors to words."""
         if self.fitted_word_map is None:
             raise NotLearnedError(
                 f"{self.source}: expected captures with words, found none when it learned. "

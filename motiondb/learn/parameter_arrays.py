@@ -13,41 +13,39 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.meaning.certainty.certainties import Certainties, certainties_from, certainty_arrays
-from motiondb.meaning.counting import Counted, Counts, Reference
+from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.drift import DriftBaseline
-from motiondb.meaning.judging.motion_judge import MotionJudge
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.meaning.places.place_fitting import Places
 from motiondb.learn.start.checking import LEAST_CHECKING
 from motiondb.learn.start.knowledge import Origin, Started
 from motiondb.learn.start.knowledge_arrays import (
     knowledge_arrays,
     knowledge_from,
 )
-from motiondb.records import Association, FloatArray, StoredLearning
+from motiondb.meaning.certainty.certainties import Certainties, certainties_from, certainty_arrays
+from motiondb.meaning.counting import Counted, Counts, Reference
 from motiondb.meaning.evidence.extents import ContextSpace
-from motiondb.meaning.maps.score_vectors import ScoreSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
-from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.meaning.judging.motion_judge import MotionJudge
 from motiondb.meaning.maps.edge_map import EdgeMap
 from motiondb.meaning.maps.pooled_map import PooledMap
+from motiondb.meaning.maps.score_vectors import ScoreSpace
 from motiondb.meaning.maps.word_map import WordMap
 from motiondb.meaning.maps.word_moments import CaptionMoments, WordMoments
-from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.meaning.places.place_fitting import Places
+from motiondb.records import Association, FloatArray, StoredLearning
+from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.symbols.feature_space import FeatureSpace
 
 Arrays = Mapping[str, FloatArray]
 
-COUNTED_NAME = "counted_pairs"
-"""Array that exists if counts were kept."""
+COUNTED_NAME = "counted_pairs"  # Array that exists if counts were kept
 DRIFT_NAMES = ("learned_from", "drift_baseline")
 """Arrays of :class:`~motiondb.learn.drift.DriftBaseline`."""
 ORIGIN_NAME = "start_origin"
 """Array that exists if the database learned with a start: the origin as JSON."""
 CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
 """Arrays of :class:`~motiondb.meaning.maps.word_moments.CaptionMoments`."""
-LEMMA_NAME = "dictionary_forms"
-"""Array of the lemmas that the dictionary gave."""
+LEMMA_NAME = "dictionary_forms"  # Array of the lemmas that the dictionary gave
 
 
 def to_stored(model: LearnedModel) -> StoredLearning:
@@ -120,9 +118,7 @@ def to_arrays(model: LearnedModel) -> dict[str, FloatArray]:
         arrays |= _drift_arrays(model.drift_baseline)
     if model.places is not None:
         arrays |= _place_arrays(model.places)
-    for prefix, part in (
-        ("judge", model.judge), ("edge", model.edges), ("pooled", model.pooled)
-    ):  # fmt: skip
+    for prefix, part in (("judge", model.judge), ("edge", model.edges), ("pooled", model.pooled)):
         if part is not None:
             arrays |= {f"{prefix}_{name}": np.asarray(v, float) for name, v in vars(part).items()}
     if model.description_calibration is not None:
@@ -218,10 +214,12 @@ def _judge(arrays: Arrays) -> MotionJudge | None:
     if "judge_rows" not in arrays:
         return None
     return MotionJudge(
-        arrays["judge_mean"], arrays["judge_spread"],
+        arrays["judge_mean"],
+        arrays["judge_spread"],
         arrays["judge_rows"].reshape(-1, len(arrays["judge_mean"])),
-        arrays["judge_captures"].astype(np.int64), arrays["judge_calibration"],
-    )  # fmt: skip
+        arrays["judge_captures"].astype(np.int64),
+        arrays["judge_calibration"],
+    )
 
 
 def _context_space(arrays: Arrays) -> ContextSpace | None:

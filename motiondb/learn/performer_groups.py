@@ -17,32 +17,13 @@ _LAST_NUMBER = re.compile(r"[ _-]*\d+$")
 
 
 def performers_of(captures: Mapping[int, CaptureInfo]) -> dict[int, str]:
-    """Performer of every capture of a catalogue, from its tag or its name.
-
-    Parameters
-    ----------
-    captures : dict
-        Capture number -> row of the catalogue.
-    """
+    """Performer of every capture of a catalogue, from its tag or its name."""
     said = {c: i.tags["performer"] for c, i in captures.items() if "performer" in i.tags}
     return group_performers({c: info.name for c, info in captures.items()}, said)
 
 
 def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) -> dict[int, str]:
     """Performer of every capture, as given or from its name.
-
-    Parameters
-    ----------
-    names : dict
-        Capture number -> name, with forward slashes between folders.
-    performers : dict
-        Capture number -> performer, if given.
-
-    Returns
-    -------
-    dict
-        Capture number -> performer; the folder or the start of the name, with "#" in front, if none
-        is given.
 
     >>> group_performers({1: "a/x_1", 2: "a/y_1", 3: "b/x_1", 4: "c/x"}, {4: "ana"})
     {1: '#a/', 2: '#a/', 3: '#b/', 4: 'ana'}

@@ -7,10 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.language.question.known import KnownQuestion, hold_to_known
+from motiondb.language.question.parse import parse
+from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.symbol_fitting import FeaturePool, describe_segments, segment_table
-from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
+from motiondb.meaning.maps import score_vectors
 from motiondb.records import (
     Association,
     Float32Array,
@@ -19,41 +24,20 @@ from motiondb.records import (
     Motion,
     SegmentTable,
 )
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
-from motiondb.meaning.maps import score_vectors
-from motiondb.symbols import acquisition
-from motiondb.symbols import hmm
-from motiondb.language.question.known import KnownQuestion, hold_to_known
-from motiondb.language.question.parse import parse
-from motiondb.language.translation import decoding
+from motiondb.symbols import acquisition, hmm
 
-LONGEST_DECODED = 12
-"""Largest number of symbols of a decoded sequence of up to 6 words. Chosen by hand; not tuned."""
+LONGEST_DECODED = 12  # Largest number of symbols of a decoded sequence of up to 6 words
 
 
 @dataclass(frozen=True, eq=False)
 class Recognised:
-    """A motion, cut and scored by the learned symbols.
+    """A motion, cut and scored by the learned symbols."""
 
-    Attributes
-    ----------
-    features : array (frames, dimensions), float32
-        Whitened features, 15 a second.
-    starts : array (segments,)
-        First feature frames.
-    ends : array (segments,)
-        Last feature frames + 1.
-    symbols : array (segments,)
-        Likeliest symbol of every segment.
-    standardised : array (segments, symbols + columns)
-        Standardised scores and movement.
-    """
-
-    features: Float32Array
-    starts: IntArray
-    ends: IntArray
-    symbols: IntArray
-    standardised: FloatArray
+    features: Float32Array  # (frames, dimensions), float32: whitened features, 15 a second
+    starts: IntArray  # (segments,): first feature frames
+    ends: IntArray  # (segments,): last feature frames + 1
+    symbols: IntArray  # (segments,): likeliest symbol of every segment
+    standardised: FloatArray  # (segments, symbols + columns): standardised scores and movement
 
     def window_vectors(self) -> FloatArray:
         """Score vectors of every segment with its surroundings: array (segments, columns)."""
@@ -95,26 +79,16 @@ def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) ->
 
 @dataclass(frozen=True)
 class Place:
-    """The place of a decoded sequence of symbols.
+    """The place of a decoded sequence of symbols."""
 
-    Attributes
-    ----------
-    after : int or None
-        Symbol that the sequence follows.
-    first : bool
-        Without ``after``: whether the sequence begins a capture. If not, it may begin with any
-        symbol, with the symbol's relative frequency as probability.
-    last : bool
-        Whether the sequence ends a capture. If not, it may end with any symbol.
-    """
-
-    after: int | None = None
+    after: int | None = None  # Symbol that the sequence follows
+    # Without ``after``: whether the sequence begins a capture. If not, it may begin with any
+    # symbol, with the symbol's relative frequency as probability
     first: bool = True
-    last: bool = True
+    last: bool = True  # Whether the sequence ends a capture. If not, it may end with any symbol
 
 
-WHOLE_CAPTURE = Place()
-"""The place of a sequence that begins and ends a capture."""
+WHOLE_CAPTURE = Place()  # The place of a sequence that begins and ends a capture
 
 
 def decode(
@@ -127,25 +101,8 @@ def decode(
 ) -> decoding.Decoding | None:
     """Decode known words to the most probable symbols (see ``words.decoding``).
 
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    words : sequence of str
-        Words of the vocabulary.
-    clustered : bool
-        Whether to mix in the clustered bigram, so that pairs never seen may follow one another.
-    place : Place
-        The place of the sequence.
-    length : int or None
-        Number of symbols; None: any, with the probabilities of the described captures.
-    association : Association or None
-        t and a in place of the learned ones.
-
-    Returns
-    -------
-    Decoding or None
-        None if no sequence of symbols has a positive probability.
+    `clustered`: Whether to mix in the clustered bigram, so that pairs never seen may follow one
+    another.
     """
     log_transitions = learned.log_transitions[clustered].copy()
     if place.after is not None:
@@ -172,20 +129,7 @@ def decode(
 
 
 def understand(learned: Learned, text: str) -> KnownQuestion:
-    """Understand a question in the words that the database knows.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    text : str
-        The question.
-
-    Raises
-    ------
-    QueryError
-        No word of it is known, or it cannot be parsed.
-    """
+    """Understand a question in the words that the database knows."""
     counts = {
         word: int(count)
         for word, count in zip(learned.association.words, learned.association.counts)

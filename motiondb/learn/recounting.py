@@ -4,28 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from motiondb.meaning.counting import Counted, publish_association, publish_word_map
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.start.joining import publish
+from motiondb.meaning.counting import Counted, publish_association, publish_word_map
 from motiondb.records import SegmentTable
 
 
 def with_counts(
     model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
 ) -> LearnedModel:
-    """The learned model with other counts and everything that depends on them.
-
-    Parameters
-    ----------
-    model : LearnedModel
-        What was learned.
-    run_id : int
-        Run that changed the counts.
-    table : SegmentTable
-        Segments of the current captures.
-    counted : Counted
-        The new counts.
-    """
+    """The learned model with other counts and everything that depends on them."""
     fit, counts = model.fitted_word_map, counted.counts
     present = set(table.capture_ids.tolist())
     model = replace(

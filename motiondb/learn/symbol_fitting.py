@@ -8,11 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
-from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.meaning.maps import movement, posture_and_travel
-from motiondb.symbols import acquisition
-from motiondb.symbols import hmm
-from motiondb.symbols import segmentation
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
+from motiondb.symbols import acquisition, hmm, segmentation
 
 Progress = Callable[[str, float], None]
 """Called with the step and the share of it that is done, 0 to 1."""
@@ -46,24 +44,13 @@ class LearnSettings:
 
 @dataclass(frozen=True, eq=False)
 class FeaturePool:
-    """Recognition features of all captures, end to end.
+    """Recognition features of all captures, end to end."""
 
-    Attributes
-    ----------
-    capture_ids : array (captures,)
-        Numbers of the captures, rising.
-    bounds : array (captures + 1,)
-        Capture n holds the rows bounds[n] to bounds[n + 1] of ``features``.
-    features : array (rows, 130), float32
-        Recognition features, 15 a second.
-    lengths : array (captures,)
-        Lengths of the motions in frames, 30 a second.
-    """
-
-    capture_ids: IntArray
+    capture_ids: IntArray  # (captures,): numbers of the captures, rising
+    # (captures + 1,): capture n holds the rows bounds[n] to bounds[n + 1] of ``features``
     bounds: IntArray
-    features: Float32Array
-    lengths: IntArray
+    features: Float32Array  # (rows, 130), float32: recognition features, 15 a second
+    lengths: IntArray  # (captures,): lengths of the motions in frames, 30 a second
 
     def of_capture(self, capture_id: int) -> Float32Array:
         """Features of one capture: array (frames, 130), 15 a second."""
@@ -90,18 +77,7 @@ def acquire_symbols(
 ) -> acquisition.Acquired:
     """Fit motion symbols: first segmentation, then competitive learning.
 
-    Parameters
-    ----------
-    frames : array (rows, dimensions), float32
-        Whitened features of the pool's captures, end to end.
-    pool : FeaturePool
-        The captures.
-    rng : numpy.random.Generator
-        Draws the initial symbols.
-    settings : LearnSettings
-        The settings.
-    tell : callable
-        Called with the step and the share of it that is done.
+    Shapes: `frames` (rows, dimensions), float32.
     """
     starts, ends = [], []
     for low, high in zip(pool.bounds[:-1], pool.bounds[1:]):
@@ -120,19 +96,7 @@ def segment_table(
     symbols: MotionSymbols,
     cutting: acquisition.Cutting,
 ) -> SegmentTable:
-    """Score every segment of a cutting under every symbol.
-
-    Parameters
-    ----------
-    frames : array (rows, dimensions), float32
-        Whitened features of the pool's captures, end to end.
-    pool : FeaturePool
-        The captures.
-    symbols : MotionSymbols
-        Motion symbols.
-    cutting : Cutting
-        Segments as rows of ``frames``.
-    """
+    """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32."""
     owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
     first = pool.bounds[owner]
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
@@ -159,12 +123,14 @@ def _movement(
     return np.concatenate(
         [
             describe_segments(
-                frames[low:high], pool.features[low:high],
-                cutting.starts[a:b] - low, cutting.ends[a:b] - low,
+                frames[low:high],
+                pool.features[low:high],
+                cutting.starts[a:b] - low,
+                cutting.ends[a:b] - low,
             )
             for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:])
         ]
-    )  # fmt: skip
+    )
 
 
 def describe_segments(
@@ -172,16 +138,8 @@ def describe_segments(
 ) -> Float32Array:
     """Movement, posture and travel of the segments of one capture: array (segments, columns).
 
-    Parameters
-    ----------
-    frames : array (frames, dimensions), float32
-        Whitened features of the capture, 15 a second.
-    features : array (frames, 130), float32
-        Recognition features of the capture.
-    starts : array (segments,)
-        First feature frames.
-    ends : array (segments,)
-        Last feature frames + 1.
+    Shapes: `frames` (frames, dimensions), float32; `features` (frames, 130), float32; `starts`,
+    `ends` (segments,).
     """
     moving = movement.describe_movement(frames, starts, ends)
     return np.concatenate(

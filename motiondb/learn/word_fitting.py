@@ -14,73 +14,47 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning import counting
-from motiondb.meaning.certainty import asked_certainty
-from motiondb.meaning.certainty.certainties import Certainties, fit_certainties
-from motiondb.meaning.counting import Counted
+from motiondb.language import vocabulary
+from motiondb.language.translation import association
 from motiondb.learn.start import joining
 from motiondb.learn.start.carried_certainty import carry, join_certainties
 from motiondb.learn.start.checking import LEAST_CHECKING
 from motiondb.learn.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learn.start.knowledge import Started
-from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.meaning.maps import movement, score_vectors
-from motiondb.language import vocabulary
-from motiondb.meaning.maps import word_map
+from motiondb.meaning import counting
+from motiondb.meaning.certainty import asked_certainty
+from motiondb.meaning.certainty.certainties import Certainties, fit_certainties
+from motiondb.meaning.counting import Counted
+from motiondb.meaning.maps import movement, score_vectors, word_map
 from motiondb.meaning.maps.description_map import fit_description_calibration
-from motiondb.language.translation import association
+from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
 
 @dataclass(frozen=True, eq=False)
 class TaughtWords:
-    """The captions of the captures to learn from.
+    """The captions of the captures to learn from."""
 
-    Attributes
-    ----------
-    captions : dict
-        Capture number -> captions.
-    synonyms : dict
-        Lemma -> canonical lemma.
-    performers : dict
-        Capture number -> performer.
-    """
-
-    captions: Mapping[int, tuple[Caption, ...]]
-    synonyms: Mapping[str, str]
-    performers: Mapping[int, str]
+    captions: Mapping[int, tuple[Caption, ...]]  # Capture number -> captions
+    synonyms: Mapping[str, str]  # Lemma -> canonical lemma
+    performers: Mapping[int, str]  # Capture number -> performer
 
 
 @dataclass(frozen=True, eq=False)
 class FittedWords:
-    """The models of words.
+    """The models of words."""
 
-    Attributes
-    ----------
-    association : Association
-        t and a that follow from the counts.
-    score_space : ScoreSpace
-        Standardisation of scores.
-    word_map : WordMap or None
-        Map from score vectors to words; None if no words were written.
-    certainties : Certainties
-        Certainties of answers.
-    counted : Counted
-        The counts.
-    transitions : array (symbols + 1, symbols + 1)
-        Transitions of symbols, with those of the start.
-    lengths : dict
-        (symbols l, words m) -> number of described intervals, with those of the start.
-    description_calibration : array (2,) or None
-        Calibration of the words told of a motion; None without captions and with a start.
-    """
-
-    association: Association
+    association: Association  # t and a that follow from the counts
     score_space: score_vectors.ScoreSpace
+    # Map from score vectors to words; None if no words were written
     word_map: word_map.WordMap | None
     certainties: Certainties
     counted: Counted
+    # (symbols + 1, symbols + 1): transitions of symbols, with those of the start
     transitions: FloatArray
+    # (symbols l, words m) -> number of described intervals, with those of the start
     lengths: Mapping[tuple[int, int], int]
+    # (2,) or None: calibration of the words told of a motion; None without captions and with a
+    # start
     description_calibration: FloatArray | None = None
 
 
@@ -129,17 +103,7 @@ def fit_words(table: SegmentTable, taught: TaughtWords, n_symbols: int) -> Fitte
 
 
 def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Started) -> FittedWords:
-    """Learn words from own captions, if any, joined with those of a start.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures, by the symbols of the start.
-    taught : TaughtWords
-        Captions of these captures.
-    started : Started
-        The start.
-    """
+    """Learn words from own captions, if any, joined with those of a start."""
     own_space = score_vectors.fit_score_space(
         table.scores, table.ends - table.starts, table.movement
     )
@@ -163,9 +127,14 @@ def fit_words_with_start(table: SegmentTable, taught: TaughtWords, started: Star
         certainties = join_certainties(learned, first, counts.moments.n)
     joint = joining.publish(counts, reference, started, ridge, calibration)
     return FittedWords(
-        joint.association, scores, joint.word_map, certainties, Counted(counts, reference),
-        joint.transitions, joint.lengths,
-    )  # fmt: skip
+        joint.association,
+        scores,
+        joint.word_map,
+        certainties,
+        Counted(counts, reference),
+        joint.transitions,
+        joint.lengths,
+    )
 
 
 def _joint_reference(

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import FloatArray
 from motiondb.meaning.maps.word_map import WordMap
+from motiondb.records import FloatArray
 
 _RIDGE = 1.0  # chosen by hand; not tuned
 _ROUNDS = 100  # largest number of Newton steps; a few suffice
@@ -31,20 +31,11 @@ _ROUNDS = 100  # largest number of Newton steps; a few suffice
 
 @dataclass(frozen=True, eq=False)
 class Certainty:
-    """A calibration of answers.
+    """A calibration of answers."""
 
-    Attributes
-    ----------
-    weights : array (cues,)
-        w, at least 0.
-    constant : float
-        c.
-    threshold : float
-        Value of the best answer below which nothing matches; NaN where it is unknown.
-    """
-
-    weights: FloatArray
+    weights: FloatArray  # (cues,): w, at least 0
     constant: float
+    # Value of the best answer below which nothing matches; NaN where it is unknown
     threshold: float
 
     def log_odds(self, cues: FloatArray) -> FloatArray:
@@ -58,23 +49,12 @@ class Certainty:
 
 
 def unpack(numbers: FloatArray) -> Certainty:
-    """Inverse of :meth:`Certainty.pack`.
-
-    Parameters
-    ----------
-    numbers : array (cues + 2,)
-        Weights, constant and threshold.
-    """
+    """Inverse of :meth:`Certainty.pack`; `numbers` (cues + 2,)."""
     return Certainty(np.asarray(numbers[:-2]), float(numbers[-2]), float(numbers[-1]))
 
 
 def probability(log_odds: FloatArray | float) -> FloatArray:
     """Probability of log-odds.
-
-    Parameters
-    ----------
-    log_odds : array or float
-        Log-odds, nats.
 
     >>> probability(np.array([0.0, np.log(3.0)])).round(3).tolist()
     [0.5, 0.75]
@@ -92,15 +72,8 @@ def answer_probability(
     The product over the asked actions of the probability that each is shown, and over the
     exclusions of one minus the probability that all of their actions are.
 
-    Parameters
-    ----------
-    sure : Certainty
-        Of answers to words.
-    asked : sequence of (float, float)
-        For each action its log-odds, and the part of them that captions add, which is not
-        calibrated.
-    excluded : sequence of sequences of (float, float)
-        The same for the actions of every exclusion.
+    `asked`: For each action its log-odds, and the part of them that captions add, which is not
+    calibrated.
 
     >>> sure = Certainty(np.array([1.0]), 0.0, 0.0)
     >>> answer_probability(sure, [(0.0, 0.0)], [[(0.0, 0.0)]])
@@ -125,21 +98,7 @@ def fit_probability(
 ) -> tuple[FloatArray, float]:
     """Weights and constant of the module's formula, by projected Newton steps.
 
-    Parameters
-    ----------
-    cues : array (answers, cues)
-        Cues of every answer.
-    right : array (answers,)
-        Whether the answer is right.
-    counts : array (answers,), optional
-        Weight of each answer; 1 by default.
-
-    Returns
-    -------
-    weights : array (cues,)
-        w, at least 0.
-    constant : float
-        c; if all weights are 0, the log-odds of a right answer.
+    Shapes: `cues` (answers, cues); `right`, `counts` (answers,); result (cues,).
     """
     n = np.ones(len(cues)) if counts is None else counts
     centre = n @ cues / n.sum()
@@ -172,12 +131,7 @@ def separate(present: FloatArray, absent: FloatArray) -> float:
     Of several equally good thresholds, the middle one is returned. It lies between two observed
     values.
 
-    Parameters
-    ----------
-    present : array (queries,)
-        Value of the best answer where right answers exist.
-    absent : array (queries,)
-        Value of the best answer where all right answers were removed.
+    Shapes: `present`, `absent` (queries,).
 
     >>> separate(np.array([0.9, 0.7, 0.4]), np.array([0.1, 0.5]))
     0.6
@@ -196,14 +150,7 @@ def separate(present: FloatArray, absent: FloatArray) -> float:
 def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> float:
     """Largest log-odds among some words for one vector; 0 if there are no words.
 
-    Parameters
-    ----------
-    words : WordMap
-        The word map.
-    vector : array (columns,)
-        Vector of the interval.
-    which : array (words,)
-        True for the words to consider.
+    Shapes: `vector` (columns,); `which` (words,).
     """
     if not which.any():
         return 0.0
@@ -211,13 +158,7 @@ def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> fl
 
 
 def usual(words: WordMap) -> FloatArray:
-    """Log-odds of every word without evidence from motion: array (words,).
-
-    Parameters
-    ----------
-    words : WordMap
-        The word map.
-    """
+    """Log-odds of every word without evidence from motion: array (words,)."""
     _, share, constant = words.calibration
     odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
     return odds

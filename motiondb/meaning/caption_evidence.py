@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from motiondb.meaning.counting import Described, known_only, training_rows
+from motiondb.meaning.evidence import by_words
+from motiondb.meaning.maps.description_map import DescriptionMap, fit_description_map
+from motiondb.meaning.maps.listed_takes import LABELLED
+from motiondb.meaning.maps.score_vectors import ScoreSpace, interval_vectors
 from motiondb.meaning.places.interval_labels import label_intervals
 from motiondb.meaning.places.place_fitting import Written
 from motiondb.records import FloatArray, SegmentTable
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.maps.score_vectors import ScoreSpace, interval_vectors
-from motiondb.meaning.maps.description_map import DescriptionMap, fit_description_map
-from motiondb.meaning.maps.listed_takes import LABELLED
 
 
 def caption_evidence(
@@ -22,19 +22,7 @@ def caption_evidence(
     rows: Mapping[int, slice],
     number: Mapping[str, int],
 ) -> dict[int, FloatArray]:
-    """Log-odds that captions add, for captures that have any: arrays (segments, words).
-
-    Parameters
-    ----------
-    described : sequence of Described
-        Described intervals.
-    table : SegmentTable
-        Segments of all captures.
-    rows : mapping of int to slice
-        Capture number -> its rows of the table.
-    number : mapping of str to int
-        Word -> its column; other words are left out.
-    """
+    """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
     spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
     for d in described:
         said = np.zeros(len(number))
@@ -59,15 +47,6 @@ def interval_evidence(
     """Nats for the place of words that captions of intervals say: arrays (segments, words).
 
     Only for the captures that have such captions.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    rows : dict
-        Capture number -> its rows of the table.
-    written : Written
-        Captions and the vocabulary.
     """
     evidence = {}
     for capture, inside in rows.items():
@@ -83,20 +62,15 @@ def whole_vectors(
 ) -> FloatArray:
     """Score vectors of whole captures, in their order: array (captures, columns).
 
-    Parameters
-    ----------
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    table : SegmentTable
-        Segments of all captures.
-    rows : dict
-        Capture number -> its rows of the table; at least one capture.
+    Shapes: `standardised` (segments, columns).
     """
     starts, ends, zero = table.starts, table.ends, np.zeros(1)
-    return np.vstack([
-        interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
-        for r in rows.values()
-    ])  # fmt: skip
+    return np.vstack(
+        [
+            interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
+            for r in rows.values()
+        ]
+    )
 
 
 def map_descriptions(
@@ -106,21 +80,7 @@ def map_descriptions(
     number: Mapping[str, int],
     performers: Mapping[int, str],
 ) -> DescriptionMap | None:
-    """Map from score vectors to words, from all described intervals; None if there are none.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    described : sequence of Described
-        Described intervals.
-    scores : ScoreSpace
-        Standardisation of scores.
-    number : mapping of str to int
-        Word -> its column; other words are left out.
-    performers : mapping of int to str
-        Capture number -> performer.
-    """
+    """Map from score vectors to words, from all described intervals; None if there are none."""
     known = known_only(list(described), number)
     if not known:
         return None

@@ -22,126 +22,82 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.meaning.maps import score_vectors
 from motiondb.language import lemmas, vocabulary
-from motiondb.meaning.maps.word_map import WordMap
-from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map, word_moments
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.meaning.maps import score_vectors
+from motiondb.meaning.maps.word_map import WordMap
+from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map, word_moments
+from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
 REFERENCE_SHARE = 0.01
 """Share of every t of the reference that is spread evenly (see ``explanation.smoothed``). Chosen by
 hand; not tuned: any value above 0 makes new pairs possible."""
-REFERENCE_PAIRS = 0.1
-"""Weight of the diagonal relative to each learned alignment of the reference. Chosen by hand; not
-tuned."""
+REFERENCE_PAIRS = 0.1  # Weight of the diagonal relative to each learned alignment of the reference
 
 
 @dataclass(frozen=True, eq=False)
 class Described:
-    """An interval of a capture with a caption.
+    """An interval of a capture with a caption."""
 
-    Attributes
-    ----------
-    capture_id : int
-        Number of the capture.
-    low : int
-        First row of the segment table.
-    high : int
-        Last row + 1.
-    start : float
-        First frame, 30 a second.
-    end : float
-        Last frame + 1.
-    words : tuple of str
-        Motion words in order.
-    n_actions : int
-        Number of actions that the words name.
-    """
-
-    capture_id: int
-    low: int
-    high: int
-    start: float
-    end: float
-    words: tuple[str, ...]
-    n_actions: int
+    capture_id: int  # Number of the capture
+    low: int  # First row of the segment table
+    high: int  # Last row + 1
+    start: float  # First frame, 30 a second
+    end: float  # Last frame + 1
+    words: tuple[str, ...]  # Motion words in order
+    n_actions: int  # Number of actions that the words name
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The reference of the counts; constant between two runs of ``learn``.
+    """The reference of the counts; constant between two runs of ``learn``."""
 
-    Attributes
-    ----------
-    association : Association
-        Smoothed t and a that share each word out among the symbols.
-    scores : ScoreSpace
-        Standardisation of scores.
-    lemmas : dict
-        Lemmas that the dictionary gave for the words of captions.
-    """
-
-    association: Association
+    association: Association  # Smoothed t and a that share each word out among the symbols
     scores: score_vectors.ScoreSpace
+    # Lemmas that the dictionary gave for the words of captions
     lemmas: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Counts:
-    """The contribution of some captures to all counts.
+    """The contribution of some captures to all counts."""
 
-    Attributes
-    ----------
-    transitions : array (symbols + 1, symbols + 1)
-        How often symbol column - 1 follows symbol row - 1; row 0 is the begin, column 0 the end.
-    said : array (words,)
-        Number of captions with each word.
-    shapes : Counter
-        (symbols l, words m) -> number of described intervals.
-    expected : ExpectedCounts
-        Of the association.
-    moments : WordMoments
-        Of the word map.
-    """
-
+    # (symbols + 1, symbols + 1): how often symbol column - 1 follows symbol row - 1; row 0 is the
+    # begin, column 0 the end
     transitions: FloatArray
-    said: IntArray
-    shapes: Counter[tuple[int, int]]
+    said: IntArray  # (words,): number of captions with each word
+    shapes: Counter[tuple[int, int]]  # (symbols l, words m) -> number of described intervals
     expected: ExpectedCounts
-    moments: WordMoments
+    moments: WordMoments  # Of the word map
 
     def __add__(self, other: Counts) -> Counts:
         shapes = Counter(self.shapes)
         shapes.update(other.shapes)
         return Counts(
-            self.transitions + other.transitions, self.said + other.said, shapes,
-            self.expected + other.expected, self.moments + other.moments,
-        )  # fmt: skip
+            self.transitions + other.transitions,
+            self.said + other.said,
+            shapes,
+            self.expected + other.expected,
+            self.moments + other.moments,
+        )
 
     def __sub__(self, other: Counts) -> Counts:
         return Counts(
-            self.transitions - other.transitions, self.said - other.said,
-            self.shapes - other.shapes, self.expected - other.expected,
+            self.transitions - other.transitions,
+            self.said - other.said,
+            self.shapes - other.shapes,
+            self.expected - other.expected,
             self.moments - other.moments,
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """The counts with their reference.
+    """The counts with their reference."""
 
-    Attributes
-    ----------
-    counts : Counts
-        Sums over all counted captures.
-    reference : Reference
-        The reference with which the counts were made; it is constant from one ``learn`` to the
-        next.
-    """
-
-    counts: Counts
+    counts: Counts  # Sums over all counted captures
+    # The reference with which the counts were made; it is constant from one ``learn`` to the next
     reference: Reference
 
 
@@ -179,19 +135,7 @@ def described_intervals(
     synonyms: Mapping[str, str],
     known_lemmas: Mapping[str, str] | None = None,
 ) -> list[Described]:
-    """Captions with at least one motion word, and the segments they describe.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    captions : dict
-        Capture number -> its captions.
-    synonyms : dict
-        Lemma -> canonical lemma.
-    known_lemmas : dict, optional
-        Lemmas that the dictionary gave earlier; other words are looked up in it.
-    """
+    """Captions with at least one motion word, and the segments they describe."""
     intervals = []
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
@@ -226,22 +170,6 @@ def training_rows(
 
     Captions of the same interval are one row. Every capture is computed from its own rows alone, so
     its vectors do not depend on other captures, to the last bit.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments.
-    described : list of Described
-        The intervals.
-    scores : ScoreSpace
-        Standardisation of scores.
-    number : dict
-        Word -> its number in the vocabulary.
-
-    Returns
-    -------
-    tuple of arrays
-        Vectors (rows, columns), words present (rows, words), capture numbers (rows,).
     """
     merged: dict[tuple[int, float, float], tuple[Described, set[str]]] = {}
     for d in described:
@@ -259,9 +187,12 @@ def training_rows(
         inside = slice(d.low - rows_of_interval.start, d.high - rows_of_interval.start)
         part = slice(d.low, d.high)
         vectors[row] = score_vectors.interval_vectors(
-            standardised[d.capture_id][inside], table.starts[part], table.ends[part],
-            np.array([d.start]), np.array([d.end]),
-        )[0]  # fmt: skip
+            standardised[d.capture_id][inside],
+            table.starts[part],
+            table.ends[part],
+            np.array([d.start]),
+            np.array([d.end]),
+        )[0]
         presence[row, [number[w] for w in words]] = True
     owners = np.array([d.capture_id for d, _ in merged.values()], dtype=np.int64)
     return vectors, presence, owners

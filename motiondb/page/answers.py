@@ -14,22 +14,11 @@ from starlette.responses import Response
 
 from motiondb.errors import HeldError, MotionDBError, NotLearnedError
 
-Json: TypeAlias = Any
-"""A value of a type that JSON has."""
+Json: TypeAlias = Any  # A value of a type that JSON has
 
 
 class PageError(MotionDBError):
-    """An error that the page raises itself, with the HTTP status of its answer.
-
-    Parameters
-    ----------
-    message : str
-        A sentence that is shown to the user.
-    status : int
-        HTTP status of the answer.
-    kind : str
-        Name of the error in the answer.
-    """
+    """An error that the page raises itself, with the HTTP status of its answer."""
 
     def __init__(self, message: str, status: int = 400, kind: str = "RequestError") -> None:
         super().__init__(message)
@@ -86,15 +75,7 @@ def error_answer(kind: str, message: str, status: int) -> Answer:
 
 
 def answer_of(error: MotionDBError, shown: Callable[[str], str] = str) -> Answer:
-    """Return the answer for an error of :class:`motiondb.MotionDB`.
-
-    Parameters
-    ----------
-    error : MotionDBError
-        The error.
-    shown : callable
-        Returns the message without what users must not see, such as private paths.
-    """
+    """Return the answer for an error of :class:`motiondb.MotionDB`."""
     kind, message = type(error).__name__, shown(str(error))
     if isinstance(error, PageError):
         return error_answer(error.kind, message, error.status)

@@ -7,12 +7,9 @@ from typing import Annotated
 from fastapi import Query
 from pydantic import BaseModel, ConfigDict, Field
 
-LONGEST_TEXT = 2000
-"""Most characters of a question or a name in a request. Chosen by hand."""
-MOST_SECONDS = 1e7
-"""Largest time, seconds: longer than any capture; excludes infinity."""
-LARGEST_SEED = 2**63 - 1
-"""Largest integer of 64 bits."""
+LONGEST_TEXT = 2000  # Most characters of a question or a name in a request
+MOST_SECONDS = 1e7  # Largest time, seconds: longer than any capture; excludes infinity
+LARGEST_SEED = 2**63 - 1  # Largest integer of 64 bits
 
 Start = Annotated[
     float | None, Query(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False, description="Seconds.")

@@ -8,36 +8,24 @@ from pathlib import Path
 
 from motiondb.files.folder import CAPTURE_ENDINGS
 
-VERSION = version("motiondb")
-"""The installed version of motiondb."""
-LOOPBACK = ("127.0.0.1", "::1", "localhost")
-"""Addresses that only this computer can reach."""
+VERSION = version("motiondb")  # The installed version of motiondb
+LOOPBACK = ("127.0.0.1", "::1", "localhost")  # Addresses that only this computer can reach
 SKELETON_ENDINGS = (".asf",)
 SHEET_ENDINGS = (".tsv", ".csv")
 
 
 @dataclass(frozen=True)
 class UploadLimits:
-    """Limits for the data that a browser may send.
+    """Limits for the data that a browser may send."""
 
-    Attributes
-    ----------
-    file_bytes : int
-        Of one file. Chosen by hand: ten minutes of a large BVH at 120 frames a second have 60 MB.
-    request_bytes : int
-        Of all files of one request. Chosen by hand.
-    files : int
-        Files of one request. Chosen by hand: a data set such as that of CMU has 2,500.
-    kept_bytes : int
-        Of all uploads that the server keeps; the oldest are dropped. Chosen by hand.
-    body_bytes : int
-        Of a request that is not an upload. Chosen by hand: boards have some kilobytes.
-    """
-
+    # Of one file. Chosen by hand: ten minutes of a large BVH at 120 frames a second have 60 MB
     file_bytes: int = 100 * 2**20
-    request_bytes: int = 500 * 2**20
+    request_bytes: int = 500 * 2**20  # Of all files of one request. Chosen by hand
+    # Files of one request. Chosen by hand: a data set such as that of CMU has 2,500
     files: int = 3000
+    # Of all uploads that the server keeps; the oldest are dropped. Chosen by hand
     kept_bytes: int = 2 * 2**30
+    # Of a request that is not an upload. Chosen by hand: boards have some kilobytes
     body_bytes: int = 2 * 2**20
 
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
@@ -28,7 +29,6 @@ from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
 from motiondb.page.files.bundle_files import BUNDLE, NO_BUNDLE, is_built
 from motiondb.page.motion import container, figure
 from motiondb.page.settings import VERSION
-from motiondb.body.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS, Match, Motion
 
 if TYPE_CHECKING:
@@ -40,10 +40,8 @@ if TYPE_CHECKING:
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
 """Elements that the page's ``index.html`` contains exactly once."""
-MARGIN = 1.0
-"""Seconds that are shown before and after a match."""
-EXAMPLE = "example"
-"""Key of the motion of an example that is no stored capture."""
+MARGIN = 1.0  # Seconds that are shown before and after a match
+EXAMPLE = "example"  # Key of the motion of an example that is no stored capture
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,44 +133,19 @@ class StandalonePage:
 
 
 def check_bundle(bundle: Path = BUNDLE) -> None:
-    """Check that the page was built, before anything is computed.
-
-    Raises
-    ------
-    MotionDBError
-        The page was not built.
-    """
+    """Check that the page was built, before anything is computed."""
     if not is_built(bundle):
         raise MotionDBError(f"--html: expected the files of the page, found none. {NO_BUNDLE}")
 
 
 def write_standalone(path: Path, shown: StandalonePage, bundle: Path = BUNDLE) -> Path:
-    """Write the file, whole or not at all.
-
-    Raises
-    ------
-    MotionDBError
-        The page was not built, or the file cannot be written.
-    """
+    """Write the file, whole or not at all."""
     check_bundle(bundle)
     return write_bytes(path, standalone_page(shown, bundle).encode("utf-8", "replace"))
 
 
 def standalone_page(shown: StandalonePage, bundle: Path = BUNDLE) -> str:
-    """Return the text of the file.
-
-    Parameters
-    ----------
-    shown : StandalonePage
-        The contents.
-    bundle : Path
-        The folder with the files of the page.
-
-    Raises
-    ------
-    MotionDBError
-        The files of the page do not have the form that the build gives them.
-    """
+    """Return the text of the file."""
     index, script, style = (
         (bundle / name).read_text(encoding="utf-8").replace("\r\n", "\n")
         for name in ("index.html", "app.js", "app.css")
@@ -222,19 +195,7 @@ def search_page(db: MotionDB, answer: WordAnswer) -> StandalonePage:
 def like_page(
     db: MotionDB, answer: ExampleAnswer, example: str, part: tuple[float | None, float | None]
 ) -> StandalonePage:
-    """Return the page of an answer to an example.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    answer : ExampleAnswer
-        The answer.
-    example : str
-        A file, or the name of a stored capture.
-    part : tuple of (float or None, float or None)
-        Start and end of the part of the example, seconds.
-    """
+    """Return the page of an answer to an example."""
     start, end = part
     head = {"ref": EXAMPLE, "start": start, "end": end, "took": None}
     shown = _packed(example, EXAMPLE, db.motion(example, start, end), start or 0.0)
@@ -253,13 +214,7 @@ def generated_page(db: MotionDB, made: Generated, saved: str = "") -> Standalone
 
 
 def capture_page(db: MotionDB, name: str) -> StandalonePage:
-    """Return the page of a stored capture.
-
-    Raises
-    ------
-    QueryError
-        No capture has this name.
-    """
+    """Return the page of a stored capture."""
     motion = db.motion(name)
     full = db.show(name)["capture"]
     row = db.browsed(full)
@@ -273,8 +228,12 @@ def sequence_page(db: MotionDB, sequence: GrammarSequence, seed: int) -> Standal
     """Return the page of a sequence of a grammar."""
     ref = "sequence:file"
     facts = sequence_facts(db, sequence, seed) | {
-        "id": "file", "ref": ref, "parent": None, "edited": None, "saved": None,
-    }  # fmt: skip
+        "id": "file",
+        "ref": ref,
+        "parent": None,
+        "edited": None,
+        "saved": None,
+    }
     motions = {ref: _packed(sequence.grammar, ref, sequence.motion)}
     return StandalonePage("sequence", sequence.grammar, _name(db), facts, motions)
 

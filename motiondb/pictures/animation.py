@@ -39,20 +39,7 @@ _GRID_REACH = 6  # metres of the grid on every side of the figure
 def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Path:
     """Write a motion as an animated GIF in real time, 20 frames a second; return its path.
 
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    path : str or Path
-        The file, with the ending .gif.
-    height : int, optional
-        Height in pixels. The width is equal, or larger for a motion with the body lying down.
-
-    Raises
-    ------
-    MotionDBError
-        If the motion has no frames or lasts more than a minute, if the ending is not .gif, if the
-        height is below 64, or if the file cannot be written.
+    `height`: Height in pixels. The width is equal, or larger for a motion with the body lying down.
     """
     path = style.check_gif(path)
     images = animation_images(motion, height)
@@ -60,15 +47,7 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
 
 
 def animation_images(motion: Motion, height: int = 320) -> list[Image]:
-    """Frames of an animation, 20 a second, with one palette.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    height : int, optional
-        Height in pixels.
-    """
+    """Frames of an animation, 20 a second, with one palette."""
     from PIL import Image as PilImage
 
     view = view_motion(motion)

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 _WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
 """Width of the figure and of its margins in inches. Chosen by eye."""
-_ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1
-"""Inches."""
+_ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1  # Inches
 
 
 def draw_hits(
@@ -31,27 +30,7 @@ def draw_hits(
     query: tuple[str, Motion] | None = None,
     n_figures: int = 7,
 ) -> Path:
-    """Draw the answer of a search as PNG, one row a hit, and return its path.
-
-    Parameters
-    ----------
-    hits : sequence of (Match, Motion)
-        Every match with the motion of its whole capture.
-    path : str or Path
-        The file, with the ending .png.
-    title : str, optional
-        Title of the picture.
-    query : tuple of (str, Motion), optional
-        Name and motion of the example, drawn above the hits.
-    n_figures : int, optional
-        Figures in a row.
-
-    Raises
-    ------
-    MotionDBError
-        If there are no hits, if an interval is outside its capture, or if the file cannot be
-        written.
-    """
+    """Draw the answer of a search as PNG, one row a hit, and return its path."""
     return style.save_png(hits_figure(hits, title, query, n_figures), path)
 
 
@@ -79,19 +58,7 @@ def comparison_figure(
     n_figures: int = 7,
     starts: Sequence[float] = (),
 ) -> Figure:
-    """Draw labelled motions as a figure, one row each, all at one scale.
-
-    Parameters
-    ----------
-    rows : sequence of (str, Motion)
-        Label and motion of every row.
-    title : str, optional
-        Title of the picture.
-    n_figures : int, optional
-        Figures in a row.
-    starts : sequence of float, optional
-        Time of the first frame of every row, seconds.
-    """
+    """Draw labelled motions as a figure, one row each, all at one scale."""
     from matplotlib.figure import Figure as MplFigure
 
     if not rows:
@@ -153,11 +120,6 @@ def _draw_row(
 def hit_label(match: Match) -> str:
     """Label of a hit: rank and capture, then times, score and words.
 
-    Parameters
-    ----------
-    match : Match
-        The hit.
-
     >>> print(hit_label(Match(1, "16/16_35", 0.5, 2.25, 0.8123, ("run", "jog"))))
     1  16/16_35
     0.5 – 2.2 s,  score 0.812
@@ -169,20 +131,7 @@ def hit_label(match: Match) -> str:
 
 
 def cut_motion(motion: Motion, match: Match) -> Motion:
-    """Cut the frames of a match out of the motion of its capture, at least one.
-
-    Parameters
-    ----------
-    motion : Motion
-        Motion of the whole capture.
-    match : Match
-        The hit.
-
-    Raises
-    ------
-    MotionDBError
-        If the interval begins after the end of the motion.
-    """
+    """Cut the frames of a match out of the motion of its capture, at least one."""
     start = max(0, round(match.start * MOTION_FPS))
     end = min(motion.n_frames, max(start + 1, round(match.end * MOTION_FPS)))
     if start >= end:

@@ -21,18 +21,7 @@ def place_labels(
 ) -> FloatArray:
     """Centres of labels: array (labels, 2), pixels.
 
-    Parameters
-    ----------
-    points : array (labels, 2)
-        The labelled points, drawn as discs of radius ``gap``.
-    sizes : array (labels, 2)
-        Width and height of every label.
-    gap : float
-        Radius of the discs, and least distance of a label.
-    low : array (2,)
-        Lower left corner of the picture; labels stay inside where possible.
-    high : array (2,)
-        Upper right corner of the picture.
+    Shapes: `points`, `sizes` (labels, 2); `low`, `high` (2,).
     """
     crowd = np.sum(_distances(points) < 12.0 * gap, axis=1)
     discs = np.concatenate([points - gap, points + gap], axis=1)

@@ -26,32 +26,13 @@ if TYPE_CHECKING:
 _SIDE, _LEFT, _FOOT = 8.2, 0.75, 1.15
 """Inches: side of the large panel, margin left of a panel, margin below."""
 _MAX_LEGEND = 24  # clusters in the legend; more would not fit below the panels
-_CROWD = 80
-"""More symbols than this are labelled in smaller type."""
+_CROWD = 80  # More symbols than this are labelled in smaller type
 
 
 def draw_symbol_space(
     space: SymbolSpace, labels: Sequence[str], path: str | Path, *, title: str = "Symbol space"
 ) -> Path:
-    """Draw the symbol space as PNG and return its path.
-
-    Parameters
-    ----------
-    space : SymbolSpace
-        Coordinates and clusters of the symbols.
-    labels : sequence of str
-        Most probable word of every symbol, or "".
-    path : str or Path
-        The file, with the ending .png.
-    title : str, optional
-        Title of the picture.
-
-    Raises
-    ------
-    MotionDBError
-        If there are no symbols, if there is not one label a symbol, or if the file cannot be
-        written.
-    """
+    """Draw the symbol space as PNG and return its path."""
     return style.save_png(space_figure(space, labels, title), path)
 
 
@@ -132,13 +113,7 @@ def _draw_panel(
 
 
 def cluster_look(cluster: int) -> tuple[str, str]:
-    """Colour and shape of a cluster; the shape changes where the colours repeat.
-
-    Parameters
-    ----------
-    cluster : int
-        Number of the cluster.
-    """
+    """Colour and shape of a cluster; the shape changes where the colours repeat."""
     n_colours = len(style.STRONG)
     shape = (cluster + cluster // n_colours) % len(style.MARKERS)
     return style.STRONG[cluster % n_colours], style.MARKERS[shape]

@@ -14,18 +14,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motiondb.body import body, kinematics, rotation
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
-from motiondb.body import body, kinematics, rotation
 from motiondb.records import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ELEVATION = np.deg2rad(10.0)
-"""e, radians. Chosen by hand."""
-HEAD_RADIUS = 0.105
-"""Radius of the disc that is the head, metres."""
+ELEVATION = np.deg2rad(10.0)  # e, radians
+HEAD_RADIUS = 0.105  # Radius of the disc that is the head, metres
 
 _N_JOINTS = len(body.JOINTS)
 _END_PARENTS: IntArray = np.array([joint for joint, _ in body.END_SITES])
@@ -38,26 +36,18 @@ BONES: tuple[tuple[int, int], ...] = tuple(
     (int(parent), child)
     for child, parent in enumerate(_PARENTS)
     if parent >= 0 and child not in (_HEAD_END, _HEAD)
-)
-"""(from, to) of every line of a figure; the head is a disc."""
+)  # (from, to) of every line of a figure; the head is a disc
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A projected motion.
+    """A projected motion."""
 
-    Attributes
-    ----------
-    points : array (frames, joints and end sites, 2)
-        Right and up, metres; the origin is on the ground under the pelvis.
-    depths : array (frames, joints and end sites)
-        Distance towards the camera, metres.
-    track : array (frames, 2)
-        Place of the pelvis on the ground, right and towards the camera, metres.
-    """
-
+    # (frames, joints and end sites, 2): right and up, metres; the origin is on the ground under the
+    # pelvis
     points: FloatArray
-    depths: FloatArray
+    depths: FloatArray  # (frames, joints and end sites): distance towards the camera, metres
+    # (frames, 2): place of the pelvis on the ground, right and towards the camera, metres
     track: FloatArray
 
     @property
@@ -78,20 +68,7 @@ class View:
 
 
 def check_motion(motion: Motion, where: str = "picture") -> None:
-    """Refuse a motion without frames or with values that are not finite.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    where : str, optional
-        Beginning of the message.
-
-    Raises
-    ------
-    MotionDBError
-        If the motion cannot be drawn.
-    """
+    """Refuse a motion without frames or with values that are not finite."""
     if motion.n_frames == 0:
         raise MotionDBError(
             f"{where}: expected a motion of at least 1 frame, found 0. Choose a longer interval."
@@ -104,15 +81,7 @@ def check_motion(motion: Motion, where: str = "picture") -> None:
 
 
 def view_motion(motion: Motion, azimuth: float | None = None) -> View:
-    """Project a motion.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    azimuth : float, optional
-        Azimuth of the camera, radians. None: that of :func:`best_azimuth`.
-    """
+    """Project a motion."""
     check_motion(motion)
     places = world_points(motion)
     azimuth = best_azimuth(places) if azimuth is None else azimuth
@@ -130,13 +99,7 @@ def view_motion(motion: Motion, azimuth: float | None = None) -> View:
 
 
 def world_points(motion: Motion) -> FloatArray:
-    """Positions of joints, then of end sites: array (frames, 26, 3), metres.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    """
+    """Positions of joints, then of end sites: array (frames, 26, 3), metres."""
     positions, rotations = kinematics.forward(
         body.PARENTS,
         body.OFFSETS,
@@ -154,10 +117,7 @@ def best_azimuth(places: FloatArray) -> float:
     Of the views 35 and 55 degrees to both sides of the mean heading, it is the one in which the
     joints move most across the picture relative to the pelvis; of equal ones the first.
 
-    Parameters
-    ----------
-    places : array (frames, 26, 3)
-        World positions, metres.
+    Shapes: `places` (frames, 26, 3).
     """
     across = places[:, body.INDEX["l_hip"]] - places[:, body.INDEX["r_hip"]]
     facing = np.arctan2((-across[:, 2]).sum(), across[:, 0].sum())
@@ -170,44 +130,18 @@ def best_azimuth(places: FloatArray) -> float:
 
 
 def bone_colour(child: int) -> str:
-    """Colour of the line that ends at a joint or end site, by the side of the body.
-
-    Parameters
-    ----------
-    child : int
-        Number of the joint or end site.
-    """
+    """Colour of the line that ends at a joint or end site, by the side of the body."""
     name = _NAMES[child]
     return {"l_": style.LEFT, "r_": style.RIGHT}.get(name[:2], style.TRUNK)
 
 
 def head_centre(points: FloatArray) -> FloatArray:
-    """Centre of the head: array (..., 2).
-
-    Parameters
-    ----------
-    points : array (..., 26, 2)
-        Projected points.
-    """
+    """Centre of the head: array (..., 2), from `points` (..., 26, 2)."""
     return (points[..., _HEAD, :] + points[..., _HEAD_END, :]) / 2.0
 
 
 def draw_figure(axes: Axes, view: View, frame: int, x: float, line_width: float = 2.2) -> None:
-    """Draw one frame on axes in metres, far limbs first.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    view : View
-        The projected motion.
-    frame : int
-        The frame.
-    x : float
-        Place of the figure on the ground, at (x, 0), metres.
-    line_width : float, optional
-        Width of the lines, typographic points.
-    """
+    """Draw one frame on axes in metres, far limbs first."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import Circle, Ellipse
 

@@ -23,113 +23,49 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _LEFT, _RIGHT, _TITLE = 12.0, 0.95, 0.25, 0.45
-"""Width of the page, left margin, right margin and height of the title, in inches. Chosen by hand;
-not tuned."""
+"""Width of the page, left margin, right margin and height of the title, in inches."""
 _CARD, _CARDS, _LANE, _NAME, _GAP, _AXIS = 1.45, 6, 0.2, 0.2, 0.1, 0.22
 """Height of a card, number of cards in a row, height of a lane, of a name, of a gap and of the time
-axis. All but the number are in inches. Chosen by hand; not tuned."""
+axis. All but the number are in inches."""
 _SECONDS_PER_ROW, _MAX_ROWS = 20.0, 40
 """Fewest seconds in a row of a bar, unless all bars are shorter, and the number of rows above which
-rows become longer. Chosen by hand; not tuned."""
+rows become longer."""
 _CLOSE = 0.8
 """Least width of a card, as a share of the sum of the widths of its figures. A lying figure is wide
-and is therefore drawn smaller. Chosen by hand; not tuned."""
+and is therefore drawn smaller."""
 
 
 @dataclass(frozen=True, eq=False)
 class TerminalCard:
-    """A terminal with the motion that represents it.
+    """A terminal with the motion that represents it."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the terminal.
-    text : str
-        Text beside the name, such as its words. It is cut if it is too long.
-    key : int
-        Number of its tint.
-    motion : Motion
-        The medoid.
-    """
-
-    name: str
-    text: str
-    key: int
+    name: str  # Name of the terminal
+    text: str  # Text beside the name, such as its words. It is cut if it is too long
+    key: int  # Number of its tint
     motion: Motion
 
 
 @dataclass(frozen=True)
 class StringBar:
-    """A take with its timelines.
+    """A take with its timelines."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the take.
-    seconds : float
-        Duration of the take.
-    timelines : sequence of Timeline
-        The terminals, and further timelines such as the sentences; times in seconds.
-    """
-
-    name: str
-    seconds: float
+    name: str  # Name of the take
+    seconds: float  # Duration of the take
+    # The terminals, and further timelines such as the sentences; times in seconds
     timelines: Sequence[Timeline]
 
 
 def draw_strings(
     cards: Sequence[TerminalCard], bars: Sequence[StringBar], path: str | Path, title: str = ""
 ) -> Path:
-    """Draw terminals and strings as PNG.
-
-    Parameters
-    ----------
-    cards : sequence of TerminalCard
-        The terminals.
-    bars : sequence of StringBar
-        The takes.
-    path : str or Path
-        The file, with the ending .png.
-    title : str, optional
-        Title of the picture.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-
-    Raises
-    ------
-    MotionDBError
-        When there is nothing to draw, the ending is not .png, or the file cannot be written.
-    """
+    """Draw terminals and strings as PNG."""
     return style.save_png(strings_figure(cards, bars, title), path)
 
 
 def strings_figure(
     cards: Sequence[TerminalCard], bars: Sequence[StringBar], title: str = ""
 ) -> Figure:
-    """Return the picture as a figure: axes for each card, then for each timeline of each row.
-
-    Parameters
-    ----------
-    cards : sequence of TerminalCard
-        The terminals.
-    bars : sequence of StringBar
-        The takes.
-    title : str, optional
-        Title of the picture.
-
-    Returns
-    -------
-    Figure
-        The figure.
-
-    Raises
-    ------
-    MotionDBError
-        When there is nothing to draw.
-    """
+    """Return the picture as a figure: axes for each card, then for each timeline of each row."""
     from matplotlib.figure import Figure as MplFigure
 
     if not cards and not bars:
@@ -194,8 +130,10 @@ def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
 
     view = view_motion(card.motion)
     frames = [moment * (view.n_frames - 1) // 2 for moment in (0, 1, 2)]
-    sides = [(float(x.min()) - HEAD_RADIUS, float(x.max()) + HEAD_RADIUS)
-             for x in (view.points[frame, :, 0] for frame in frames)]  # fmt: skip
+    sides = [
+        (float(x.min()) - HEAD_RADIUS, float(x.max()) + HEAD_RADIUS)
+        for x in (view.points[frame, :, 0] for frame in frames)
+    ]
     taken = sum(right - left for left, right in sides)
     scale = max((max(view.top, 1.2) + 0.25) / (_CARD - 0.26), _CLOSE * taken / width)
     across, high = width * scale, _CARD * scale
@@ -238,9 +176,13 @@ def _draw_row(
     inner, start = _WIDTH - _LEFT - _RIGHT, span[0]
     if name:
         figure.text(
-            _LEFT / _WIDTH, (low - _NAME / 2) / height, name, fontsize=8, va="center",
+            _LEFT / _WIDTH,
+            (low - _NAME / 2) / height,
+            name,
+            fontsize=8,
+            va="center",
             color=style.FAINT,
-        )  # fmt: skip
+        )
         low -= _NAME
     for line in lines:
         high = _LANE * n_lanes(line)
@@ -252,6 +194,11 @@ def _draw_row(
     for second in range(first, int(span[1]) + 1, 5):
         x = (_LEFT + inner * (second - start) / seconds) / _WIDTH
         figure.text(
-            x, (low - 0.08) / height, f"{second} s", fontsize=6, color=style.FAINT, ha="center",
+            x,
+            (low - 0.08) / height,
+            f"{second} s",
+            fontsize=6,
+            color=style.FAINT,
+            ha="center",
             va="center",
-        )  # fmt: skip
+        )

@@ -26,12 +26,9 @@ if TYPE_CHECKING:
 
 _WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
 """Width of the figure and of its margins in inches. Chosen by eye."""
-_FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45
-"""Inches."""
-_SECONDS_PER_ROW = 12.0
-"""Seconds in a row, unless there would be too many rows. Chosen by hand."""
-_MAX_ROWS = 10
-"""Rows on a page. Chosen by hand."""
+_FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45  # Inches
+_SECONDS_PER_ROW = 12.0  # Seconds in a row, unless there would be too many rows
+_MAX_ROWS = 10  # Rows on a page
 
 
 @dataclass(frozen=True)
@@ -80,26 +77,10 @@ def draw_strip(
 ) -> Path:
     """Draw a strip of stick figures with timelines below as PNG, and return its path.
 
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    path : str or Path
-        The file, with the ending .png.
-    title : str, optional
-        Title of the picture.
-    timelines : sequence of Timeline, optional
-        Drawn from top to bottom; intervals in seconds of the motion.
-    n_figures : int, optional
-        Figures in a row. None: as many as fit without overlap, from 3 to 24.
-    seconds_per_row : float, optional
-        Seconds in a row. None: 12 s, or more where that would give over 10 rows; whole seconds
-        if there are several rows.
+    `n_figures`: Figures in a row. None: as many as fit without overlap, from 3 to 24.
 
-    Raises
-    ------
-    MotionDBError
-        If the motion has no frames, if a number is not positive, or if the file cannot be written.
+    `seconds_per_row`: Seconds in a row. None: 12 s, or more where that would give over 10 rows;
+    whole seconds if there are several rows.
     """
     return style.save_png(strip_figure(motion, title, timelines, n_figures, seconds_per_row), path)
 

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
 LEFT, RIGHT, TRUNK = "#0072B2", "#D55E00", "#3C4048"
 INK, FAINT, GROUND, GRID, SHADOW = "#24272D", "#8A9099", "#B9BEC6", "#D5D8DE", "#E6E8EC"
-DOTS_PER_INCH = 110
-"""Resolution of the pictures. Chosen by eye."""
+DOTS_PER_INCH = 110  # Resolution of the pictures. Chosen by eye
 
 TINTS: tuple[str, ...] = (
     "#88CCEE",
@@ -40,8 +39,7 @@ TINTS: tuple[str, ...] = (
     "#88AADD",
     "#EEAABB",
     "#C5C9D0",
-)
-"""Fill colours of bars, light enough for dark type."""
+)  # Fill colours of bars, light enough for dark type
 
 STRONG: tuple[str, ...] = (
     "#0072B2",
@@ -54,11 +52,9 @@ STRONG: tuple[str, ...] = (
     "#882255",
     "#117733",
     "#7A7A7A",
-)
-"""Colours of points and outlines."""
+)  # Colours of points and outlines
 
-MARKERS = "osD^vPXph*"
-"""Shapes of points, so that clusters can be distinguished without colour."""
+MARKERS = "osD^vPXph*"  # Shapes of points, so that clusters can be distinguished without colour
 
 _RC: Any = {
     "font.family": "sans-serif",
@@ -73,8 +69,7 @@ _RC: Any = {
     "ytick.color": FAINT,
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
-}
-"""Settings of matplotlib for all pictures. Chosen by eye."""
+}  # Settings of matplotlib for all pictures. Chosen by eye
 
 
 @contextmanager
@@ -90,11 +85,6 @@ def drawing() -> Iterator[None]:
 def tint(key: int | str) -> str:
     """Fill colour of a symbol number or a word, the same in every picture.
 
-    Parameters
-    ----------
-    key : int or str
-        Number of a symbol, or a word.
-
     >>> tint(0) == tint(12), tint(0) == tint(1), tint("walk") == tint("walk")
     (True, False, True)
     """
@@ -103,22 +93,7 @@ def tint(key: int | str) -> str:
 
 
 def save_png(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG, whole or not at all; equal figures give equal bytes.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The figure.
-    path : str or Path
-        The file.
-
-    Raises
-    ------
-    QueryError
-        If the ending is not .png.
-    MotionDBError
-        If the file cannot be written.
-    """
+    """Write a figure as PNG, whole or not at all; equal figures give equal bytes."""
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise QueryError(
@@ -131,18 +106,7 @@ def save_png(figure: Figure, path: str | Path) -> Path:
 
 
 def check_gif(path: str | Path) -> Path:
-    """Return the path of an animation.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Raises
-    ------
-    MotionDBError
-        If the ending is not .gif.
-    """
+    """Return the path of an animation."""
     path = Path(path)
     if path.suffix.lower() != ".gif":
         raise MotionDBError(
@@ -153,17 +117,7 @@ def check_gif(path: str | Path) -> Path:
 
 
 def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
-    """Write images as a GIF that repeats endlessly, and return its path.
-
-    Parameters
-    ----------
-    images : sequence of PIL.Image.Image
-        The frames.
-    path : Path
-        The file.
-    frame_seconds : float
-        Duration of a frame, in whole hundredths of a second.
-    """
+    """Write images as a GIF that repeats endlessly, and return its path."""
     with _whole_picture(path) as draft:
         images[0].save(
             draft,
@@ -179,13 +133,7 @@ def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
 
 @contextmanager
 def _whole_picture(path: Path) -> Iterator[Path]:
-    """Yield a draft of the file; it is renamed at the end, or removed after an error.
-
-    Raises
-    ------
-    MotionDBError
-        If the file cannot be written.
-    """
+    """Yield a draft of the file; it is renamed at the end, or removed after an error."""
     try:
         with whole_file(path) as draft:
             yield draft

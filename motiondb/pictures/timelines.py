@@ -26,11 +26,6 @@ class Timeline:
 def lanes(spans: Sequence[Span]) -> tuple[int, ...]:
     """Lane, from 0, of every interval, so that no two in a lane overlap.
 
-    Parameters
-    ----------
-    spans : sequence of Span
-        The intervals; they are assigned in the order of their start.
-
     >>> lanes([(0.0, 2.0, "a", 0), (1.0, 3.0, "b", 1), (2.0, 4.0, "c", 2)])
     (0, 1, 0)
     """
@@ -47,27 +42,12 @@ def lanes(spans: Sequence[Span]) -> tuple[int, ...]:
 
 
 def n_lanes(timeline: Timeline) -> int:
-    """Number of lanes of a timeline, at least 1.
-
-    Parameters
-    ----------
-    timeline : Timeline
-        The timeline.
-    """
+    """Number of lanes of a timeline, at least 1."""
     return max(lanes(timeline.spans), default=0) + 1
 
 
 def cut_timeline(timeline: Timeline, start: float, end: float) -> Timeline:
     """Part of a timeline between two times.
-
-    Parameters
-    ----------
-    timeline : Timeline
-        The timeline.
-    start : float
-        Start, seconds.
-    end : float
-        End, seconds.
 
     >>> cut_timeline(Timeline("words", [(0.0, 2.0, "a", 0), (2.0, 3.0, "b", 1)]), 1.5, 2.0).spans
     [(1.5, 2.0, 'a', 0)]
@@ -78,15 +58,6 @@ def cut_timeline(timeline: Timeline, start: float, end: float) -> Timeline:
 
 def fit_label(label: str, width: float, letter: float) -> str:
     """Shorten a label to a width; empty if it does not fit.
-
-    Parameters
-    ----------
-    label : str
-        The label.
-    width : float
-        Width of the bar.
-    letter : float
-        Mean width of a letter, in the same unit.
 
     >>> fit_label("cartwheel", 5.0, 1.0), fit_label("jump", 5.0, 1.0), fit_label("17", 1.5, 1.0)
     ('cart…', 'jump', '')
@@ -100,21 +71,7 @@ def fit_label(label: str, width: float, letter: float) -> str:
 def draw_timeline(
     axes: Axes, timeline: Timeline, start: float, end: float, seconds_per_inch: float
 ) -> None:
-    """Draw a timeline on axes between two times; lanes have height 1, from the top down.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    timeline : Timeline
-        The timeline.
-    start : float
-        Left end of the axes, seconds.
-    end : float
-        Right end of the axes, seconds.
-    seconds_per_inch : float
-        Scale of the page.
-    """
+    """Draw a timeline on axes between two times; lanes have height 1, from the top down."""
     from matplotlib.patches import Rectangle
 
     letter = 0.075 * seconds_per_inch

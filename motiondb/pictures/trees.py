@@ -23,79 +23,39 @@ if TYPE_CHECKING:
 
 _WIDTH, _PLACE, _LEVEL, _MARGIN, _TITLE, _CAPTION = 12.0, 0.34, 0.36, 0.2, 0.45, 0.28
 """Widths of the page and of a leaf, height of a level, margin, heights of the title and of a
-caption, in inches. Chosen by hand; not tuned."""
+caption, in inches."""
 
 
 @dataclass(frozen=True)
 class TreePicture:
-    """A tree with a caption.
+    """A tree with a caption."""
 
-    Attributes
-    ----------
-    caption : str
-        Text above the tree.
-    tree : Tree
-        The derivation.
-    marked : collection of int
-        Nodes that are highlighted, by their number in preorder from 0.
-    """
-
-    caption: str
+    caption: str  # Text above the tree
     tree: Tree
-    marked: Collection[int] = ()
+    marked: Collection[int] = ()  # Nodes that are highlighted, by their number in preorder from 0
 
 
 @dataclass(frozen=True)
 class _Node:
-    """A node with its position.
+    """A node with its position."""
 
-    Attributes
-    ----------
-    symbol : str
-        The terminal or nonterminal.
-    x : float
-        Horizontal position, in widths of a leaf.
-    level : int
-        Level from the top, from 0.
-    parent : int
-        Number of the parent; -1 for the root.
-    kind : str
-        "nonterminal", "terminal" or "empty".
-    """
-
-    symbol: str
-    x: float
-    level: int
-    parent: int
-    kind: str = "nonterminal"
+    symbol: str  # The terminal or nonterminal
+    x: float  # Horizontal position, in widths of a leaf
+    level: int  # Level from the top, from 0
+    parent: int  # Number of the parent; -1 for the root
+    kind: str = "nonterminal"  # "nonterminal", "terminal" or "empty"
 
 
 @dataclass(frozen=True)
 class _Placed:
-    """A tree with the positions of its nodes and its place on the page.
-
-    Attributes
-    ----------
-    picture : TreePicture
-        The tree.
-    nodes : sequence of _Node
-        All nodes in preorder.
-    width : float
-        Width in inches.
-    height : float
-        Height in inches.
-    left : float
-        Distance from the left edge of the page, in inches.
-    top : float
-        Distance from the top of the page below the title, in inches.
-    """
+    """A tree with the positions of its nodes and its place on the page."""
 
     picture: TreePicture
-    nodes: Sequence[_Node]
+    nodes: Sequence[_Node]  # All nodes in preorder
     width: float
     height: float
-    left: float = 0.0
-    top: float = field(default=0.0)
+    left: float = 0.0  # Distance from the left edge of the page, in inches
+    top: float = field(default=0.0)  # Distance from the top of the page below the title, in inches
 
 
 def draw_trees(
@@ -106,26 +66,7 @@ def draw_trees(
 ) -> Path:
     """Draw derivation trees as PNG, and return the path.
 
-    Parameters
-    ----------
-    trees : sequence of TreePicture
-        At least one tree.
-    path : str or Path
-        The file, with the ending .png.
-    title : str, optional
-        Title of the picture.
-    colours : mapping of str to int, optional
-        Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-
-    Raises
-    ------
-    MotionDBError
-        When there is no tree, the ending is not .png, or the file cannot be written.
+    `colours`: Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
     """
     return style.save_png(trees_figure(trees, title, colours), path)
 
@@ -135,24 +76,7 @@ def trees_figure(
 ) -> Figure:
     """Return the trees as a figure with one axes for each tree.
 
-    Parameters
-    ----------
-    trees : sequence of TreePicture
-        At least one tree.
-    title : str, optional
-        Title of the picture.
-    colours : mapping of str to int, optional
-        Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
-
-    Returns
-    -------
-    Figure
-        The figure.
-
-    Raises
-    ------
-    MotionDBError
-        When there is no tree.
+    `colours`: Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
     """
     from matplotlib.figure import Figure as MplFigure
 
@@ -261,18 +185,31 @@ def _draw_tree(axes: Axes, placed: _Placed, colours: Mapping[str, int]) -> None:
             half = _PLACE * 0.44
             axes.add_patch(
                 FancyBboxPatch(
-                    (x - half, y - 0.11), 2 * half, 0.22, boxstyle="round,pad=0,rounding_size=0.05",
-                    facecolor=style.tint(key), edgecolor=edge, linewidth=1.2, zorder=2,
+                    (x - half, y - 0.11),
+                    2 * half,
+                    0.22,
+                    boxstyle="round,pad=0,rounding_size=0.05",
+                    facecolor=style.tint(key),
+                    edgecolor=edge,
+                    linewidth=1.2,
+                    zorder=2,
                     gid="terminal",
                 )
-            )  # fmt: skip
+            )
         elif node.kind == "empty":
             axes.plot([x], [y + 0.16], "o", ms=3, mfc="white", mec=style.FAINT, zorder=2)
         size = 7.5 if len(node.symbol) < 5 else 6.0
         box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         axes.text(
-            x, y, node.symbol, ha="center", va="center", fontsize=size, zorder=3, gid="symbol",
+            x,
+            y,
+            node.symbol,
+            ha="center",
+            va="center",
+            fontsize=size,
+            zorder=3,
+            gid="symbol",
             color=style.RIGHT if number in marked and node.kind != "terminal" else style.INK,
             fontweight="bold" if node.kind == "terminal" else "normal",
             bbox=None if node.kind == "terminal" else box,
-        )  # fmt: skip
+        )

@@ -10,5 +10,4 @@ Float32Array = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-MOTION_FPS = 30.0
-"""Frames per second of every canonical :class:`~motiondb.records.motion.Motion`."""
+MOTION_FPS = 30.0  # Frames per second of every canonical :class:`~motiondb.records.motion.Motion`

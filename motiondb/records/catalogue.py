@@ -135,60 +135,29 @@ class Relation:
 
 @dataclass(frozen=True)
 class Run:
-    """The run that made a derived row.
+    """The run that made a derived row."""
 
-    Attributes
-    ----------
-    run_id : int
-        Number of the run.
-    kind : str
-        Command.
-    parameters : dict
-        Everything that decided the result.
-    seed : int or None
-        Seed of the random generator.
-    version : str
-        Version of motiondb.
-    started : str
-        Time in UTC, ISO 8601.
-    finished : str or None
-        Time in UTC; None if the run was killed.
-    """
-
-    run_id: int
+    run_id: int  # Number of the run
     kind: str
-    parameters: dict[str, object]
-    seed: int | None
+    parameters: dict[str, object]  # Everything that decided the result
+    seed: int | None  # Seed of the random generator
     version: str
-    started: str
-    finished: str | None
+    started: str  # Time in UTC, ISO 8601
+    finished: str | None  # Time in UTC; None if the run was killed
 
 
 @dataclass(frozen=True)
 class MatchPart:
-    """One part of an answer to words: its interval in a capture, with certainties.
+    """One part of an answer to words: its interval in a capture, with certainties."""
 
-    Attributes
-    ----------
-    words : str
-        What the question asks for in this part.
-    start : float
-        Begin, seconds; that of the whole capture if the place is unknown.
-    end : float
-        End, seconds; that of the whole capture if the place is unknown.
-    probability : float or None
-        Probability that the capture shows it; None if it is not known.
-    interval_probability : float or None
-        Probability that the interval shows it; None if it is not known.
-    place : str
-        "known", or "unknown" where only a caption of the whole capture speaks for it.
-    """
-
-    words: str
-    start: float
-    end: float
+    words: str  # What the question asks for in this part
+    start: float  # Begin, seconds; that of the whole capture if the place is unknown
+    end: float  # End, seconds; that of the whole capture if the place is unknown
+    # Probability that the capture shows it; None if it is not known
     probability: float | None = None
+    # Probability that the interval shows it; None if it is not known
     interval_probability: float | None = None
+    # "known", or "unknown" where only a caption of the whole capture speaks for it
     place: str = "known"
 
 

@@ -17,18 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, order=True)
 class Segment:
-    """A half-open interval of frames, [start, end), of one capture.
-
-    Attributes
-    ----------
-    start : int
-        First frame.
-    end : int
-        Last frame + 1.
-    """
+    """A half-open interval of frames, [start, end), of one capture."""
 
     start: int
-    end: int
+    end: int  # Last frame + 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,34 +98,17 @@ class SegmentTable:
     """All segments of all captures with their scores, one row per segment.
 
     Rows are ordered by capture, then start; the segments of a capture tile it.
-
-    Attributes
-    ----------
-    capture_ids : array (segments,)
-        Capture numbers.
-    starts : array (segments,)
-        First frames of the canonical motion, 30 a second.
-    ends : array (segments,)
-        Last frames + 1.
-    symbols : array (segments,)
-        The most probable symbol (ties: lowest number).
-    log_likelihoods : array (segments,)
-        Of that symbol, nats per frame.
-    backgrounds : array (segments,)
-        Of the background model, nats per frame.
-    scores : array (segments, symbols), float32
-        Log-likelihood under every symbol, nats per frame.
-    movement : array (segments, columns), float32
-        See ``search.movement``; no columns where none was computed.
     """
 
-    capture_ids: IntArray
-    starts: IntArray
-    ends: IntArray
-    symbols: IntArray
-    log_likelihoods: FloatArray
-    backgrounds: FloatArray
+    capture_ids: IntArray  # (segments,): capture numbers
+    starts: IntArray  # (segments,): first frames of the canonical motion, 30 a second
+    ends: IntArray  # (segments,): last frames + 1
+    symbols: IntArray  # (segments,): the most probable symbol (ties: lowest number)
+    log_likelihoods: FloatArray  # (segments,): of that symbol, nats per frame
+    backgrounds: FloatArray  # (segments,): of the background model, nats per frame
+    # (segments, symbols), float32: log-likelihood under every symbol, nats per frame
     scores: Float32Array
+    # (segments, columns), float32: see ``search.movement``; no columns where none was computed
     movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
 
     def __post_init__(self) -> None:
@@ -145,61 +120,30 @@ class SegmentTable:
 
 @dataclass(frozen=True, eq=False)
 class SymbolSpace:
-    """Distances between the symbols, their coordinates and clusters.
+    """Distances between the symbols, their coordinates and clusters."""
 
-    Attributes
-    ----------
-    distances : array (symbols, symbols)
-        Nats per frame, symmetric, zero diagonal.
-    variances : array (symbols, symbols)
-        Variance of each distance's Monte-Carlo estimate.
-    coordinates : array (symbols, dimensions)
-        From multidimensional scaling.
-    stress : array (tried dimensions,)
-        Normalised stress of 1, 2, ... dimensions.
-    clusters : array (symbols,)
-        Cluster of every symbol.
-    weights : array (clusters,)
-        Weights of the Gaussian mixture.
-    means : array (clusters, dimensions)
-        Means of the Gaussian mixture.
-    covars : array (clusters, dimensions, dimensions)
-        Covariances of the Gaussian mixture.
-    """
-
-    distances: FloatArray
-    variances: FloatArray
-    coordinates: FloatArray
-    stress: FloatArray
-    clusters: IntArray
-    weights: FloatArray
-    means: FloatArray
-    covars: FloatArray
+    distances: FloatArray  # (symbols, symbols): nats per frame, symmetric, zero diagonal
+    variances: FloatArray  # (symbols, symbols): variance of each distance's Monte-Carlo estimate
+    coordinates: FloatArray  # (symbols, dimensions): from multidimensional scaling
+    stress: FloatArray  # (tried dimensions,): normalised stress of 1, 2, ... dimensions
+    clusters: IntArray  # (symbols,): cluster of every symbol
+    weights: FloatArray  # (clusters,): weights of the Gaussian mixture
+    means: FloatArray  # (clusters, dimensions): means of the Gaussian mixture
+    covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the Gaussian mixture
 
 
 @dataclass(frozen=True, eq=False)
 class Association:
-    """IBM Model 2 from motion symbols (source) to words (target).
+    """IBM Model 2 from motion symbols (source) to words (target)."""
 
-    Attributes
-    ----------
-    words : tuple of str
-        The vocabulary (lemmas), sorted; column numbers of ``translation``.
-    counts : array (words,)
-        Number of captions that hold each word.
-    translation : array (symbols + 1, words)
-        t(word | symbol); row 0 is NULL, row s + 1 symbol s. Rows of symbols that were seen beside
-        words sum to 1.
-    alignment : dict
-        (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1.
-    log_likelihoods : array (steps,)
-        Sum of log P(words | symbols) after every EM step of Model 1, then 2.
-    """
-
-    words: tuple[str, ...]
-    counts: IntArray
+    words: tuple[str, ...]  # The vocabulary (lemmas), sorted; column numbers of ``translation``
+    counts: IntArray  # (words,): number of captions that hold each word
+    # (symbols + 1, words): t(word | symbol); row 0 is NULL, row s + 1 symbol s. Rows of symbols
+    # that were seen beside words sum to 1
     translation: FloatArray
+    # (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1
     alignment: dict[tuple[int, int], FloatArray]
+    # (steps,): sum of log P(words | symbols) after every EM step of Model 1, then 2
     log_likelihoods: FloatArray
 
 
@@ -209,29 +153,13 @@ class StoredLearning:
 
     :mod:`motiondb.learn.parameter_arrays` turns it into typed records
     (``motiondb.learn.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
-
-    Attributes
-    ----------
-    run_id : int
-        Run that made it.
-    symbols : MotionSymbols
-        Table ``symbol_state``.
-    segments : SegmentTable
-        Tables of segments.
-    space : SymbolSpace
-        Tables of the symbol space.
-    association : Association
-        Tables of words.
-    transition_counts : array (symbols + 1, symbols + 1)
-        Table ``transition_count``.
-    parameters : dict
-        Table ``parameter``: further arrays by name, float64.
     """
 
-    run_id: int
+    run_id: int  # Run that made it
     symbols: MotionSymbols
     segments: SegmentTable
-    space: SymbolSpace
+    space: SymbolSpace  # Tables of the symbol space
     association: Association
-    transition_counts: FloatArray
+    transition_counts: FloatArray  # (symbols + 1, symbols + 1): table ``transition_count``
+    # Table ``parameter``: further arrays by name, float64
     parameters: dict[str, FloatArray] = field(default_factory=dict)

@@ -9,27 +9,16 @@ from motiondb.records.arrays import MOTION_FPS, Float32Array, FloatArray, IntArr
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Joints of one capture file, as the file has them.
+    """Joints of one capture file, as the file has them."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Joint names, in file order; parents come before children.
-    parents : array (joints,)
-        Index of the parent, -1 for the root.
-    offsets : array (joints, 3)
-        Metres, from the parent in the parent's frame at zero rotation.
-    end_sites : tuple of (int, (float, float, float))
-        Joint, and x, y, z in metres in that joint's frame, of every end site.
-    channels : tuple of tuple of str
-        Per joint the names of its channels in file order, in BVH spelling ("Xposition",
-        "Zrotation", ...); empty if a joint has none.
-    """
-
-    names: tuple[str, ...]
-    parents: IntArray
+    names: tuple[str, ...]  # Joint names, in file order; parents come before children
+    parents: IntArray  # (joints,): index of the parent, -1 for the root
+    # (joints, 3): metres, from the parent in the parent's frame at zero rotation
     offsets: FloatArray
+    # Joint, and x, y, z in metres in that joint's frame, of every end site
     end_sites: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+    # Per joint the names of its channels in file order, in BVH spelling ("Xposition", "Zrotation",
+    # ...); empty if a joint has none
     channels: tuple[tuple[str, ...], ...] = ()
 
 

@@ -23,51 +23,35 @@ from math import prod
 
 import numpy as np
 
-from motiondb.meaning.certainty.question_certainty import KindCertainty, cues_of
+from motiondb.language.question.readings import Reading
 from motiondb.learn.learned import Learned
 from motiondb.meaning import calibration as certainty
-from motiondb.search import reasons
+from motiondb.meaning.certainty.question_certainty import KindCertainty, cues_of
 from motiondb.meaning.evidence.by_question import QuestionHit
-from motiondb.language.question.readings import Reading
+from motiondb.search import reasons
 
-SURE = 1.0 - 1e-12
-"""Largest probability of a condition, so that its log-odds are finite."""
+SURE = 1.0 - 1e-12  # Largest probability of a condition, so that its log-odds are finite
 
 
 @dataclass(frozen=True)
 class PartChance:
-    """Certainty that a capture shows a part of a question.
+    """Certainty that a capture shows a part of a question."""
 
-    Attributes
-    ----------
-    probability : float or None
-        Probability with the evidence of captions; None if own captions have not checked it.
-    by_motion : float
-        Probability by the motion alone; not calibrated where ``probability`` is None.
-    by_caption : bool
-        Whether captions have the words of the part.
-    """
-
+    # Probability with the evidence of captions; None if own captions have not checked it
     probability: float | None
+    # Probability by the motion alone; not calibrated where ``probability`` is None
     by_motion: float
-    by_caption: bool
+    by_caption: bool  # Whether captions have the words of the part
 
 
 @dataclass(frozen=True)
 class Chances:
-    """Certainty of an answer.
+    """Certainty of an answer."""
 
-    Attributes
-    ----------
-    whole : float or None
-        Probability that the capture shows all requested actions and no excluded one; None
-        if it is not known.
-    parts : tuple of (PartChance or None)
-        Certainty of every part of the reading; None if the part asks for nothing, or it is not
-        known.
-    """
-
+    # Probability that the capture shows all requested actions and no excluded one; None if it is
+    # not known
     whole: float | None
+    # Certainty of every part of the reading; None if the part asks for nothing, or it is not known
     parts: tuple[PartChance | None, ...]
 
 
@@ -77,19 +61,7 @@ def chances(
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
-    """Certainty of an answer.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    readings : sequence of Reading
-        All readings of the question.
-    hit : QuestionHit
-        The answer.
-    why : sequence of WordReason
-        The reasons of the answer.
-    """
+    """Certainty of an answer."""
     reading = readings[hit.reading]
     sure = learned.word_certainty
     unknown = Chances(None, (None,) * len(reading.parts))
@@ -97,8 +69,9 @@ def chances(
     if any(map(counts_or_lasts, readings)):
         return unknown
     if not is_checked(learned, asked_words):
-        return Chances(None, tuple(_of_part(None, hit, reading, k, why)
-                                   for k in range(len(reading.parts))))  # fmt: skip
+        return Chances(
+            None, tuple(_of_part(None, hit, reading, k, why) for k in range(len(reading.parts)))
+        )
     if sure is None:
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
@@ -119,8 +92,9 @@ def chances(
             else unknown
         )
     whole = certainty.answer_probability(sure, asked, excluded)
-    return Chances(whole, tuple(_of_part(sure, hit, reading, k, why)
-                                for k in range(len(reading.parts))))  # fmt: skip
+    return Chances(
+        whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
+    )
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -156,17 +130,6 @@ def chances_of_kind(
 
     P(not b | a) is P(a and not b) / P(a) by the motion. The evidence of captions is added to the
     log-odds of a and of b; it is not calibrated.
-
-    Parameters
-    ----------
-    kind : KindCertainty
-        Certainty of answers to this kind of question.
-    asked : tuple of float
-        Log-odds of the requested action, and the part of them that captions add.
-    excluded : tuple of float or None
-        The same for the excluded action; None if nothing is excluded.
-    by_caption : bool
-        Whether captions have the requested words.
     """
     if kind.whole is None or kind.part is None:
         return Chances(None, (None,))

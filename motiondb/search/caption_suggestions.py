@@ -6,40 +6,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.learn.learned import Learned
 from motiondb.meaning import counting
 from motiondb.meaning.caption_evidence import whole_vectors
-from motiondb.learn.learned import Learned
 from motiondb.search import suggestion
 
 
 @dataclass(frozen=True)
 class CaptionSuggestion:
-    """A capture without words that should be captioned next.
+    """A capture without words that should be captioned next."""
 
-    Attributes
-    ----------
-    rank : int
-        1 for the first.
-    capture : str
-        Name of the capture.
-    seconds : float
-        Length of the capture.
-    gain : float
-        Share of the uncertainty about captures without words that its words would remove, 0 to 1.
-    like : tuple of str
-        Names of captures without words that its words would also describe, most similar first.
-    symbols : tuple of int
-        Symbols of the capture that never occurred with words.
-    reason : str
-        One sentence.
-    """
-
-    rank: int
-    capture: str
-    seconds: float
+    rank: int  # 1 for the first
+    capture: str  # Name of the capture
+    seconds: float  # Length of the capture
+    # Share of the uncertainty about captures without words that its words would remove, 0 to 1
     gain: float
+    # Names of captures without words that its words would also describe, most similar first
     like: tuple[str, ...]
-    symbols: tuple[int, ...]
+    symbols: tuple[int, ...]  # Symbols of the capture that never occurred with words
     reason: str
 
 

@@ -22,75 +22,40 @@ import numpy as np
 from motiondb.body import body, features, retarget, rotation
 from motiondb.records import Float32Array, IntArray, Motion
 
-NEAR = 0.01
-"""Largest distance of a copy, metres. Chosen by hand."""
-RELATIVE = 0.25
-"""Largest distance of a copy, as a share of the motion's spread about its mean pose. Chosen by
-hand."""
+NEAR = 0.01  # Largest distance of a copy, metres
+RELATIVE = 0.25  # Largest distance of a copy, as a share of the motion's spread about its mean pose
 KEY_FRAMES = 12
 """Frames of the query that are compared first. Chosen by hand; it affects only the time."""
-FIRST_KEYS = (0, 5, 11)
-"""Key frames that are compared with every frame of every take."""
-LEAST_FRAMES = 20
-"""Least length of a query, frames (2/3 s): shorter ones agree by chance. Chosen by hand."""
+FIRST_KEYS = (0, 5, 11)  # Key frames that are compared with every frame of every take
+LEAST_FRAMES = 20  # Least length of a query, frames (2/3 s): shorter ones agree by chance
 BLOCK = 32
 """Number of queries that are compared with all takes in one matrix product: bounds memory."""
-SLACK = 2
-"""Largest difference in length of two files of one take, frames. Chosen by hand."""
+SLACK = 2  # Largest difference in length of two files of one take, frames
 
 
 @dataclass(frozen=True)
 class Copy:
-    """A query that occurs in a take.
+    """A query that occurs in a take."""
 
-    Attributes
-    ----------
-    query : int
-        Number of the query.
-    take : int
-        Number of the take.
-    kind : str
-        "same", "cut" or "mirror".
-    start : int
-        First frame in the take.
-    end : int
-        One past the last frame in the take.
-    distance : float
-        Metres.
-    """
-
-    query: int
-    take: int
-    kind: str
-    start: int
-    end: int
+    query: int  # Number of the query
+    take: int  # Number of the take
+    kind: str  # "same", "cut" or "mirror"
+    start: int  # First frame in the take
+    end: int  # One past the last frame in the take
     distance: float
 
 
 @dataclass(frozen=True, eq=False)
 class Library:
-    """Poses of takes, one after another.
+    """Poses of takes, one after another."""
 
-    Attributes
-    ----------
-    poses : array (frames, 63), float32
-        Joint positions relative to the pelvis and the heading, metres.
-    bounds : array (takes + 1,)
-        Where each take begins and ends in ``poses``.
-    """
-
+    # (frames, 63), float32: joint positions relative to the pelvis and the heading, metres
     poses: Float32Array
-    bounds: IntArray
+    bounds: IntArray  # (takes + 1,): where each take begins and ends in ``poses``
 
 
 def copy_poses(motion: Motion) -> Float32Array:
-    """Joint positions relative to the pelvis and the heading: array (frames, 63), metres.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    """
+    """Joint positions relative to the pelvis and the heading: array (frames, 63), metres."""
     positions, world = retarget.motion_positions(motion)
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -features.headings(world))
     local = rotation.rotate(facing[:, None], positions - positions[:, :1])
@@ -98,25 +63,13 @@ def copy_poses(motion: Motion) -> Float32Array:
 
 
 def mirror_poses(poses: Float32Array) -> Float32Array:
-    """Poses of the mirror image: array (frames, 63), metres.
-
-    Parameters
-    ----------
-    poses : array (frames, 63)
-        As from :func:`copy_poses`.
-    """
+    """Poses of the mirror image: array (frames, 63), metres, from `poses` (frames, 63)."""
     joints = poses.reshape(len(poses), -1, 3)[:, body.MIRROR]
     return (joints * np.array([-1.0, 1.0, 1.0], dtype=np.float32)).reshape(len(poses), -1)
 
 
 def build_library(poses: Sequence[Float32Array]) -> Library:
-    """Concatenate the poses of takes.
-
-    Parameters
-    ----------
-    poses : sequence of array (frames, 63)
-        Poses of each take.
-    """
+    """Concatenate the poses of takes; `poses` each (frames, 63)."""
     bounds = np.concatenate([[0], np.cumsum([len(p) for p in poses])]).astype(np.int64)
     joined = np.concatenate(poses) if len(poses) else np.zeros((0, 63), dtype=np.float32)
     return Library(joined, bounds)
@@ -128,15 +81,6 @@ def find_copies(
     """Takes that contain the queries, for each query the nearest first.
 
     Of two takes of equal length the one of larger number is reported as the copy.
-
-    Parameters
-    ----------
-    library : Library
-        Poses of all takes.
-    queries : sequence of int
-        Numbers of the takes to search for.
-    takes : sequence of int, optional
-        Numbers of the takes to search in; all by default.
     """
     places = list(range(len(library.bounds) - 1) if takes is None else takes)
     held = library if takes is None else build_library([_take(library, p) for p in places])

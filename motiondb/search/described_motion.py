@@ -1,6 +1,7 @@
 """The words of a motion over time, with their probabilities.
 
-The probability of a word comes from a map of its own (:mod:`motiondb.meaning.maps.description_map`),
+The probability of a word comes from a map of its own
+(:mod:`motiondb.meaning.maps.description_map`),
 fitted to the captions that the database holds now. Where its calibration was not learned (with a
 start, and in databases of versions that did not learn it), the probability is that of the word map.
 """
@@ -11,34 +12,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.body.features import FEATURE_STEP
-from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.meaning.maps.description_map import score_probabilities
+from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 
 @dataclass(frozen=True)
 class Description:
-    """The words of an interval of a motion.
-
-    Attributes
-    ----------
-    start : float
-        Seconds.
-    end : float
-        Seconds.
-    words : tuple of (str, float or None)
-        Words with their probabilities, most probable first; None where no own caption has checked
-        the probability (``learning.start.checking``).
-    symbols : tuple of int
-        Symbols of the interval's segments.
-    """
+    """The words of an interval of a motion."""
 
     start: float
     end: float
+    # Words with their probabilities, most probable first; None where no own caption has checked the
+    # probability (``learning.start.checking``)
     words: tuple[tuple[str, float | None], ...]
-    symbols: tuple[int, ...] = ()
+    symbols: tuple[int, ...] = ()  # Symbols of the interval's segments
 
 
 def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Description, ...]:
@@ -72,17 +62,7 @@ def describe(learned: Learned, motion: Motion, n_words: int = 5) -> tuple[Descri
 def word_probabilities(learned: Learned, vectors: FloatArray) -> FloatArray:
     """Probabilities of all words of the vocabulary in intervals: array (n, words).
 
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    vectors : array (n, columns)
-        Score vectors of the intervals.
-
-    Raises
-    ------
-    NotLearnedError
-        When no capture had words when the database learned.
+    Shapes: `vectors` (n, columns).
     """
     words, told = learned.word_map, learned.description_map
     if told is None or learned.description_calibration is None:

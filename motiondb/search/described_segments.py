@@ -17,39 +17,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.search.described_motion import word_probabilities
 from motiondb.learn.learned import Learned
-from motiondb.records import FloatArray
 from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
 from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.records import FloatArray
+from motiondb.search.described_motion import word_probabilities
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentWords:
-    """Words of the segments of one capture.
+    """Words of the segments of one capture."""
 
-    Attributes
-    ----------
-    probabilities : array (segments, words)
-        Probability that a segment shows a word.
-    aligned : array (segments, words)
-        Whether a probability comes from aligning captions of the whole capture.
-    """
-
-    probabilities: FloatArray
+    probabilities: FloatArray  # (segments, words): probability that a segment shows a word
+    # (segments, words): whether a probability comes from aligning captions of the whole capture
     aligned: NDArray[np.bool_]
 
 
 def segment_words(learned: Learned, capture: int) -> SegmentWords:
-    """The words of every segment of a capture.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned, words included.
-    capture : int
-        Number of the capture.
-    """
+    """The words of every segment of a capture."""
     rows = learned.rows[capture]
     starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
     vectors = interval_vectors(

@@ -15,16 +15,9 @@ from motiondb.records import Relation
 
 @dataclass(frozen=True)
 class DuplicateGroup:
-    """Captures that repeat one another.
+    """Captures that repeat one another."""
 
-    Attributes
-    ----------
-    captures : tuple of str
-        Names: first the one to keep, then the others in the order in which they were added.
-    relations : tuple[Relation, ...]
-        Relations between them.
-    """
-
+    # Names: first the one to keep, then the others in the order in which they were added
     captures: tuple[str, ...]
     relations: tuple[Relation, ...]
 
@@ -33,13 +26,6 @@ def group_duplicates(
     relations: Sequence[Relation], durations: Mapping[str, float]
 ) -> tuple[DuplicateGroup, ...]:
     """Connected components of relations, the largest first.
-
-    Parameters
-    ----------
-    relations : sequence of Relation
-        Of copies, cuts and mirror images.
-    durations : mapping of str to float
-        Name -> seconds of all captures, in order of their number.
 
     >>> cut = Relation("b", "a", "cut", 1.0, 2.0, 0.0)
     >>> group_duplicates([cut], {"b": 1.0, "a": 5.0, "c": 5.0})[0].captures

@@ -8,20 +8,20 @@ from typing import overload
 
 import numpy as np
 
-from motiondb.search.word_answers import mark_generated, reaches, to_seconds
-from motiondb.search.word_sources import why_unchecked
+from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.learn.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.symbol_fitting import FeaturePool
-from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning.evidence import by_motion, extents
 from motiondb.meaning.evidence.resemblance import emphasis_of
 from motiondb.meaning.maps import score_vectors
+from motiondb.records import Float32Array, FloatArray, Match, Motion
+from motiondb.search.word_answers import mark_generated, reaches, to_seconds
+from motiondb.search.word_sources import why_unchecked
 from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.language import vocabulary
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,22 +76,6 @@ def search_motion(
     """The stored intervals that move like a motion, best first.
 
     ``limit`` and ``meaning`` are those of ``MotionDB.like``.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    pool : FeaturePool
-        Recognition features of all captures.
-    motion : Motion
-        The example.
-    allowed : sequence of int
-        Numbers of the captures to search; those without segments are left out.
-
-    Raises
-    ------
-    NotLearnedError
-        When ``meaning`` is True and no words were learned.
     """
     allowed = [capture for capture in allowed if capture in learned.rows]
     query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
@@ -159,9 +143,12 @@ def _interval_vector(learned: Learned, candidate: by_motion.Candidate) -> FloatA
     """Vector of the interval of a candidate: array (columns,)."""
     rows = learned.rows[candidate.capture]
     return score_vectors.interval_vectors(
-        learned.standardised[rows], learned.segments.starts[rows], learned.segments.ends[rows],
-        np.array([candidate.start * FEATURE_STEP]), np.array([candidate.end * FEATURE_STEP]),
-    )[0]  # fmt: skip
+        learned.standardised[rows],
+        learned.segments.starts[rows],
+        learned.segments.ends[rows],
+        np.array([candidate.start * FEATURE_STEP]),
+        np.array([candidate.end * FEATURE_STEP]),
+    )[0]
 
 
 def _find_motion(

@@ -16,23 +16,11 @@ from motiondb.search import reasons
 
 @dataclass(frozen=True)
 class SymbolShare:
-    """Contribution of a motion symbol, in one interval, to the log-odds of an answer.
-
-    Attributes
-    ----------
-    symbol : int
-        The motion symbol.
-    start : float
-        Start of the interval, seconds.
-    end : float
-        End of the interval, seconds.
-    amount : float
-        The contribution, nats.
-    """
+    """Contribution of a motion symbol, in one interval, to the log-odds of an answer."""
 
     symbol: int
-    start: float
-    end: float
+    start: float  # Start of the interval, seconds
+    end: float  # End of the interval, seconds
     amount: float
 
 
@@ -97,21 +85,11 @@ class ExplainedWord:
 
 @dataclass(frozen=True)
 class ExplainedExclusion:
-    """What the exclusion of some words adds to an answer's log-odds.
-
-    Attributes
-    ----------
-    words : tuple of ExplainedWord
-        The excluded words.
-    log_odds : float
-        Log-odds that the capture shows them.
-    amount : float
-        What the exclusion adds, nats.
-    """
+    """What the exclusion of some words adds to an answer's log-odds."""
 
     words: tuple[ExplainedWord, ...]
-    log_odds: float
-    amount: float
+    log_odds: float  # Log-odds that the capture shows them
+    amount: float  # What the exclusion adds, nats
 
 
 @dataclass(frozen=True)
@@ -156,15 +134,7 @@ class Explanation:
 
 
 def explain(why: Sequence[reasons.WordReason], vocabulary: Sequence[str]) -> Explanation:
-    """Explain one answer.
-
-    Parameters
-    ----------
-    why : sequence of WordReason
-        The contributions of the words to the answer.
-    vocabulary : sequence of str
-        The words, in the order of their numbers.
-    """
+    """Explain one answer."""
     excluded = tuple(
         ExplainedExclusion(
             tuple(_word(w, vocabulary) for w in why if w.exclusion == lowering.exclusion),

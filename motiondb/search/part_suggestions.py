@@ -23,39 +23,22 @@ from motiondb.search import suggestion
 MOST_WINDOWS = 3000
 """Largest number of windows that are compared; of more, every second, third ... is used (memory
 is 8 n^2 bytes)."""
-MOST_KNOWN = 3000
-"""Largest number of windows with known words that are compared."""
+MOST_KNOWN = 3000  # Largest number of windows with known words that are compared
 
 
 @dataclass(frozen=True)
 class PartSuggestion:
-    """A part of a take that should be labelled next.
+    """A part of a take that should be labelled next."""
 
-    Attributes
-    ----------
-    rank : int
-        1 for the first.
-    capture : str
-        Name of the capture.
-    start : float
-        Seconds.
-    end : float
-        Seconds.
-    gain : float
-        Share of the uncertainty about parts of takes with several actions that its label would
-        remove, 0 to 1.
-    listed : tuple of str
-        Words that the captions of the take list.
-    like : tuple of str
-        Names of other captures with parts that the label would also describe, most seconds first.
-    """
-
-    rank: int
-    capture: str
+    rank: int  # 1 for the first
+    capture: str  # Name of the capture
     start: float
     end: float
+    # Share of the uncertainty about parts of takes with several actions that its label would
+    # remove, 0 to 1
     gain: float
-    listed: tuple[str, ...]
+    listed: tuple[str, ...]  # Words that the captions of the take list
+    # Names of other captures with parts that the label would also describe, most seconds first
     like: tuple[str, ...]
 
 
@@ -75,13 +58,6 @@ def suggest_parts(learned: Learned, limit: int = 10) -> list[PartSuggestion]:
     """Return parts of takes to label, most informative about other parts first.
 
     Empty where no caption lists several actions.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    limit : int
-        Largest number of parts.
     """
     known, unsure = _windows(learned)
     if not len(unsure.rows):

@@ -27,25 +27,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
-from motiondb.search.answer_chances import PartChance
+from motiondb.body.features import FEATURE_STEP
+from motiondb.language.question.readings import Part, Reading
+from motiondb.learn.learned import Learned
 from motiondb.meaning.certainty.place_certainty import (
     PlaceCertainty,
     count_performers,
     interval_cues,
 )
-from motiondb.learn.learned import Learned
-from motiondb.body.features import FEATURE_STEP
-from motiondb.records import Float32Array, FloatArray
 from motiondb.meaning.evidence import by_question
 from motiondb.meaning.evidence.by_question import PlacedReading, QuestionHit
 from motiondb.meaning.maps.edge_map import refine_interval
-from motiondb.language.question.readings import Part, Reading
+from motiondb.records import Float32Array, FloatArray
+from motiondb.search.answer_chances import PartChance
 
 Features = Callable[[int], Float32Array]
 """Capture number -> recognition features (frames, 130), 15 a second."""
 
-LIKELY = 0.5
-"""Probability above which a statement is more likely true than not."""
+LIKELY = 0.5  # Probability above which a statement is more likely true than not
 NARROW = 0.6
 """Largest share of its interval that a short action fills. An activity that fills more keeps the
 boundaries of segments: people mark its preparation and its end as parts of it. Chosen among .3 to
@@ -55,29 +54,17 @@ short actions" and "By word")."""
 
 @dataclass(frozen=True)
 class PartPlace:
-    """Where a capture shows one part of a question.
+    """Where a capture shows one part of a question."""
 
-    Attributes
-    ----------
-    start : int
-        First frame; that of the whole capture if the place is unknown.
-    end : int
-        Last frame + 1; that of the whole capture if the place is unknown.
-    probability : float or None
-        Probability that the capture shows the part; None if it is not known.
-    right : float or None
-        Probability that the interval is right, given that the capture shows the part; None if it is
-        not known. Whether the capture shows one action throughout is judged mostly by its length
-        (:mod:`motiondb.meaning.certainty.place_certainty`).
-    unknown : bool
-        Whether the place is unknown.
-    """
-
-    start: int
-    end: int
+    start: int  # First frame; that of the whole capture if the place is unknown
+    end: int  # Last frame + 1; that of the whole capture if the place is unknown
+    # Probability that the capture shows the part; None if it is not known
     probability: float | None
+    # Probability that the interval is right, given that the capture shows the part; None if it is
+    # not known. Whether the capture shows one action throughout is judged mostly by its length
+    # (:mod:`motiondb.meaning.certainty.place_certainty`)
     right: float | None = None
-    unknown: bool = False
+    unknown: bool = False  # Whether the place is unknown
 
     @property
     def interval_probability(self) -> float | None:
@@ -95,23 +82,7 @@ def place_answer(
     said: Sequence[PartChance | None],
     written: bool = True,
 ) -> tuple[PartPlace, ...]:
-    """Where a capture shows every part of a reading.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    capture : int
-        Number of the capture.
-    hit : QuestionHit
-        The answer.
-    reading : Reading
-        The reading that it answers.
-    said : sequence of (PartChance or None)
-        The certainty that the capture shows each part.
-    written : bool
-        Whether captions count as evidence, in addition to the motion.
-    """
+    """Where a capture shows every part of a reading."""
     sure = [None if one is None else one.probability for one in said]
     placed = _placed(learned, capture, reading, written)
     if placed is None:
@@ -152,29 +123,17 @@ def refine_places(
     A part keeps its frames where its place is unknown or labelled by a person, and where it asks
     for nothing, for a least length, or for words whose places were not learned, and where more than
     ``NARROW`` of it would remain. No part is extended into another one.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    capture : int
-        Number of the capture.
-    reading : Reading
-        The reading that is answered.
-    places : sequence of PartPlace
-        Places of its parts, from :func:`place_answer`.
-    features : callable
-        Recognition features of a capture.
-    written : bool
-        Whether captions count as evidence, in addition to the motion.
     """
     edges = learned.edges
     kept = [
-        edges is None or place.unknown or not part.actions or part.seconds > 0.0
+        edges is None
+        or place.unknown
+        or not part.actions
+        or part.seconds > 0.0
         or not learned.placed_words.issuperset(_words(learned, part))
         or (written and _is_labelled(learned, capture, part))
         for place, part in zip(places, reading.parts)
-    ]  # fmt: skip
+    ]
     if edges is None or all(kept):
         return tuple(places)
     frames = learned.feature_space.project(features(capture))
@@ -209,17 +168,7 @@ def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int])
 def interval_probability(
     probability: float | None, parts: Sequence[PartPlace], reading: Reading
 ) -> float | None:
-    """Probability that the intervals of an answer show the requested actions; None: not known.
-
-    Parameters
-    ----------
-    probability : float or None
-        Probability that the capture shows the actions.
-    parts : sequence of PartPlace
-        Places of the parts of the question.
-    reading : Reading
-        The reading of the question that was answered.
-    """
+    """Probability that the intervals of an answer show the requested actions; None: not known."""
     asked = [place for place, part in zip(parts, reading.parts) if part.actions]
     right = [place.right for place in asked if place.right is not None and not place.unknown]
     if probability is None or not asked or len(right) < len(asked):

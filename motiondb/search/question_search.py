@@ -8,24 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.search.answer_chances import Chances, chances
-from motiondb.search.whole_captions import CaptionShares, caption_shares, with_shares
-from motiondb.learn.learned import Learned
-from motiondb.meaning import calibration as certainty
-from motiondb.meaning.evidence import by_question
-from motiondb.search import reasons
-from motiondb.meaning.evidence.bounds import SLACK, upper_bounds
-from motiondb.meaning.evidence.by_question import QuestionHit
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
 from motiondb.language.question.known import KnownQuestion
 from motiondb.language.question.readings import Reading, readings
 from motiondb.language.question.tree import NotUsed
+from motiondb.learn.learned import Learned
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning.evidence import by_question
+from motiondb.meaning.evidence.bounds import SLACK, upper_bounds
+from motiondb.meaning.evidence.by_question import QuestionHit
+from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
+from motiondb.search import reasons
+from motiondb.search.answer_chances import Chances, chances
+from motiondb.search.whole_captions import CaptionShares, caption_shares, with_shares
 
 NOT_A_CAPTION = NotUsed(
     "quotation marks",
     "alternatives, exclusions, counts and durations are not compared as a caption",
-)
-"""The note for a question in quotation marks that cannot be compared as a caption."""
+)  # The note for a question in quotation marks that cannot be compared as a caption
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +47,7 @@ def find(
 ) -> tuple[list[Found], tuple[Reading, ...], tuple[NotUsed, ...]]:
     """The best answers, best first; the readings of the question, and its unused parts.
 
-    Parameters
-    ----------
-    allowed : sequence of int
-        Numbers of the captures to search.
-    limit : int
-        Largest number of answers.
-    written : bool
-        Whether the captions of the captures count as evidence, in addition to the motion.
-    as_caption : bool
-        Whether the question is also compared as a whole caption.
+    `written`: Whether the captions of the captures count as evidence, in addition to the motion.
     """
     read, not_used = readings(question.tree)
     number = learned.word_numbers
@@ -88,19 +78,7 @@ def likeliest_takes(
     added: Callable[[int], float],
     limit: int,
 ) -> list[tuple[int, QuestionHit]]:
-    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
-
-    Parameters
-    ----------
-    bounds : mapping of int to float
-        What the log-odds of each capture are at most, with what is added.
-    search : callable
-        The interval of a capture; None if it is too short.
-    added : callable
-        Nats to add to the log-odds of a capture.
-    limit : int
-        How many captures at most.
-    """
+    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers."""
     best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
     for capture in sorted(bounds, key=lambda capture: -bounds[capture]):
         if len(best) >= limit and (not best or bounds[capture] + SLACK < best[0][0]):
@@ -137,9 +115,14 @@ def explain_hit(
         for word in statement.words:
             slope, constant = learned.word_map.linear(word)
             evidence = reasons.Evidence(
-                constant, slope, learned.standardised[rows], starts, ends, table.symbols[rows],
+                constant,
+                slope,
+                learned.standardised[rows],
+                starts,
+                ends,
+                table.symbols[rows],
                 np.zeros(len(starts)) if said is None else said[:, word],
-            )  # fmt: skip
+            )
             place = reasons.Place(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)

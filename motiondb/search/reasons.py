@@ -22,66 +22,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.evidence.by_words import joint_log_odds
+from motiondb.records import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
 class Share:
-    """Contribution of one segment to an answer's log-odds.
+    """Contribution of one segment to an answer's log-odds."""
 
-    Attributes
-    ----------
-    symbol : int
-        Symbol of the segment.
-    start : int
-        First frame.
-    end : int
-        One past the last frame.
-    amount : float
-        The contribution, nats.
-    """
-
-    symbol: int
+    symbol: int  # Symbol of the segment
     start: int
-    end: int
+    end: int  # One past the last frame
     amount: float
 
 
 @dataclass(frozen=True)
 class WordReason:
-    """Contribution of one word of the query to an answer.
+    """Contribution of one word of the query to an answer."""
 
-    Attributes
-    ----------
-    word : int
-        Number in the vocabulary.
-    action : int
-        Number of its action.
-    log_odds : float
-        Log-odds of the word alone: mean of its window and of the whole capture.
-    prior : float
-        Contribution of the word's frequency, before any motion is considered.
-    written : float
-        Contribution of captions of the capture.
-    shares : tuple of Share
-        Contributions of the segments, in order of time.
-    exclusion : int
-        Number of the exclusion that the word belongs to, -1 if it is requested. The parts of an
-        excluded word sum to its share of the log-odds of its action, not to anything that is added
-        to the answer.
-    as_caption : float
-        What the word adds because the whole question is similar to the caption that the motion
-        suggests. It is not part of the log-odds of the word's action.
-    """
-
-    word: int
-    action: int
-    log_odds: float
-    prior: float
-    written: float
-    shares: tuple[Share, ...]
+    word: int  # Number in the vocabulary
+    action: int  # Number of its action
+    log_odds: float  # Log-odds of the word alone: mean of its window and of the whole capture
+    prior: float  # Contribution of the word's frequency, before any motion is considered
+    written: float  # Contribution of captions of the capture
+    shares: tuple[Share, ...]  # Contributions of the segments, in order of time
+    # Number of the exclusion that the word belongs to, -1 if it is requested. The parts of an
+    # excluded word sum to its share of the log-odds of its action, not to anything that is added to
+    # the answer
     exclusion: int = -1
+    # What the word adds because the whole question is similar to the caption that the motion
+    # suggests. It is not part of the log-odds of the word's action
     as_caption: float = 0.0
 
     @property
@@ -102,47 +72,19 @@ class WordReason:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """The data from which the log-odds of one word in one capture are computed.
+    """The data from which the log-odds of one word in one capture are computed."""
 
-    Attributes
-    ----------
-    constant : float
-        const_w of the module.
-    slope : array (symbols,)
-        k_w of the module.
-    standardised : array (segments, symbols)
-        Standardised scores of the segments.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    symbols : array (segments,)
-        Symbols of the segments.
-    written : array (segments,)
-        Log-odds that captions add, 0 without captions.
-    """
-
-    constant: float
-    slope: FloatArray
-    standardised: FloatArray
-    starts: IntArray
-    ends: IntArray
-    symbols: IntArray
-    written: FloatArray
+    constant: float  # const_w of the module
+    slope: FloatArray  # (symbols,): k_w of the module
+    standardised: FloatArray  # (segments, symbols): standardised scores of the segments
+    starts: IntArray  # (segments,): first frame of each segment
+    ends: IntArray  # (segments,): one past the last frame of each segment
+    symbols: IntArray  # (segments,): symbols of the segments
+    written: FloatArray  # (segments,): log-odds that captions add, 0 without captions
 
 
 def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
-    """Contribution of every segment to a word's log-odds in a window: array (segments,).
-
-    Parameters
-    ----------
-    evidence : Evidence
-        The capture and the word.
-    low : int
-        First frame of the window.
-    high : int
-        One past the last frame of the window.
-    """
+    """Contribution of every segment to a word's log-odds in a window: array (segments,)."""
     inside = np.minimum(evidence.ends, high) - np.maximum(evidence.starts, low)
     weights = np.maximum(inside, 0).astype(np.float64)
     length = float(np.linalg.norm(weights @ evidence.standardised))
@@ -151,60 +93,27 @@ def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Look:
-    """The windows of a capture in which an action is evaluated.
+    """The windows of a capture in which an action is evaluated."""
 
-    Attributes
-    ----------
-    windows : tuple of (int, int)
-        Frames of every window.
-    peaks : tuple of int
-        Numbers of the segments at their centres.
-    weights : tuple of float
-        Their weights, which sum to 1.
-    near : float
-        Share of the windows; the rest is of the whole capture.
-    """
-
-    windows: tuple[tuple[int, int], ...]
-    peaks: tuple[int, ...]
-    weights: tuple[float, ...]
-    near: float
+    windows: tuple[tuple[int, int], ...]  # Frames of every window
+    peaks: tuple[int, ...]  # Numbers of the segments at their centres
+    weights: tuple[float, ...]  # Their weights, which sum to 1
+    near: float  # Share of the windows; the rest is of the whole capture
 
 
 @dataclass(frozen=True)
 class Place:
-    """A word's place in a question.
+    """A word's place in a question."""
 
-    Attributes
-    ----------
-    action : int
-        Number of its action.
-    weight : float
-        Weight of the word: 1 / (requested actions * words of the action); for an excluded word
-        1 / words of the action.
-    exclusion : int
-        Number of its exclusion, -1 if it is requested.
-    """
-
-    action: int
+    action: int  # Number of its action
+    # Weight of the word: 1 / (requested actions * words of the action); for an excluded word 1 /
+    # words of the action
     weight: float
-    exclusion: int = -1
+    exclusion: int = -1  # Number of its exclusion, -1 if it is requested
 
 
 def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> WordReason:
-    """Decompose the contribution of one word to an answer.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        The capture and the word.
-    word : int
-        Number of the word in the vocabulary.
-    look : Look
-        Windows in which the word is evaluated, in addition to the whole capture.
-    place : Place
-        Its place in the question.
-    """
+    """Decompose the contribution of one word to an answer."""
     amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
     said = (1.0 - look.near) * float(evidence.written.max())
     for window, peak, weight in zip(look.windows, look.peaks, look.weights):
@@ -218,19 +127,18 @@ def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> Wor
     )
     log_odds = math.fsum([evidence.constant, said, *amounts])
     return WordReason(
-        word, place.action, log_odds, place.weight * evidence.constant, place.weight * said,
-        shares, place.exclusion,
-    )  # fmt: skip
+        word,
+        place.action,
+        log_odds,
+        place.weight * evidence.constant,
+        place.weight * said,
+        shares,
+        place.exclusion,
+    )
 
 
 def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
-    """Log-odds of every requested action alone, and the part that captions add.
-
-    Parameters
-    ----------
-    reasons : sequence of WordReason
-        The reasons of one answer.
-    """
+    """Log-odds of every requested action alone, and the part that captions add."""
     asked = [reason for reason in reasons if reason.exclusion < 0]
     actions = sorted({reason.action for reason in asked})
     odds = []
@@ -243,13 +151,7 @@ def by_action(reasons: Sequence[WordReason]) -> list[tuple[float, float]]:
 
 
 def together(reasons: Sequence[WordReason]) -> float:
-    """Log-odds of all actions together, less the mean of their log-odds (0 for one action).
-
-    Parameters
-    ----------
-    reasons : sequence of WordReason
-        The reasons of one answer.
-    """
+    """Log-odds of all actions together, less the mean of their log-odds (0 for one action)."""
     each = [log_odds for log_odds, _ in by_action(reasons)]
     if len(each) < 2:
         return 0.0
@@ -263,24 +165,14 @@ def asked_parts(reasons: Sequence[WordReason]) -> list[float]:
 
 @dataclass(frozen=True)
 class Lowering:
-    """The reduction of an answer by one exclusion.
-
-    Attributes
-    ----------
-    exclusion : int
-        Its number.
-    actions : tuple of (float, float)
-        For each excluded action its log-odds, and the part of them that captions add.
-    log_odds : float
-        Log-odds that all of them are seen.
-    amount : float
-        The contribution of the exclusion to the answer's log-odds: at most 0, except for the first
-        exclusion of a question without requested actions, for which it is -log_odds.
-    """
+    """The reduction of an answer by one exclusion."""
 
     exclusion: int
+    # For each excluded action its log-odds, and the part of them that captions add
     actions: tuple[tuple[float, float], ...]
-    log_odds: float
+    log_odds: float  # Log-odds that all of them are seen
+    # The contribution of the exclusion to the answer's log-odds: at most 0, except for the first
+    # exclusion of a question without requested actions, for which it is -log_odds
     amount: float
 
 
@@ -307,11 +199,6 @@ def total(reasons: Sequence[WordReason]) -> float:
     """The number that ranks the answer: the exactly rounded sum of all parts and lowerings.
 
     The log-odds of the answer, with the contribution of the question as a whole caption.
-
-    Parameters
-    ----------
-    reasons : sequence of WordReason
-        The reasons of one answer.
     """
     amounts = [lowering.amount for lowering in lowerings(reasons)]
     captions = [reason.as_caption for reason in reasons]
@@ -319,15 +206,7 @@ def total(reasons: Sequence[WordReason]) -> float:
 
 
 def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
-    """Shares of largest absolute value; those of neighbours with one symbol are added first.
-
-    Parameters
-    ----------
-    reason : WordReason
-        The reason of one word.
-    limit : int, optional
-        Largest number of shares.
-    """
+    """Shares of largest absolute value; those of neighbours with one symbol are added first."""
     joined: list[Share] = []
     for share in reason.shares:
         if joined and joined[-1].symbol == share.symbol and joined[-1].end == share.start:

@@ -27,31 +27,18 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 
-NOISE = 0.1
-"""r, chosen by ``benchmarks/suggest.py``."""
-SERVED = 0.25
-"""A choice serves a capture if it lowers its uncertainty by this share or more. Chosen by hand."""
+NOISE = 0.1  # r, chosen by ``benchmarks/suggest.py``
+SERVED = 0.25  # A choice serves a capture if it lowers its uncertainty by this share or more
 
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """One capture to caption.
+    """One capture to caption."""
 
-    Attributes
-    ----------
-    index : int
-        Row of the capture.
-    gain : float
-        Share of the total initial uncertainty that its words remove, 0 to 1.
-    known : float
-        Share of the capture's own uncertainty that was removed before.
-    served : array
-        Other rows whose uncertainty its words lower by a quarter or more, most first.
-    """
-
-    index: int
-    gain: float
-    known: float
+    index: int  # Row of the capture
+    gain: float  # Share of the total initial uncertainty that its words remove, 0 to 1
+    known: float  # Share of the capture's own uncertainty that was removed before
+    # Other rows whose uncertainty its words lower by a quarter or more, most first
     served: IntArray
 
 
@@ -65,16 +52,7 @@ def suggest(
 
     Memory is 8 n^2 bytes for n captures without words.
 
-    Parameters
-    ----------
-    vectors : array (n, symbols)
-        Score vectors of the captures without words, of length 1.
-    described : array (m, symbols)
-        Vectors of the intervals that have words; m may be 0.
-    limit : int
-        Largest number of choices.
-    weights : array (n,)
-        Weight of each capture; 1 by default.
+    Shapes: `vectors` (n, symbols); `described` (m, symbols); `weights` (n,).
 
     >>> a, b = [1.0, 0.0], [0.0, 1.0]
     >>> chosen = suggest(np.array([b, a, b]), np.array([a]), 2)
@@ -105,12 +83,7 @@ def suggest(
 def remaining_covariance(vectors: FloatArray, described: FloatArray) -> FloatArray:
     """Posterior covariance C given the described intervals: array (n, n).
 
-    Parameters
-    ----------
-    vectors : array (n, symbols)
-        Score vectors of the captures without words.
-    described : array (m, symbols)
-        Score vectors of the intervals that have words.
+    Shapes: `vectors` (n, symbols); `described` (m, symbols).
     """
     covariance = _kernel(vectors, vectors)
     if not len(described):

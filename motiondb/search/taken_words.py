@@ -16,26 +16,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import UnknownWordsError
-from motiondb.learn.learned import Learned
-from motiondb.search.written_words import LearnedWithMore, WrittenWord, with_written
-from motiondb.records import Association, FloatArray
 from motiondb.language.lemmas import lemma
-from motiondb.language.vocabulary import forms_of, split_actions
-from motiondb.meaning.maps.caption_map import CaptionMap
 from motiondb.language.nearby.table import NearbyTable
+from motiondb.language.vocabulary import forms_of, split_actions
+from motiondb.learn.learned import Learned
+from motiondb.meaning.maps.caption_map import CaptionMap
+from motiondb.records import Association, FloatArray
 from motiondb.search.taking import Taking, mixture, take_word, with_virtual_words
+from motiondb.search.written_words import LearnedWithMore, WrittenWord, with_written
 
 
 @dataclass(frozen=True, eq=False)
 class LearnedWithTaken(LearnedWithMore):
-    """A :class:`Learned` whose last words are taken ones.
+    """A :class:`Learned` whose last words are taken ones."""
 
-    Attributes
-    ----------
-    shares : array (words, taken words)
-        Weights of the known words in every taken word; columns sum to 1.
-    """
-
+    # (words, taken words): weights of the known words in every taken word; columns sum to 1
     shares: FloatArray = field(kw_only=True)
 
     @cached_property
@@ -75,24 +70,7 @@ class LearnedWithTaken(LearnedWithMore):
 def take_unknown(
     learned: Learned, text: str, table: NearbyTable
 ) -> tuple[Learned, dict[str, Taking]]:
-    """Replace the words of a question that no caption holds by known words.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    text : str
-        The question; the user's synonyms come first.
-    table : NearbyTable
-        The table of replacements of words.
-
-    Returns
-    -------
-    learned : Learned
-        The model with one more word for every taken word; unchanged if none is taken.
-    takings : dict
-        Lemma of every unknown word -> its replacement or suggestions.
-    """
+    """Replace the words of a question that no caption holds by known words."""
     takings = unknown_words(learned, text, table)
     return with_taken(learned, takings), takings
 
@@ -105,18 +83,12 @@ def add_written(
 ) -> Learned:
     """The learned model, with the words of a question that are written but were not learned.
 
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    text : str
-        The question.
-    find : callable
-        Returns the words that are written (:func:`motiondb.search.written_words.written_words`).
-        It reads all captions and tags, so it is called only if a word of the question is not known.
-    table : NearbyTable or None
-        The table of replacements of words. If it is given, written words that replace a word of the
-        question are added too.
+    `find`: Returns the words that are written
+    (:func:`motiondb.search.written_words.written_words`). It reads all captions and tags, so it is
+    called only if a word of the question is not known.
+
+    `table`: The table of replacements of words. If it is given, written words that replace a word
+    of the question are added too.
     """
     known = frozenset(learned.known_words)
     asked = _asked_forms(learned, text)
@@ -184,30 +156,14 @@ def leave_unknown(
 
 
 def unknown_words(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
-    """Lemma of every word that is in no caption -> its replacement or suggestions.
-
-    Raises
-    ------
-    QueryError
-        If no word of the question is known or replaced; the message has suggestions.
-    """
+    """Lemma of every word that is in no caption -> its replacement or suggestions."""
     takings = made_of_unknown(learned, text, table)
     _check_known(learned, text, takings)
     return takings
 
 
 def made_of_unknown(learned: Learned, text: str, table: NearbyTable) -> dict[str, Taking]:
-    """As :func:`unknown_words`, but a question without any known or taken word is not refused.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    text : str
-        The question; the user's synonyms come first.
-    table : NearbyTable
-        The table of replacements of words.
-    """
+    """As :func:`unknown_words`, but a question without any known or taken word is not refused."""
     if learned.fitted_word_map is None:
         _ = learned.word_map  # raises NotLearnedError if no words were learned
     known = frozenset(learned.known_words)
@@ -241,15 +197,7 @@ def _refusal(takings: Mapping[str, Taking]) -> str:
 
 
 def with_taken(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
-    """The learned model, with one more word for every replaced word.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    takings : mapping of str to Taking
-        Lemma that was not learned -> its replacement; suggestions are ignored.
-    """
+    """The learned model, with one more word for every replaced word."""
     number = learned.word_numbers
     taken = {
         word: taking for word, taking in takings.items() if taking.is_taken and word not in number

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray
 from motiondb.language.lemmas import lemma
+from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import nearest_words
 from motiondb.meaning.maps.word_map import WordMap
-from motiondb.language.nearby.table import NearbyTable
+from motiondb.records import FloatArray
 
 TAKEN = 0.5
 SUGGESTED = 0.3
@@ -96,11 +96,6 @@ class Taking:
 def say_chance(probability: float) -> str:
     """A probability with one decimal, rounded down.
 
-    Parameters
-    ----------
-    probability : float
-        From 0 to 1.
-
     >>> say_chance(0.995), say_chance(0.3), say_chance(0.06)
     ('0.9', '0.3', '0.0')
     """
@@ -108,17 +103,7 @@ def say_chance(probability: float) -> str:
 
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
-    """The known words that may replace a word.
-
-    Parameters
-    ----------
-    word : str
-        A word whose lemma is not known; as written, or the lemma itself.
-    known : collection of str
-        Lemmas of the captions.
-    table : NearbyTable
-        The table of replacements of words.
-    """
+    """The known words that may replace a word."""
     if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
         word = lemma(word)
     forms = list(dict.fromkeys((word.lower(), lemma(word))))
@@ -169,12 +154,7 @@ def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
     The log-odds of a virtual word are exactly the means, weighted by its shares, of those of its
     words: slopes over spreads, and the logits of the priors, are averaged, and its spread is 1.
 
-    Parameters
-    ----------
-    word_map : WordMap
-        Of the known words.
-    shares : array (words, taken words)
-        Columns sum to 1; see :func:`mixture`.
+    Shapes: `shares` (words, taken words).
     """
     logits = np.log(word_map.priors) - np.log1p(-word_map.priors)
     priors = 1.0 / (1.0 + np.exp(-(logits @ shares)))

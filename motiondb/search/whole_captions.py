@@ -1,7 +1,8 @@
 """The contribution of a question in quotation marks to an answer as a whole caption.
 
 A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
-caption that the motion of a capture suggests (:mod:`motiondb.meaning.maps.caption_map`). The likeness
+caption that the motion of a capture suggests (:mod:`motiondb.meaning.maps.caption_map`). The
+likeness
 is a sum over the question's words. It is taken relative to its mean over all captures of the
 database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the answers. It
 does not use order and place, and is not part of the probability of an answer.
@@ -16,11 +17,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from motiondb.search.answer_chances import counts_or_lasts
+from motiondb.language.question.readings import Reading
 from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
+from motiondb.search.answer_chances import counts_or_lasts
 from motiondb.search.reasons import WordReason
-from motiondb.language.question.readings import Reading
 
 CAPTION_WEIGHT = 10.0
 """Nats for a likeness of 1. Chosen among 10, 20 and 40 by leaving performers out of the CMU
@@ -31,18 +32,10 @@ QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
 
 @dataclass(frozen=True, eq=False)
 class CaptionShares:
-    """The contribution of each word of a question to each capture.
+    """The contribution of each word of a question to each capture."""
 
-    Attributes
-    ----------
-    words : tuple of int
-        Numbers of the words.
-    amounts : dict
-        Capture number -> array (words,), nats.
-    """
-
-    words: tuple[int, ...]
-    amounts: Mapping[int, FloatArray]
+    words: tuple[int, ...]  # Numbers of the words
+    amounts: Mapping[int, FloatArray]  # Capture number -> array (words,), nats
 
     def total(self, capture: int) -> float:
         """The contribution of the question to a capture."""
@@ -51,11 +44,6 @@ class CaptionShares:
 
 def unquote(text: str) -> tuple[str, bool]:
     """A question without quotation marks around it, and whether it had them.
-
-    Parameters
-    ----------
-    text : str
-        The question.
 
     >>> unquote('"walk, sit"'), unquote('walk')
     (('walk, sit', True), ('walk', False))
@@ -68,15 +56,7 @@ def unquote(text: str) -> tuple[str, bool]:
 
 
 def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShares:
-    """The contributions of a question as a whole caption; no words if it is not one.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    readings : sequence of Reading
-        All readings of the question.
-    """
+    """The contributions of a question as a whole caption; no words if it is not one."""
     words = _asked_words(learned, readings)
     if not words or learned.caption_map is None:
         return CaptionShares((), {})
@@ -88,17 +68,7 @@ def caption_shares(learned: Learned, readings: Sequence[Reading]) -> CaptionShar
 def with_shares(
     why: Sequence[WordReason], shares: CaptionShares, capture: int
 ) -> tuple[WordReason, ...]:
-    """Reasons, with the contribution of each word to the whole caption at the word's first reason.
-
-    Parameters
-    ----------
-    why : sequence of WordReason
-        The reasons of one answer.
-    shares : CaptionShares
-        What the question adds.
-    capture : int
-        Number of the capture.
-    """
+    """Reasons with contribution of each word to the whole caption at the word's first reason."""
     if not shares.words:
         return tuple(why)
     left = dict(zip(shares.words, shares.amounts[capture].tolist()))

@@ -9,25 +9,23 @@ from functools import cached_property
 import numpy as np
 
 from motiondb.errors import QueryError
-from motiondb.search import placing, question_search
-from motiondb.search.answer_chances import words_of_reading
-from motiondb.search.explained_answer import Explanation, explain
-from motiondb.search.whole_captions import unquote
-from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
-from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import decode, understand
-from motiondb.search.written_words import WrittenWord
-from motiondb.records import MOTION_FPS, Match, MatchPart
-from motiondb.meaning.evidence import alignment
-from motiondb.meaning.evidence import by_words
-from motiondb.search import reasons
-from motiondb.search.taking import Taking, hints_of
 from motiondb.language.question.known import KnownQuestion, hinted, with_hints
 from motiondb.language.question.manner import manner_of
 from motiondb.language.question.plain import plain_actions
 from motiondb.language.question.readings import Reading
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import decode, understand
+from motiondb.meaning.evidence import alignment, by_words
+from motiondb.records import MOTION_FPS, Match, MatchPart
+from motiondb.search import placing, question_search, reasons
+from motiondb.search.answer_chances import words_of_reading
+from motiondb.search.explained_answer import Explanation, explain
+from motiondb.search.taking import Taking, hints_of
+from motiondb.search.whole_captions import unquote
+from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
+from motiondb.search.written_words import WrittenWord
 
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
@@ -114,7 +112,7 @@ def reaches(
     return None if strength is None or threshold is None else strength >= threshold
 
 
-def search_words(  # noqa: PLR0913  four of the seven have defaults
+def search_words(
     learned: Learned,
     text: str,
     allowed: Sequence[int],
@@ -127,24 +125,8 @@ def search_words(  # noqa: PLR0913  four of the seven have defaults
 
     ``limit``, ``by_symbols`` and ``written`` are those of ``MotionDB.search``.
 
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    text : str
-        The question; in quotation marks it is also compared as a whole caption.
-    allowed : sequence of int
-        Numbers of the captures to search; those without segments are left out.
-    features : callable, optional
-        Recognition features of a capture, by which the boundaries of intervals are refined; without
-        them they stay those of segments.
-
-    Raises
-    ------
-    QueryError
-        When the text is empty, no word of it is known, or it cannot be read.
-    NotLearnedError
-        When no words were learned.
+    `features`: Recognition features of a capture, by which the boundaries of intervals are refined;
+    without them they stay those of segments.
     """
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
@@ -165,13 +147,20 @@ def search_words(  # noqa: PLR0913  four of the seven have defaults
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
     return WordAnswer(
-        matches, question, plain_actions(question.tree)[0], (*question.not_used, *left_out),
+        matches,
+        question,
+        plain_actions(question.tree)[0],
+        (*question.not_used, *left_out),
         reasons=tuple(each.why for each in ranked),
-        strength=max((question_search.strength(learned, each.why, threshold) for each in ranked),
-                     default=None),
-        threshold=threshold, vocabulary=learned.association.words,
-        sources=word_sources(learned, _asked_words(question)), unchecked=unchecked,
-    )  # fmt: skip
+        strength=max(
+            (question_search.strength(learned, each.why, threshold) for each in ranked),
+            default=None,
+        ),
+        threshold=threshold,
+        vocabulary=learned.association.words,
+        sources=word_sources(learned, _asked_words(question)),
+        unchecked=unchecked,
+    )
 
 
 def _asked_words(question: KnownQuestion) -> list[str]:
@@ -196,11 +185,14 @@ def _match(
         places = placing.refine_places(learned, answer.capture, reading, places, features, written)
     parts = tuple(
         MatchPart(
-            words, *to_seconds(learned, answer.capture, place.start, place.end), place.probability,
-            place.interval_probability, "unknown" if place.unknown else "known",
+            words,
+            *to_seconds(learned, answer.capture, place.start, place.end),
+            place.probability,
+            place.interval_probability,
+            "unknown" if place.unknown else "known",
         )
         for words, place in zip(_part_words(reading), places)
-    )  # fmt: skip
+    )
     start, end = min(p.start for p in places), max(p.end for p in places)
     return Match(
         rank,
@@ -220,38 +212,38 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     """An answer with replaced words, with a correspondingly lower certainty.
 
     The probability of every match is multiplied by that of every taking.
-
-    Parameters
-    ----------
-    answer : WordAnswer
-        Found with the taken words in the vocabulary (``learning.taken_words``).
-    takings : mapping of str to Taking
-        Replacement of every word that no caption holds.
     """
     taken = {word: taking for word, taking in takings.items() if taking.is_taken}
     share = float(np.prod([taking.probability for taking in taken.values()]))
     matches = tuple(
-        match if match.probability is None
+        match
+        if match.probability is None
         else replace(
-            match, probability=share * match.probability,
+            match,
+            probability=share * match.probability,
             interval_probability=_times(match.interval_probability, share),
             parts=tuple(
                 replace(
-                    part, probability=_times(part.probability, share),
+                    part,
+                    probability=_times(part.probability, share),
                     interval_probability=_times(part.interval_probability, share),
                 )
                 for part in match.parts
             ),
         )
         for match in answer.matches
-    )  # fmt: skip
+    )
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
     hints = hints_of(suggested)
     question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
-        answer, matches=matches, question=question, not_used=not_used, taken=taken,
+        answer,
+        matches=matches,
+        question=question,
+        not_used=not_used,
+        taken=taken,
         suggested=suggested,
-    )  # fmt: skip
+    )
 
 
 def _times(probability: float | None, share: float) -> float | None:

@@ -80,15 +80,7 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
 
 
 def why_unchecked(learned: Learned, words: Iterable[str]) -> str:
-    """The reason why answers about some words carry no probabilities; "" where they do.
-
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    words : iterable of str
-        Words of the vocabulary; others are left out.
-    """
+    """The reason why answers about some words carry no probabilities; "" where they do."""
     if learned.counted is None:
         return ""
     if learned.started is None and learned.word_certainty is not None:

@@ -17,20 +17,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.caption_evidence import caption_evidence
-from motiondb.learn.learned import Learned
-from motiondb.records import CaptureInfo, FloatArray
-from motiondb.meaning.calibration import usual
-from motiondb.meaning.evidence.resemblance import MeaningSpace
-from motiondb.meaning.evidence.by_words import UNWRITTEN, WRITTEN
 from motiondb.language.vocabulary import words_of
+from motiondb.learn.learned import Learned
+from motiondb.meaning.calibration import usual
+from motiondb.meaning.caption_evidence import caption_evidence
+from motiondb.meaning.evidence.by_words import UNWRITTEN, WRITTEN
+from motiondb.meaning.evidence.resemblance import MeaningSpace
 from motiondb.meaning.maps.description_map import DescriptionMap
 from motiondb.meaning.maps.word_map import WordMap, word_spreads
+from motiondb.records import CaptureInfo, FloatArray
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
-MOST_WORDS_OF_TAG = 4
-"""Largest number of words in a tag's value that counts as a label. Chosen by hand; not tuned."""
+MOST_WORDS_OF_TAG = 4  # Largest number of words in a tag's value that counts as a label
 
 
 @dataclass(frozen=True)
@@ -70,15 +69,9 @@ class WrittenWord:
 
 @dataclass(frozen=True, eq=False)
 class LearnedWithMore(Learned):
-    """A :class:`Learned` with further words after the learned ones.
+    """A :class:`Learned` with further words after the learned ones."""
 
-    Attributes
-    ----------
-    base : Learned
-        The learned model without them.
-    """
-
-    base: Learned = field(kw_only=True)
+    base: Learned = field(kw_only=True)  # The learned model without them
 
     @cached_property
     def meaning_space(self) -> MeaningSpace:
@@ -93,15 +86,9 @@ class LearnedWithMore(Learned):
 
 @dataclass(frozen=True, eq=False)
 class LearnedWithWritten(LearnedWithMore):
-    """A :class:`Learned` whose last words are written ones that were not learned.
+    """A :class:`Learned` whose last words are written ones that were not learned."""
 
-    Attributes
-    ----------
-    added_words : tuple of WrittenWord
-        Where each of them is written.
-    """
-
-    added_words: tuple[WrittenWord, ...] = field(kw_only=True)
+    added_words: tuple[WrittenWord, ...] = field(kw_only=True)  # Where each of them is written
 
     @cached_property
     def checked(self) -> NDArray[np.bool_]:
@@ -149,13 +136,7 @@ class LearnedWithWritten(LearnedWithMore):
 
 
 def written_words(learned: Learned) -> dict[str, WrittenWord]:
-    """Words that were not learned and are written in captions or tags: lemma -> where.
-
-    Parameters
-    ----------
-    learned : Learned
-        The learned model, with the catalogue.
-    """
+    """Words that were not learned and are written in captions or tags: lemma -> where."""
     known = frozenset(learned.known_words)
     captions: dict[str, set[int]] = {}
     for capture, rows in learned.captions.items():
@@ -193,19 +174,14 @@ def with_written(
 ) -> Learned:
     """The learned model, with one more word for every given word that is written somewhere.
 
-    Parameters
-    ----------
-    learned : Learned
-        What was learned.
-    written : mapping of str to WrittenWord
-        As :func:`written_words` finds them.
-    wanted : collection of str
-        Lemmas; those that are not written anywhere, or already in the vocabulary, are left out.
+    `wanted`: Lemmas; those that are not written anywhere, or already in the vocabulary, are left
+    out.
     """
     chosen = tuple(
-        written[word] for word in dict.fromkeys(wanted)
+        written[word]
+        for word in dict.fromkeys(wanted)
         if word in written and word not in learned.word_numbers
-    )  # fmt: skip
+    )
     if not chosen or learned.fitted_word_map is None:
         return learned
     n = max(len(learned.rows), 1)

@@ -28,9 +28,8 @@ import numpy as np
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
-from motiondb.symbols import description
+from motiondb.symbols import description, hmm
 from motiondb.symbols.seeding import describe_segments, n_distinct, seed_groups
-from motiondb.symbols import hmm
 
 Progress = Callable[[str, float], None]
 
@@ -41,77 +40,41 @@ class AcquisitionSettings:
 
     The defaults were chosen by hand on the sample data and on CMU captures; no table of
     ``docs/quality.md`` compares other values, except as noted below.
-
-    Attributes
-    ----------
-    n_symbols : int, optional
-        Number of symbols. None: the number of least description length.
-    n_states : int
-        States of a symbol. Not tuned.
-    variance_floor : float
-        Least variance of a state; the variance of all whitened frames is 1. With 0.1
-        in place of 0.3, and exact removal, planted symbols of synthetic data are recovered.
-    max_symbols : int
-        Largest number of symbols. It bounds time and memory.
-    rounds : int
-        Rounds of removing, creating and refitting at most. The search usually ends earlier.
-    recuts : int
-        Times that the captures are segmented again at most.
-    switch_cost : float
-        Nats that each further symbol costs when captures are segmented again. Not tuned.
-    shortest : int
-        Least length of a segment: 8 frames, about half a second.
     """
 
-    n_symbols: int | None = None
-    n_states: int = 6
+    n_symbols: int | None = None  # Number of symbols. None: the number of least description length
+    n_states: int = 6  # States of a symbol. Not tuned
+    # Least variance of a state; the variance of all whitened frames is 1. With 0.1 in place of 0.3,
+    # and exact removal, planted symbols of synthetic data are recovered
     variance_floor: float = 0.1
-    max_symbols: int = 240
+    max_symbols: int = 240  # Largest number of symbols. It bounds time and memory
+    # Rounds of removing, creating and refitting at most. The search usually ends earlier
     rounds: int = 12
-    recuts: int = 3
+    recuts: int = 3  # Times that the captures are segmented again at most
+    # Nats that each further symbol costs when captures are segmented again. Not tuned
     switch_cost: float = 20.0
-    shortest: int = 8
+    shortest: int = 8  # Least length of a segment: 8 frames, about half a second
 
 
 @dataclass(frozen=True, eq=False)
 class Cutting:
-    """Segments of all captures, and the symbol that each is assigned to.
+    """Segments of all captures, and the symbol that each is assigned to."""
 
-    Attributes
-    ----------
-    starts : array (segments,)
-        First frame of each segment, in the concatenated features.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    winners : array (segments,)
-        The symbol of largest likelihood.
-    """
-
-    starts: IntArray
-    ends: IntArray
-    winners: IntArray
+    starts: IntArray  # (segments,): first frame of each segment, in the concatenated features
+    ends: IntArray  # (segments,): one past the last frame of each segment
+    winners: IntArray  # (segments,): the symbol of largest likelihood
 
 
 @dataclass(frozen=True, eq=False)
 class Acquired:
-    """Result of the acquisition.
-
-    Attributes
-    ----------
-    symbols : MotionSymbols
-        The symbols.
-    cutting : Cutting
-        The final segments and their symbols.
-    description_lengths : tuple of float
-        L after every accepted update, nats.
-    """
+    """Result of the acquisition."""
 
     symbols: MotionSymbols
-    cutting: Cutting
-    description_lengths: tuple[float, ...] = ()
+    cutting: Cutting  # The final segments and their symbols
+    description_lengths: tuple[float, ...] = ()  # L after every accepted update, nats
 
 
-def acquire(  # noqa: PLR0913  two of the seven have defaults; a record for one caller would hide them
+def acquire(
     frames: Float32Array,
     bounds: IntArray,
     starts: IntArray,
@@ -122,27 +85,9 @@ def acquire(  # noqa: PLR0913  two of the seven have defaults; a record for one 
 ) -> Acquired:
     """Learn motion symbols from segments that tile the captures.
 
-    Parameters
-    ----------
-    frames : array (frames, dimensions)
-        Whitened features of all captures, one after another.
-    bounds : array (captures + 1,)
-        Where each capture begins and ends in ``frames``.
-    starts : array (segments,)
-        First frame of each segment of the first segmentation, in ``frames``.
-    ends : array (segments,)
-        One past the last frame of each of these segments.
-    rng : numpy.random.Generator
-        Used for the choice of the first groups of segments.
-    settings : AcquisitionSettings, optional
-        Number of symbols, limits and costs.
-    progress : callable, optional
-        Called with the name of the step and the share of it that is done, 0 to 1.
+    Shapes: `frames` (frames, dimensions); `bounds` (captures + 1,); `starts`, `ends` (segments,).
 
-    Raises
-    ------
-    MotionDBError
-        If there is no segment, or if fewer segments than ``n_symbols`` differ.
+    `progress`: Called with the name of the step and the share of it that is done, 0 to 1.
     """
     settings = settings or AcquisitionSettings()
     tell = progress or (lambda _what, _share: None)
@@ -243,9 +188,14 @@ def _fit(
     n_iterations: int = 2,
 ) -> MotionSymbols:
     return hmm.fit(
-        symbols, arena.frames, starts, ends, winners,
-        n_iterations=n_iterations, variance_floor=arena.floor,
-    )[0]  # fmt: skip
+        symbols,
+        arena.frames,
+        starts,
+        ends,
+        winners,
+        n_iterations=n_iterations,
+        variance_floor=arena.floor,
+    )[0]
 
 
 def _refit(arena: _Arena, state: _State) -> MotionSymbols:
@@ -312,16 +262,7 @@ def recut(
 ) -> Cutting:
     """Segment every capture by the symbols: the path of largest likelihood less switch costs.
 
-    Parameters
-    ----------
-    frames : array (frames, dimensions)
-        Whitened features of all captures, one after another.
-    bounds : array (captures + 1,)
-        Where each capture begins and ends in ``frames``.
-    symbols : MotionSymbols
-        The symbols to segment by.
-    settings : AcquisitionSettings
-        Its ``switch_cost`` and ``shortest`` are used.
+    Shapes: `frames` (frames, dimensions); `bounds` (captures + 1,).
     """
     starts, ends, winners = [], [], []
     for low, high in pairwise(bounds):

@@ -49,53 +49,23 @@ class ActivitySettings:
 
     The values were chosen by hand with the four long CMU takes in view that ``docs/quality.md``
     measures ("Segmentation without labels"): no other takes with true parts are available.
-
-    Attributes
-    ----------
-    window : int
-        Length of a context: 39 frames, 2.6 s.
-    spread_weight : float
-        Weight of the standard deviations beside the means.
-    n_axes : int
-        Principal axes that are kept.
-    shortest : int
-        Least length of a run: 30 frames, 2 s.
-    switch : float
-        Cost of a change, in mean squared distances from the mean.
-    starts : int
-        Starts of segmental k-means.
-    rounds : int
-        Rounds of segmental k-means at most.
-    attempts : int
-        Times that the whole procedure is repeated.
-    most : int
-        Largest number of activities tried where the number is not given.
-    price : float
-        Cost of one more activity, as a multiple of that of Schwarz's criterion.
-    sharp_window : int
-        Length of the short contexts: 3 frames, a fifth of a second.
-    n_parts : int
-        Components of an activity's mixture at most.
-    floor : float
-        Share of the take's variance that is added to the variance of every component.
-    resegmentations : int
-        Times that the changes are located again at most.
     """
 
-    window: int = 39
-    spread_weight: float = 1.5
-    n_axes: int = 16
-    shortest: int = 30
-    switch: float = 8.0
-    starts: int = 4
-    rounds: int = 15
-    attempts: int = 3
-    most: int = 10
-    price: float = 1.0
-    sharp_window: int = 3
-    n_parts: int = 6
+    window: int = 39  # Length of a context: 39 frames, 2.6 s
+    spread_weight: float = 1.5  # Weight of the standard deviations beside the means
+    n_axes: int = 16  # Principal axes that are kept
+    shortest: int = 30  # Least length of a run: 30 frames, 2 s
+    switch: float = 8.0  # Cost of a change, in mean squared distances from the mean
+    starts: int = 4  # Starts of segmental k-means
+    rounds: int = 15  # Rounds of segmental k-means at most
+    attempts: int = 3  # Times that the whole procedure is repeated
+    most: int = 10  # Largest number of activities tried where the number is not given
+    price: float = 1.0  # Cost of one more activity, as a multiple of that of Schwarz's criterion
+    sharp_window: int = 3  # Length of the short contexts: 3 frames, a fifth of a second
+    n_parts: int = 6  # Components of an activity's mixture at most
+    # Share of the take's variance that is added to the variance of every component
     floor: float = 0.1
-    resegmentations: int = 6
+    resegmentations: int = 6  # Times that the changes are located again at most
 
 
 def find_activities(
@@ -104,30 +74,7 @@ def find_activities(
     n_activities: int | None = None,
     settings: ActivitySettings | None = None,
 ) -> list[tuple[int, int, int]]:
-    """Group one capture into activities.
-
-    Parameters
-    ----------
-    features : array (frames, 130)
-        Recognition features (not whitened), 15 a second.
-    rng : numpy.random.Generator
-        Used for the starts of the grouping.
-    n_activities : int, optional
-        Number of different activities. None: the number of least description length.
-    settings : ActivitySettings, optional
-        Windows, costs and limits.
-
-    Returns
-    -------
-    list of (start, end, activity)
-        Runs that tile [0, frames). Neighbours differ; activities are numbered by their first
-        appearance. A capture shorter than twice the shortest run is one activity.
-
-    Raises
-    ------
-    MotionDBError
-        If ``n_activities`` is less than 1.
-    """
+    """Group one capture into activities; `features` (frames, 130)."""
     settings = settings or ActivitySettings()
     if n_activities is not None and n_activities < 1:
         raise MotionDBError(
@@ -158,16 +105,7 @@ def view(features: FloatArray, window: int, spread_weight: float, n_axes: int) -
 
     The result is centred and scaled so that the mean squared distance from the mean is 1.
 
-    Parameters
-    ----------
-    features : array (frames, columns)
-        Recognition features, 15 a second.
-    window : int
-        Length of a context, frames.
-    spread_weight : float
-        Weight of the standard deviations beside the means.
-    n_axes : int
-        Principal axes that are kept.
+    Shapes: `features` (frames, columns).
     """
     values = context(features - features.mean(axis=0), window)
     values[:, features.shape[1] :] *= spread_weight

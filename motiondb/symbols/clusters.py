@@ -23,8 +23,7 @@ from motiondb.records import FloatArray, IntArray
 if TYPE_CHECKING:
     from sklearn.mixture import GaussianMixture
 
-MAX_CLUSTERS = 20
-"""Chosen by hand: more groups of symbols would not be read."""
+MAX_CLUSTERS = 20  # Chosen by hand: more groups of symbols would not be read
 SHAPES = ("spherical", "diag", "tied", "full")
 _POINTS_A_CLUSTER = 3  # least mean number: fewer points do not determine a covariance. By hand.
 _SINGLE_POINT_PENALTY = 1e9  # added to the BIC of a mixture with a component of one point
@@ -33,24 +32,12 @@ _RELATIVE_FLOOR = 0.03  # least variance, share of the coordinates' mean varianc
 
 
 class Clusters(NamedTuple):
-    """A Gaussian mixture and the component of every point.
+    """A Gaussian mixture and the component of every point."""
 
-    Attributes
-    ----------
-    clusters : array (points,)
-        Component of each point.
-    weights : array (clusters,)
-        Weights of the components; they sum to 1.
-    means : array (clusters, dimensions)
-        Means of the components.
-    covars : array (clusters, dimensions, dimensions)
-        Covariances of the components.
-    """
-
-    clusters: IntArray
-    weights: FloatArray
-    means: FloatArray
-    covars: FloatArray
+    clusters: IntArray  # (points,): component of each point
+    weights: FloatArray  # (clusters,): weights of the components; they sum to 1
+    means: FloatArray  # (clusters, dimensions): means of the components
+    covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the components
 
 
 def find_clusters(
@@ -58,20 +45,10 @@ def find_clusters(
 ) -> Clusters:
     """Cluster points by a Gaussian mixture.
 
-    Parameters
-    ----------
-    coordinates : array (points, dimensions)
-        The points.
-    rng : numpy.random.Generator
-        Used for the starts of the mixtures.
-    n_clusters : int, optional
-        Number of clusters. None: chosen by BIC, at most a third of the points and at most 20. Where
-        points coincide or components stay empty, there are fewer clusters than given.
+    Shapes: `coordinates` (points, dimensions).
 
-    Raises
-    ------
-    MotionDBError
-        If there is no point, or if ``n_clusters`` is not from 1 to the number of points.
+    `n_clusters`: Number of clusters. None: chosen by BIC, at most a third of the points and at most
+    20. Where points coincide or components stay empty, there are fewer clusters than given.
     """
     n_points = len(coordinates)
     if n_points == 0:

@@ -43,21 +43,7 @@ def deaths(
     list ends with the first removal that lengthens the description, but holds at least ``least``
     symbols; one symbol always stays.
 
-    Parameters
-    ----------
-    scores : array (segments, symbols)
-        Log-likelihood of every segment under every symbol, nats.
-    prices : array (symbols,)
-        Cost of the parameters of each symbol, nats.
-    least : int, optional
-        Least number of removals.
-
-    Returns
-    -------
-    order : array (removals,)
-        Numbers of the symbols to remove, in this order.
-    gains : array (removals,)
-        Nats by which each removal shortens L, given those before.
+    Shapes: `scores` (segments, symbols); `prices` (symbols,); result (removals,).
 
     >>> scores = np.array([[-10.0, -50.0, -12.0], [-60.0, -10.0, -55.0]])
     >>> order, gains = deaths(scores, np.full(3, 20.0))

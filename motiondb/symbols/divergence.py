@@ -38,29 +38,10 @@ def divergence(
 ) -> tuple[FloatArray, FloatArray]:
     """Distances between all pairs of symbols.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The symbols to compare.
-    rng : numpy.random.Generator
-        Used for the sequences.
-    n_sequences : int, optional
-        N, at least 2.
-    n_frames : int, optional
-        T; None: the mean expected duration of the symbols, at most 60, and at least as many frames
-        as the longest symbol has states.
+    Shapes: result (symbols, symbols).
 
-    Returns
-    -------
-    distances : array (symbols, symbols)
-        Nats per frame, symmetric, at least 0, zero diagonal.
-    variances : array (symbols, symbols)
-        Variance of each distance's estimate.
-
-    Raises
-    ------
-    MotionDBError
-        If there are fewer than two sequences.
+    `n_frames`: T; None: the mean expected duration of the symbols, at most 60, and at least as many
+    frames as the longest symbol has states.
     """
     if n_sequences < 2:
         raise MotionDBError(
@@ -108,21 +89,8 @@ def sample_together(
 ) -> FloatArray:
     """Sequences of several symbols from the same random numbers.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The symbols.
-    chosen : array (chosen,)
-        Numbers of the symbols to sample from.
-    uniforms : array (sequences, frames)
-        Uniform random numbers; a state is left where its self-loop is at most this number.
-    normals : array (sequences, frames, dimensions)
-        Standard normal random numbers.
-
-    Returns
-    -------
-    array (chosen, sequences, frames, dimensions)
-        Sampled frames.
+    Shapes: `chosen` (chosen,); `uniforms` (sequences, frames); `normals` (sequences, frames,
+    dimensions); result (chosen, sequences, frames, dimensions).
     """
     rows = chosen[:, None]
     state = np.zeros((len(chosen), len(uniforms)), dtype=np.int64)

@@ -22,8 +22,7 @@ from motiondb.symbols.hmm_kernels import NEVER, LogSymbols
 
 BLOCK_VALUES = 1_500_000
 """Log densities held at once (6 MB), if one segment under a few symbols does not need more."""
-SIMD_WIDTH = 8
-"""Symbols are taken in multiples of this: floats in a vector register of 256 bits."""
+SIMD_WIDTH = 8  # Symbols are taken in multiples of this: floats in a vector register of 256 bits
 _SINGLE_PRECISION_LIMIT = 2e4  # sum_d m^2 / v up to which single precision errs by some 1e-3 nats
 
 
@@ -45,13 +44,7 @@ def log_symbols(symbols: MotionSymbols) -> LogSymbols:
 
 
 def check_symbols(symbols: MotionSymbols) -> None:
-    """Refuse symbols whose arrays do not fit together or that hold impossible values.
-
-    Raises
-    ------
-    MotionDBError
-        If arrays do not fit together or hold impossible values; the message names the array.
-    """
+    """Refuse symbols whose arrays do not fit together or that hold impossible values."""
     n_symbols, n_padded = np.shape(symbols.self_loops)
     expected = (n_symbols, n_padded, np.shape(symbols.means)[-1])
     for name in ("means", "covars"):
@@ -88,19 +81,7 @@ def log_density_blocks(
 ) -> Iterator[tuple[int, Float32Array]]:
     """Log densities of the frames under every state, some symbols at a time.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-
-    Yields
-    ------
-    first : int
-        Number of the block's first symbol.
-    log_densities : array (frames, states, symbols of the block)
-        Valid until the next block.
+    Shapes: `frames` (frames, dimensions).
     """
     n_symbols, n_padded, _ = symbols.means.shape
     width = BLOCK_VALUES // max(1, len(frames) * n_padded)

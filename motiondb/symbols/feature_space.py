@@ -13,25 +13,17 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray
 
-N_DIMENSIONS = 24
-"""Principal axes that are kept. Chosen by hand; not tuned."""
+N_DIMENSIONS = 24  # Principal axes that are kept
 _CLIP = 8.0  # standard deviations: a broken frame cannot dominate a segment. By hand.
 _MOST_FRAMES = 900  # frames (60 s) of a capture that count. By hand.
 
 
 @dataclass(frozen=True, eq=False)
 class FeatureSpace:
-    """A whitening projection.
+    """A whitening projection."""
 
-    Attributes
-    ----------
-    mean : array (130,)
-        Mean of the recognition features.
-    projection : array (130, dimensions)
-        Principal axes as columns, each divided by the standard deviation along it.
-    """
-
-    mean: FloatArray
+    mean: FloatArray  # (130,): mean of the recognition features
+    # (130, dimensions): principal axes as columns, each divided by the standard deviation along it
     projection: FloatArray
 
     def project(self, features: Float32Array) -> Float32Array:
@@ -47,13 +39,6 @@ def fit_feature_space(
 
     Every frame has the same weight, but a capture counts as 60 seconds at most, so that one very
     long take does not determine the axes.
-
-    Parameters
-    ----------
-    captures : sequence of arrays (frames, 130)
-        Recognition features of each capture, 15 a second.
-    n_dimensions : int, optional
-        Number of axes.
     """
     weights = [min(len(c), _MOST_FRAMES) / max(len(c), 1) for c in captures]
     total = sum(w * len(c) for w, c in zip(weights, captures))

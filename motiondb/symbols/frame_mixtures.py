@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from motiondb.records import FloatArray, IntArray
 
-ROUNDS = 10
-"""Rounds of k-means at most. Chosen by hand; it usually ends earlier."""
+ROUNDS = 10  # Rounds of k-means at most. Chosen by hand; it usually ends earlier
 
 
 def surprise(
@@ -28,18 +27,9 @@ def surprise(
 ) -> FloatArray:
     """Negative log-likelihood of every frame under a mixture fitted to some: array (frames,), nats.
 
-    Parameters
-    ----------
-    values : array (frames, dimensions)
-        All frames of the take.
-    inside : array (frames,)
-        True for the frames to fit, at least one.
-    rng : numpy.random.Generator
-        Used for the starts of k-means.
-    n_parts : int
-        Components of the mixture at most.
-    floor : float
-        Share of the take's variance that is added to the variance of every component.
+    Shapes: `values` (frames, dimensions); `inside` (frames,).
+
+    `floor`: Share of the take's variance that is added to the variance of every component.
     """
     fitted = np.ascontiguousarray(values[inside])
     centres = fitted[far_apart(fitted, min(n_parts, len(fitted)), rng)]
@@ -50,14 +40,7 @@ def surprise(
 def far_apart(values: FloatArray, n: int, rng: np.random.Generator) -> list[int]:
     """Numbers of n frames that are far from one another, drawn as k-means++ does.
 
-    Parameters
-    ----------
-    values : array (frames, dimensions)
-        The frames.
-    n : int
-        How many to draw, from 1 to the number of frames.
-    rng : numpy.random.Generator
-        Source of randomness.
+    Shapes: `values` (frames, dimensions).
     """
     chosen = [int(rng.integers(len(values)))]
     distance = np.sum((values - values[chosen[0]]) ** 2, axis=1)

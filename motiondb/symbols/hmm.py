@@ -58,29 +58,9 @@ def score(
 ) -> Float32Array:
     """Log-likelihood of every segment under every symbol.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    exit : bool, optional
-        Whether the path must leave the symbol at the segment's end (see the module).
+    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,); result (segments, symbols).
 
-    Returns
-    -------
-    array (segments, symbols)
-        Totals over each segment, nats; at least -1e30, which means impossible. Divide by
-        ``ends - starts`` for nats per frame.
-
-    Raises
-    ------
-    MotionDBError
-        If a segment is empty or leaves the frames, or if the frames have another dimension.
+    `exit`: Whether the path must leave the symbol at the segment's end (see the module).
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
@@ -101,17 +81,10 @@ def viterbi(
 ) -> IntArray:
     """Most probable state of every frame of one segment under symbol s: array (frames,).
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    s : int
-        Number of the symbol.
-    frames : array (frames, dimensions)
-        The segment's feature vectors.
-    exit : bool, optional
-        Whether the path must end in the last state. A segment of fewer frames than states cannot,
-        and then may end anywhere.
+    Shapes: `frames` (frames, dimensions).
+
+    `exit`: Whether the path must end in the last state. A segment of fewer frames than states
+    cannot, and then may end anywhere.
     """
     return viterbi_all(symbols, frames, *_one_segment(s, frames), exit=exit)
 
@@ -127,25 +100,8 @@ def viterbi_all(
 ) -> IntArray:
     """Most probable states of segments, each under its symbol.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    assignment : array (segments,)
-        The symbol of each segment.
-    exit : bool, optional
-        As in :func:`viterbi`.
-
-    Returns
-    -------
-    array (sum of the segments' lengths,)
-        States, segment after segment in the order given.
+    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,); result (sum
+    of the segments' lengths,).
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)
@@ -165,29 +121,10 @@ def sample(
 ) -> tuple[FloatArray, IntArray]:
     """Sample one passage through symbol s, from the first state out of the last.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    s : int
-        Number of the symbol.
-    rng : numpy.random.Generator
-        Source of randomness.
-    length : int, optional
-        Number of frames; the states are then drawn from their distribution given that the symbol
-        is left after so many frames. None: the duration of every state is geometric.
+    Shapes: result (frames, dimensions).
 
-    Returns
-    -------
-    frames : array (frames, dimensions)
-        Sampled feature vectors.
-    states : array (frames,)
-        State of each frame: 0 ... K - 1, rising, each at least once.
-
-    Raises
-    ------
-    MotionDBError
-        If ``length`` is below the number of states, or if a state is never left.
+    `length`: Number of frames; the states are then drawn from their distribution given that the
+    symbol is left after so many frames. None: the duration of every state is geometric.
     """
     n_states = int(symbols.n_states[s])
     loops = symbols.self_loops[s, :n_states]

@@ -42,20 +42,8 @@ def initialise(
     A segment of fewer frames than states fills the first states with one frame each. A state
     without frames takes the mean and variance of its symbol's frames, or of all frames.
 
-    Parameters
-    ----------
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    assignment : array (segments,)
-        The symbol that learns from each segment.
-    n_states : array (symbols,)
-        Number of states of each symbol.
-    variance_floor : array (dimensions,) or float
-        Least variance.
+    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,); `n_states`
+    (symbols,); `variance_floor` (dimensions,) or float.
     """
     n_states = np.asarray(n_states, dtype=np.int64)
     n_symbols, n_padded = len(n_states), int(n_states.max())
@@ -88,7 +76,7 @@ def initialise(
     )
 
 
-def fit(  # noqa: PLR0913  three of the eight are settings by name
+def fit(
     symbols: MotionSymbols,
     frames: FloatArray | Float32Array,
     starts: IntArray,
@@ -101,41 +89,12 @@ def fit(  # noqa: PLR0913  three of the eight are settings by name
 ) -> tuple[MotionSymbols, FloatArray]:
     """Baum-Welch for all symbols at once, each from the segments assigned to it.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The symbols to start from.
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    assignment : array (segments,)
-        Symbol of each segment; symbols without segments do not change.
-    n_iterations : int
-        Number of EM iterations.
-    variance_floor : array (dimensions,) or float
-        Least variance.
-    exit_required : bool, optional
-        Whether every segment is a whole passage, from the first state out of the last, as in
-        generation and ``segment_by_symbols``. Segments of fewer frames than states may then end in
-        any state. If False, all segments may end in any state, as in hmmlearn.
+    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,);
+    `variance_floor` (dimensions,) or float.
 
-    Returns
-    -------
-    symbols : MotionSymbols
-        The fitted symbols. A self-loop of 0 or 1 is kept, others are in ``SELF_LOOP_BOUNDS``.
-    log_likelihoods : array (n_iterations + 1,)
-        Total log-likelihood before every iteration and after the last, nats. It never falls by more
-        than rounding errors: each step maximises under the floor and the bounds, and symbols that
-        violate these are first moved onto them.
-
-    Raises
-    ------
-    MotionDBError
-        As in :func:`motiondb.symbols.hmm.score`, or if a segment is assigned to no known
-        symbol.
+    `exit_required`: Whether every segment is a whole passage, from the first state out of the last,
+    as in generation and ``segment_by_symbols``. Segments of fewer frames than states may then end
+    in any state. If False, all segments may end in any state, as in hmmlearn.
     """
     check_symbols(symbols)
     frames, starts, ends = check_segments(symbols, frames, starts, ends)

@@ -37,26 +37,7 @@ def check_segments(
 ) -> tuple[FloatArray | Float32Array, IntArray, IntArray]:
     """Refuse frames of another dimension and segments that are empty or leave the frames.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The symbols that the frames are for.
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-
-    Returns
-    -------
-    frames, starts, ends
-        The frames as given, the others as arrays of int64.
-
-    Raises
-    ------
-    MotionDBError
-        If something does not fit; the message names it.
+    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,).
     """
     n_dims = symbols.means.shape[2]
     starts, ends = np.asarray(starts, dtype=np.int64), np.asarray(ends, dtype=np.int64)
@@ -81,26 +62,7 @@ def check_assignment(
 ) -> IntArray:
     """Put segments with their symbols into one array, sorted by symbol.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The symbols.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    assignment : array (segments,)
-        Symbol of each segment.
-
-    Returns
-    -------
-    array (segments, 4)
-        Start, end, symbol and number of each segment.
-
-    Raises
-    ------
-    MotionDBError
-        If there is not one known symbol a segment.
+    Shapes: `starts`, `ends`, `assignment` (segments,).
     """
     symbol = np.asarray(assignment, dtype=np.int64)
     if len(symbol) != len(starts):
@@ -119,24 +81,7 @@ def check_assignment(
 
 
 def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, IntArray]]:
-    """Group segments into ranges of frames.
-
-    Parameters
-    ----------
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-
-    Yields
-    ------
-    low : int
-        First frame of the range.
-    high : int
-        One past the last frame of the range.
-    intervals : array (segments of the range, 3)
-        Start and end relative to ``low``, and number of each segment.
-    """
+    """Group segments into ranges of frames; `starts`, `ends` (segments,)."""
     order = np.argsort(starts, kind="stable")
     first = 0
     while first < len(order):
@@ -155,12 +100,7 @@ def frame_blocks(starts: IntArray, ends: IntArray) -> Iterator[tuple[int, int, I
 def shares(work: IntArray, groups: IntArray) -> list[slice]:
     """Divide jobs, sorted by group, into runs of about equal work without splitting a group.
 
-    Parameters
-    ----------
-    work : array (jobs,)
-        Work of each job, in frames times values a frame.
-    groups : array (jobs,)
-        Group of each job, rising.
+    Shapes: `work`, `groups` (jobs,).
 
     >>> shares(np.array([9, 9, 9]) * LEAST_WORK, np.array([0, 0, 1]))
     [slice(0, 2, None), slice(2, 3, None)]
@@ -177,15 +117,7 @@ def shares(work: IntArray, groups: IntArray) -> list[slice]:
 
 
 def in_threads(job: Callable[[T], None], parts: Sequence[T]) -> None:
-    """Call the job for every part, in threads; each computes its matrix products by itself.
-
-    Parameters
-    ----------
-    job : callable
-        Called once a part.
-    parts : sequence
-        What the job is called with.
-    """
+    """Call the job for every part, in threads; each computes its matrix products by itself."""
     with one_blas_thread():
         if len(parts) == 1 or N_THREADS == 1:
             for part in parts:

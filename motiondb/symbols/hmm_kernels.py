@@ -27,61 +27,31 @@ from numba import njit
 
 from motiondb.records import FloatArray, IntArray
 
-NEVER = -1e300
-"""The logarithm of probability zero; finite, so that no difference is NaN."""
+NEVER = -1e300  # The logarithm of probability zero; finite, so that no difference is NaN
 _NEGLIGIBLE = 1e-14  # posteriors below this change no expected count in double precision
 _NO_CHANGE = 37.0  # exp(-37) is below half a unit in the last place of 1
 
 
 class LogSymbols(NamedTuple):
-    """Symbols as the kernels use them; axes as in ``MotionSymbols``.
+    """Symbols as the kernels use them; axes as in ``MotionSymbols``."""
 
-    Attributes
-    ----------
-    n_states : array (symbols,)
-        Number of states.
-    log_stay : array (symbols, states)
-        log a_k.
-    log_leave : array (symbols, states)
-        log (1 - a_k).
-    means : array (symbols, states, dimensions)
-        Means.
-    precisions : array (symbols, states, dimensions)
-        1 / variance.
-    constants : array (symbols, states)
-        Log density of a state at its mean.
-    """
-
-    n_states: IntArray
-    log_stay: FloatArray
-    log_leave: FloatArray
-    means: FloatArray
-    precisions: FloatArray
-    constants: FloatArray
+    n_states: IntArray  # (symbols,): number of states
+    log_stay: FloatArray  # (symbols, states): log a_k
+    log_leave: FloatArray  # (symbols, states): log (1 - a_k)
+    means: FloatArray  # (symbols, states, dimensions): means
+    precisions: FloatArray  # (symbols, states, dimensions): 1 / variance
+    constants: FloatArray  # (symbols, states): log density of a state at its mean
 
 
 class Statistics(NamedTuple):
-    """Expected counts, and sums over the segments of each symbol.
+    """Expected counts, and sums over the segments of each symbol."""
 
-    Attributes
-    ----------
-    occupancy : array (symbols, states)
-        Expected frames in each state.
-    stays : array (symbols, states)
-        Expected self-transitions.
-    leaves : array (symbols, states)
-        Expected moves to the next state, or out of the symbol.
-    deviations : array (symbols, states, dimensions)
-        Weighted sum of o - m, with m the mean before the step.
-    squares : array (symbols, states, dimensions)
-        Weighted sum of (o - m)^2.
-    """
-
-    occupancy: FloatArray
-    stays: FloatArray
-    leaves: FloatArray
+    occupancy: FloatArray  # (symbols, states): expected frames in each state
+    stays: FloatArray  # (symbols, states): expected self-transitions
+    leaves: FloatArray  # (symbols, states): expected moves to the next state, or out of the symbol
+    # (symbols, states, dimensions): weighted sum of o - m, with m the mean before the step
     deviations: FloatArray
-    squares: FloatArray
+    squares: FloatArray  # (symbols, states, dimensions): weighted sum of (o - m)^2
 
 
 @njit(cache=True, nogil=True)

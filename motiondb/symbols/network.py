@@ -40,29 +40,7 @@ def segment_by_symbols(
 ) -> list[tuple[int, int, int]]:
     """Decode a capture into symbols, each passed from its first state out of its last.
 
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The motion symbols.
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    switch_cost : float, optional
-        Cost of every further symbol, nats; a symbol may follow itself.
-    log_transition : array (symbols, symbols), optional
-        Log-probability of the column's symbol after the row's, nats. None: 0 for all pairs.
-    minimum_duration : int, optional
-        Least number of frames of a symbol.
-
-    Returns
-    -------
-    list of (start, end, symbol)
-        Segments that tile [0, frames). A capture too short for any symbol is one segment of the
-        symbol of largest likelihood with a free end.
-
-    Raises
-    ------
-    MotionDBError
-        If the frames have another dimension, or the transitions another shape.
+    Shapes: `frames` (frames, dimensions); `log_transition` (symbols, symbols).
     """
     check_symbols(symbols)
     _check(symbols, frames, log_transition, minimum_duration)
@@ -107,7 +85,7 @@ def _pass_tokens(
 
 
 @njit(cache=True, nogil=True)
-def _advance(  # noqa: PLR0913  numba compiles tuples of arrays, not records of the caller
+def _advance(
     densities: Float32Array,
     low: int,
     symbols: LogSymbols,

@@ -13,8 +13,7 @@ from numba import njit
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.hmm_kernels import NEVER, LogSymbols, log_add
 
-LOWEST_SCORE = -1e30
-"""``NEVER`` in single precision."""
+LOWEST_SCORE = -1e30  # ``NEVER`` in single precision
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

@@ -16,14 +16,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
     """Mean features of every third of a segment: array (segments, 3 * dimensions).
 
-    Parameters
-    ----------
-    frames : array (frames, dimensions)
-        Feature vectors, one row a frame.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
+    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,).
     """
     sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
     parts = []
@@ -38,14 +31,7 @@ def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) ->
 def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:
     """First groups by k-means (k-means++ start): array (segments,), no group empty.
 
-    Parameters
-    ----------
-    descriptors : array (segments, values)
-        Descriptions of the segments.
-    n_groups : int
-        Number of groups; there are fewer where fewer descriptors differ.
-    rng : numpy.random.Generator
-        Used for the start.
+    Shapes: `descriptors` (segments, values).
     """
     from sklearn.cluster import KMeans
     from threadpoolctl import threadpool_limits
@@ -63,10 +49,7 @@ def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator
 def n_distinct(descriptors: FloatArray) -> int:
     """Number of descriptors that differ by more than rounding errors.
 
-    Parameters
-    ----------
-    descriptors : array (segments, values)
-        Descriptions of the segments.
+    Shapes: `descriptors` (segments, values).
 
     >>> n_distinct(np.array([[1.0, 2.0], [1.0, 2.0 + 1e-9], [1.0, 3.0]]))
     2

@@ -27,44 +27,23 @@ from motiondb.records import FloatArray, IntArray, Segment
 
 @dataclass(frozen=True)
 class SegmentationSettings:
-    """Settings of the first segmentation; lengths in feature frames, 15 a second.
+    """Settings of the first segmentation; lengths in feature frames, 15 a second."""
 
-    Attributes
-    ----------
-    shortest : int
-        Least length of a segment: 8 frames, half a second. Chosen by hand.
-    longest : int
-        Largest length of a segment: 36 frames, 2.4 s. Chosen by hand.
-    window : int
-        Length of the window of a context: 22 frames, 1.5 s. With it more true boundaries were
-        found than with the window used before.
-    penalty : float
-        Cost of a boundary, in units of one whitened feature squared. Chosen by hand.
-    rest : float
-        Cost of a boundary where the pose moves at the capture's mean speed. Chosen by hand.
-    """
-
-    shortest: int = 8
-    longest: int = 36
+    shortest: int = 8  # Least length of a segment: 8 frames, half a second. Chosen by hand
+    longest: int = 36  # Largest length of a segment: 36 frames, 2.4 s. Chosen by hand
+    # Length of the window of a context: 22 frames, 1.5 s. With it more true boundaries were found
+    # than with the window used before
     window: int = 22
+    # Cost of a boundary, in units of one whitened feature squared. Chosen by hand
     penalty: float = 6.0
+    # Cost of a boundary where the pose moves at the capture's mean speed. Chosen by hand
     rest: float = 2.0
 
 
 def context(features: FloatArray, window: int) -> FloatArray:
     """Mean and standard deviation of the features in a centred window, shorter at the ends.
 
-    Parameters
-    ----------
-    features : array (frames, dimensions)
-        Whitened features.
-    window : int
-        Length of the window, frames.
-
-    Returns
-    -------
-    array (frames, 2 * dimensions)
-        Scaled so that the mean square of a column is about 1 / dimensions.
+    Shapes: `features` (frames, dimensions); result (frames, 2 * dimensions).
     """
     n_frames, n_dims = features.shape
     low = np.maximum(np.arange(n_frames) - window // 2, 0)
@@ -82,10 +61,7 @@ def context(features: FloatArray, window: int) -> FloatArray:
 def pose_speed(features: FloatArray) -> FloatArray:
     """Speed of the features relative to the capture's mean speed: array (frames,).
 
-    Parameters
-    ----------
-    features : array (frames, dimensions)
-        Whitened features.
+    Shapes: `features` (frames, dimensions).
     """
     if len(features) < 2:
         return np.zeros(len(features))
@@ -94,21 +70,7 @@ def pose_speed(features: FloatArray) -> FloatArray:
 
 
 def segment(features: FloatArray, settings: SegmentationSettings | None = None) -> list[Segment]:
-    """Segmentation of least cost of one capture.
-
-    Parameters
-    ----------
-    features : array (frames, dimensions)
-        Whitened features, 15 a second.
-    settings : SegmentationSettings, optional
-        Lengths and costs.
-
-    Returns
-    -------
-    list of Segment
-        Half-open intervals that tile [0, frames). A capture of fewer than ``2 * shortest`` frames
-        is one segment.
-    """
+    """Segmentation of least cost of one capture; `features` (frames, dimensions)."""
     settings = settings or SegmentationSettings()
     n_frames = len(features)
     if n_frames == 0:
@@ -129,17 +91,10 @@ def optimal_cuts(
 ) -> IntArray:
     """Boundaries 0 = c_0 < ... < c_n = T of least total cost (see the module).
 
-    Parameters
-    ----------
-    values : array (frames, dimensions)
-        Values that should be constant within a segment.
-    cut_costs : array (frames,)
-        Cost of a segment that starts at this frame.
-    shortest : int
-        Least length of a segment.
-    longest : int
-        Largest length of a segment. It is raised to ``2 * shortest - 1``, so that every number of
-        frames from ``shortest`` on can be tiled.
+    Shapes: `values` (frames, dimensions); `cut_costs` (frames,).
+
+    `longest`: Largest length of a segment. It is raised to ``2 * shortest - 1``, so that every
+    number of frames from ``shortest`` on can be tiled.
     """
     sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     squares = np.concatenate([[0.0], np.cumsum(np.sum(values**2, axis=1))])

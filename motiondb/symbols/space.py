@@ -24,12 +24,9 @@ from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
 from motiondb.symbols.clusters import find_clusters
 from motiondb.symbols.divergence import N_SEQUENCES, divergence
 
-MAX_DIMENSIONS = 8
-"""Largest number of dimensions tried. Chosen by hand."""
-GOOD_STRESS = 0.05
-"""Stress that Kruskal (1964) calls good."""
-LEAST_GAIN = 0.05
-"""Least fall of the stress, in that of one dimension, for a further one. Chosen by hand."""
+MAX_DIMENSIONS = 8  # Largest number of dimensions tried
+GOOD_STRESS = 0.05  # Stress that Kruskal (1964) calls good
+LEAST_GAIN = 0.05  # Least fall of the stress, in that of one dimension, for a further one
 
 
 def build_space(
@@ -40,21 +37,7 @@ def build_space(
     n_dimensions: int | None = None,
     n_clusters: int | None = None,
 ) -> SymbolSpace:
-    """Distances, coordinates and clusters of symbols.
-
-    Parameters
-    ----------
-    symbols : MotionSymbols
-        The symbols.
-    rng : numpy.random.Generator
-        Used for the distances and for the starts of the mixtures.
-    n_sequences : int, optional
-        Sequences sampled from each symbol for the distances.
-    n_dimensions : int, optional
-        Number of dimensions. None: chosen by the stress.
-    n_clusters : int, optional
-        Number of clusters. None: chosen by BIC.
-    """
+    """Distances, coordinates and clusters of symbols."""
     distances, variances = divergence(symbols, rng, n_sequences=n_sequences)
     coordinates, stress = scale(distances, n_dimensions=n_dimensions)
     clusters = find_clusters(coordinates, rng, n_clusters=n_clusters)
@@ -66,24 +49,7 @@ def scale(
 ) -> tuple[FloatArray, FloatArray]:
     """Coordinates of least stress found by SMACOF.
 
-    Parameters
-    ----------
-    distances : array (points, points)
-        Symmetric, not negative, zero diagonal.
-    n_dimensions : int, optional
-        Number of dimensions. None: chosen by the stress.
-
-    Returns
-    -------
-    coordinates : array (points, dimensions)
-        Centred, in the unit of ``distances``.
-    stress : array (tried dimensions,)
-        Stress in 1, 2, ... dimensions; it never rises.
-
-    Raises
-    ------
-    MotionDBError
-        If the distances are not square, symmetric and finite.
+    Shapes: `distances` (points, points); result (points, dimensions).
     """
     _check(distances)
     n_tried = max(1, min(len(distances) - 1, MAX_DIMENSIONS))
@@ -105,10 +71,7 @@ def scale(
 def choose_dimensions(stress: FloatArray) -> int:
     """Choose the number of dimensions by the rule of the module.
 
-    Parameters
-    ----------
-    stress : array (tried dimensions,)
-        Stress in 1, 2, ... dimensions.
+    Shapes: `stress` (tried dimensions,).
 
     >>> choose_dimensions(np.array([0.5, 0.2, 0.19, 0.18]))
     2
@@ -127,12 +90,7 @@ def classical_scaling(distances: FloatArray, n_dimensions: int) -> FloatArray:
 
     Axes without a positive eigenvalue get a small spread, so that the majorisation can use them.
 
-    Parameters
-    ----------
-    distances : array (points, points)
-        Symmetric, not negative, zero diagonal.
-    n_dimensions : int
-        Number of axes.
+    Shapes: `distances` (points, points).
     """
     n_points = len(distances)
     centring = np.eye(n_points) - 1.0 / n_points
@@ -148,23 +106,9 @@ def smacof(
 ) -> tuple[FloatArray, float]:
     """Lower the stress by majorisation, from a start.
 
-    Parameters
-    ----------
-    distances : array (points, points)
-        Symmetric, not negative, zero diagonal.
-    start : array (points, dimensions)
-        Coordinates to start from.
-    n_iterations : int, optional
-        Number of iterations at most.
-    tolerance : float, optional
-        The iteration ends where the stress falls by less than this share of itself.
+    Shapes: `distances` (points, points); `start`, result (points, dimensions).
 
-    Returns
-    -------
-    coordinates : array (points, dimensions)
-        The last coordinates.
-    stress : float
-        Normalised as in the module; 0 if all distances are 0.
+    `tolerance`: The iteration ends where the stress falls by less than this share of itself.
     """
     total = float(np.sum(distances**2))
     if total == 0.0:
@@ -183,10 +127,7 @@ def smacof(
 def turn_to_axes(points: FloatArray) -> FloatArray:
     """Centre points, rotate them to their principal axes and fix the signs.
 
-    Parameters
-    ----------
-    points : array (points, dimensions)
-        Coordinates.
+    Shapes: `points` (points, dimensions).
 
     >>> turn_to_axes(np.array([[0.0, 1.0], [0.0, 4.0], [0.0, 1.0]])).round(3) + 0.0
     array([[-1.,  0.],

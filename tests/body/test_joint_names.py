@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.errors import SkeletonError
 from motiondb.body import body
 from motiondb.body.joint_names import CONVENTIONS, REQUIRED, joint_map, normalised
+from motiondb.errors import SkeletonError
 from motiondb.records import Skeleton
 
 SPELLINGS = {

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.files import read_capture
-from motiondb.errors import SkeletonError
 from motiondb.body import body, kinematics, retarget, rotation
+from motiondb.errors import SkeletonError
+from motiondb.files import read_capture
 from motiondb.records import MOTION_FPS, Clip, FloatArray, Motion, Skeleton
 
 MotionMaker = Callable[..., Motion]

@@ -16,10 +16,10 @@ from motiondb import MotionDB, store
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.database.scenes.scene_making import SceneSettings
 from motiondb.errors import NotLearnedError, QueryError
+from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.learn.symbol_fitting import LearnSettings
-from motiondb.language import vocabulary
 
 DIAGRAM = """diagram "Two"
 grammar basketball

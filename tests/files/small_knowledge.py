@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.learn.start.knowledge import Knowledge, Origin, Taught
 from motiondb.body.features import N_FEATURES
-from motiondb.records import MotionSymbols, SymbolSpace
+from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.learn.start.knowledge import Knowledge, Origin, Taught
 from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.certainty.certainties import Certainties
 from motiondb.meaning.evidence.extents import ContextSpace
 from motiondb.meaning.maps.score_vectors import ScoreSpace
+from motiondb.meaning.maps.word_moments import word_moments
+from motiondb.records import MotionSymbols, SymbolSpace
 from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.meaning.maps.word_moments import word_moments
-from motiondb.language.translation.explanation import ExpectedCounts
 
 WORDS = ("jump", "run", "walk")
 N_SYMBOLS, N_DIMS = 3, 2

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motiondb.body import body
+from motiondb.errors import CaptureError
 from motiondb.files import (
     CAPTURE_ENDINGS,
     ReadOptions,
@@ -16,8 +18,6 @@ from motiondb.files import (
     read_capture_bytes,
     write_bvh,
 )
-from motiondb.errors import CaptureError
-from motiondb.body import body
 from motiondb.records import Clip
 
 

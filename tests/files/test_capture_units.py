@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.files.units import UNITS, find_unit, unit_from_name
-from motiondb.errors import CaptureError
 from motiondb.body import body
+from motiondb.errors import CaptureError
+from motiondb.files.units import UNITS, find_unit, unit_from_name
 from motiondb.records import Skeleton
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.files.event_sheet import read_event_sheet
 from motiondb.errors import SheetError
+from motiondb.files.event_sheet import read_event_sheet
 from motiondb.records import Event
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
 
+from motiondb.errors import CaptureError, QueryError
 from motiondb.files import AsfFile, ReadLimits, ReadOptions, guarded, read_capture_bytes
 from motiondb.files.limits import NO_LIMITS
-from motiondb.errors import CaptureError, QueryError
 
 
 def refusal(data: bytes | str, kind: str, asf: str = ASF, **options: object) -> str:

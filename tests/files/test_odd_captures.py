@@ -10,12 +10,12 @@ from odd_c3d import whole_c3d
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC, MAKERS, Companions, case, odd_c3d, strange_c3d
 from odd_npz import as_member, good_arrays, mutated_npz, packed
 
-from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
-from motiondb.files.limits import ReadLimits, ReadOptions
-from motiondb.files.event_sheet import read_event_sheet
-from motiondb.files.sheet import read_sheet
-from motiondb.errors import CaptureError, MotionDBError
 from motiondb.body import retarget
+from motiondb.errors import CaptureError, MotionDBError
+from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
+from motiondb.files.event_sheet import read_event_sheet
+from motiondb.files.limits import ReadLimits, ReadOptions
+from motiondb.files.sheet import read_sheet
 
 UNEXPECTED = "expected a file that its reader knows"
 """How the safety net begins a message: a cause that a reader should have named itself."""

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.files.sheet import read_sheet
 from motiondb.errors import SheetError
+from motiondb.files.sheet import read_sheet
 from motiondb.records import Caption
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
 from motiondb.files import read_capture
 from motiondb.generate import contact
-from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
 from motiondb.records import FloatArray, Motion
 
 SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"

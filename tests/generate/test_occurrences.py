@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from motiondb.body import body, rotation
 from motiondb.generate.direction import directions_of, furthest_part, gone
 from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
-from motiondb.body import body, rotation
 from motiondb.records import Motion
 
 N_FRAMES = 150

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.body import rotation
 from motiondb.generate import stitching
 from motiondb.generate.stitching import BLEND_FRAMES, Candidates, Piece
-from motiondb.body import rotation
 from motiondb.records import FloatArray
 
 Sources = dict[int, tuple[FloatArray, FloatArray]]

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.generate import tempo
 from motiondb.body import body, pose_vectors, rotation
+from motiondb.generate import tempo
 
 
 def _path(n_frames: int, speed: float) -> tuple[np.ndarray, np.ndarray]:

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.files import read_capture
+from motiondb.body import features, pose_vectors, retarget
 from motiondb.errors import QueryError
+from motiondb.files import read_capture
 from motiondb.generate import contact, stitching
 from motiondb.grammar import synthesis
 from motiondb.grammar.terminals.terminals import Terminals
-from motiondb.body import features, pose_vectors, retarget
 from motiondb.records import FloatArray, Motion
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"

@@ -6,12 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from motiondb.meaning.counting import dictionary_lemmas
-from motiondb.learn.parameter_arrays import LEMMA_NAME, lemma_array, lemmas_from
-from motiondb.records import Caption
 from motiondb.language import lemmas, vocabulary
 from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
+from motiondb.learn.parameter_arrays import LEMMA_NAME, lemma_array, lemmas_from
+from motiondb.meaning.counting import dictionary_lemmas
+from motiondb.records import Caption
 
 ASKED = """
 import sys, motiondb

@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 
 from motiondb.errors import QueryError, SheetError
 from motiondb.language.lemmas import lemma
+from motiondb.language.question.known import hold_to_known
+from motiondb.language.question.parse import parse
+from motiondb.language.question.plain import plain_actions
 from motiondb.language.synonyms import parse_synonyms
 from motiondb.language.vocabulary import (
     STOP_WORDS,
@@ -17,9 +20,6 @@ from motiondb.language.vocabulary import (
     split_actions,
     words_of,
 )
-from motiondb.language.question.known import hold_to_known
-from motiondb.language.question.parse import parse
-from motiondb.language.question.plain import plain_actions
 
 
 @pytest.mark.parametrize(

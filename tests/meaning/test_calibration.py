@@ -8,7 +8,6 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from motiondb.records import FloatArray
 from motiondb.meaning.calibration import (
     Certainty,
     clearest,
@@ -20,6 +19,7 @@ from motiondb.meaning.calibration import (
 )
 from motiondb.meaning.evidence import by_motion
 from motiondb.meaning.maps.word_map import WordMap
+from motiondb.records import FloatArray
 
 few = settings(deadline=None, max_examples=25)
 

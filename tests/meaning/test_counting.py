@@ -13,11 +13,15 @@ from hypothesis import strategies as st
 import motiondb
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
-from motiondb.meaning import counting
-from motiondb.meaning.counting import Counted
+from motiondb.language import vocabulary
+from motiondb.language.translation import association
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.parameter_arrays import from_stored, to_arrays, to_stored
 from motiondb.learn.recounting import with_counts
+from motiondb.meaning import counting
+from motiondb.meaning.counting import Counted
+from motiondb.meaning.maps import word_map, word_moments
+from motiondb.meaning.maps.score_vectors import fit_score_space
 from motiondb.records import (
     Association,
     Caption,
@@ -26,11 +30,7 @@ from motiondb.records import (
     StoredLearning,
     SymbolSpace,
 )
-from motiondb.meaning.maps.score_vectors import fit_score_space
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.language import vocabulary
-from motiondb.meaning.maps import word_map, word_moments
-from motiondb.language.translation import association
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 ONE = AddSettings(jobs=1)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from motiondb.body import body
 from motiondb.page.motion import container, figure
 from motiondb.page.motion.container import Track
-from motiondb.body import body
 from motiondb.records import Motion
 
 

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.body import body
 from motiondb.errors import MotionDBError
 from motiondb.pictures import stick, style
-from motiondb.body import body
 
 L_WRIST = body.INDEX["l_wrist"]
 

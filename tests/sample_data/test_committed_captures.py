@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.files import read_capture
 from motiondb.body import body, kinematics, retarget
+from motiondb.files import read_capture
 from motiondb.records import Clip
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_data"

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.files import read_capture
 from motiondb.body import retarget
+from motiondb.files import read_capture
 from motiondb.records import Float32Array, Motion
 from motiondb.search import copies
 

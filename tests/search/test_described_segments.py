@@ -10,13 +10,13 @@ import pytest
 
 import motiondb
 from motiondb.database.nearby_words import nearby_table
-from motiondb.search.described_motion import word_probabilities
-from motiondb.search.described_segments import segment_words
 from motiondb.learn.learned import Learned
-from motiondb.search.taken_words import take_unknown
-from motiondb.records import Caption
 from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
 from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.records import Caption
+from motiondb.search.described_motion import word_probabilities
+from motiondb.search.described_segments import segment_words
+from motiondb.search.taken_words import take_unknown
 
 
 @pytest.fixture

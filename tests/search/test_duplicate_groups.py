@@ -9,8 +9,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.files import read_capture
 from motiondb.body import retarget
+from motiondb.files import read_capture
 from motiondb.records import Motion, Relation
 from motiondb.search import copies
 from motiondb.search.duplicates import group_duplicates

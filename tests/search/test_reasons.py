@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from motiondb.search import reasons
 from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.search import reasons
 
 RNG = np.random.default_rng(5)
 STARTS, ENDS = np.array([0, 30, 50, 90]), np.array([30, 50, 90, 120])

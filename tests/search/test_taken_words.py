@@ -12,6 +12,7 @@ import pytest
 import motiondb
 from motiondb.database.nearby_words import nearby_table
 from motiondb.errors import QueryError
+from motiondb.search import reasons
 from motiondb.search.taken_words import (
     LearnedWithTaken,
     replace_unknown,
@@ -19,7 +20,6 @@ from motiondb.search.taken_words import (
     unknown_words,
     with_taken,
 )
-from motiondb.search import reasons
 from motiondb.search.taking import Taking
 
 

@@ -15,10 +15,8 @@ from naive_hmm import random_symbols
 
 from motiondb.errors import MotionDBError
 from motiondb.records import MotionSymbols
-from motiondb.symbols import acquisition, description, seeding
+from motiondb.symbols import acquisition, description, hmm, seeding, segmentation
 from motiondb.symbols.acquisition import Acquired, AcquisitionSettings
-from motiondb.symbols import hmm
-from motiondb.symbols import segmentation
 
 Planted: Any = naive.Planted
 plant, rand_index = naive.plant, naive.rand_index

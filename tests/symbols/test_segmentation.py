@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.files import read_capture
 from motiondb.body import features, retarget
+from motiondb.files import read_capture
 from motiondb.records import FloatArray, Segment
-from motiondb.symbols.feature_space import fit_feature_space
 from motiondb.symbols import segmentation
+from motiondb.symbols.feature_space import fit_feature_space
 from motiondb.symbols.segmentation import SegmentationSettings
 
 SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"

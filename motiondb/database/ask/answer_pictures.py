@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING
 
 from motiondb import pictures
 from motiondb.errors import QueryError
+from motiondb.records import Match, Motion
 from motiondb.search.explained_answer import ExplainedWord
 from motiondb.search.word_answers import WordAnswer
-from motiondb.records import Match, Motion
 
 if TYPE_CHECKING:
     from motiondb.database.ask.question_verbs import QuestionVerbs
 
-SHOWN_MATCHES = 8
-"""Most matches in a picture: more would be too small on a screen. Chosen by hand."""
-LEAST_SHARE = 0.005
-"""Nats from which on a contribution is drawn: smaller ones round to 0.00."""
+SHOWN_MATCHES = 8  # Most matches in a picture: more would be too small on a screen
+LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
 
 
 def draw_matches(

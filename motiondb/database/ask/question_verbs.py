@@ -11,6 +11,8 @@ from motiondb import store
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
+from motiondb.learn.learned import Learned
+from motiondb.records import Motion
 from motiondb.search import (
     caption_suggestions,
     described_motion,
@@ -18,17 +20,15 @@ from motiondb.search import (
     part_suggestions,
     word_answers,
 )
-from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
-from motiondb.learn.learned import Learned
 from motiondb.search.taken_words import (
     add_written,
     leave_unknown,
     replace_unknown,
     take_unknown,
 )
-from motiondb.search.written_words import LearnedWithWritten, WrittenWord, written_words
-from motiondb.records import Motion
 from motiondb.search.taking import Taking
+from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
+from motiondb.search.written_words import LearnedWithWritten, WrittenWord, written_words
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row
@@ -105,9 +105,14 @@ class QuestionVerbs(CatalogueVerbs):
             take = replace_unknown if by_symbols else take_unknown
             seen, takings = (leave_unknown if exact else take)(learned, words, nearby_table())
             answer = word_answers.search_words(
-                seen, words, allowed, limit, by_symbols, written,
+                seen,
+                words,
+                allowed,
+                limit,
+                by_symbols,
+                written,
                 lambda capture: self.session.features.of_capture(capture),
-            )  # fmt: skip
+            )
             answer = word_answers.with_takings(answer, takings)
             behind = [word for taking in answer.taken.values() for word, _ in taking.words]
             return replace(
@@ -116,7 +121,7 @@ class QuestionVerbs(CatalogueVerbs):
                 written=learned.added_words if isinstance(learned, LearnedWithWritten) else (),
             )
 
-    def like(  # noqa: PLR0913  five of the seven have defaults
+    def like(
         self,
         example: str | Path | Motion,
         start: float | None = None,

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned
-from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.records import MOTION_FPS, SegmentTable
 from motiondb.symbols.activities import find_activities
 
@@ -21,13 +21,10 @@ if TYPE_CHECKING:
     from motiondb.database.ask.question_verbs import QuestionVerbs
 
 
-LIKELY = 0.2
-"""Probability from which on a word is named. Chosen by hand; not tuned."""
-LEAST_SHOWN = 0.01
-"""Smallest t(word | symbol) for which a symbol is listed with a word. Chosen by hand; not tuned."""
+LIKELY = 0.2  # Probability from which on a word is named
+LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
-Row = dict[str, Any]
-"""A row of a table, by column name."""
+Row = dict[str, Any]  # A row of a table, by column name
 
 
 def describe_capture(base: QuestionVerbs, name: str) -> dict[str, Any]:
@@ -94,13 +91,7 @@ def known_segments(learned: Learned, capture_id: int) -> list[Row]:
 
 
 def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
-    """Segments of a symbol with their captures, those that it fits best first.
-
-    Raises
-    ------
-    QueryError
-        There is no such symbol.
-    """
+    """Segments of a symbol with their captures, those that it fits best first."""
     if not 0 <= symbol < learned.symbols.n_symbols:
         raise QueryError(
             f"symbol {symbol}: expected 0 to {learned.symbols.n_symbols - 1}, found another number."

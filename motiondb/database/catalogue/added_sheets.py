@@ -13,15 +13,7 @@ from motiondb.records import Caption
 
 @dataclass(frozen=True)
 class Sheets:
-    """Captions and tags of the captures to add.
-
-    Attributes
-    ----------
-    words : Sheet or None
-        Words and tags.
-    events : EventSheet or None
-        Instants.
-    """
+    """Captions and tags of the captures to add."""
 
     words: Sheet | None = None
     events: EventSheet | None = None

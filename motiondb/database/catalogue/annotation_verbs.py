@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.files.bounded_files import read_bounded_text
 from motiondb.database.catalogue import importing
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.files.bounded_files import read_bounded_text
+from motiondb.language.synonyms import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Event
 from motiondb.store import Store
-from motiondb.language.synonyms import parse_synonyms
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -24,91 +24,42 @@ MOST_VALUES = 50
 names or numbers, which are not useful as a filter."""
 FACET_COLUMNS = ("kind", "format")
 FIRST_TAGS = ("performer", "licence")
-TAG = "tag."
-"""Prefix of a tag as a column to sort by."""
+TAG = "tag."  # Prefix of a tag as a column to sort by
 
 
 @dataclass(frozen=True, eq=False)
 class BrowsedCapture:
-    """A row of the catalogue with its tags and captions.
-
-    Attributes
-    ----------
-    info : CaptureInfo
-        The capture.
-    captions : tuple of Caption
-        What people wrote about it.
-    learned : bool
-        Whether questions search it.
-    copies : int
-        Number of relations to captures that repeat it.
-    """
+    """A row of the catalogue with its tags and captions."""
 
     info: CaptureInfo
-    captions: tuple[Caption, ...]
-    learned: bool
-    copies: int
+    captions: tuple[Caption, ...]  # What people wrote about it
+    learned: bool  # Whether questions search it
+    copies: int  # Number of relations to captures that repeat it
 
 
 @dataclass(frozen=True, eq=False)
 class BrowsedPage:
-    """Some rows of the catalogue.
+    """Some rows of the catalogue."""
 
-    Attributes
-    ----------
-    rows : tuple of BrowsedCapture
-        The rows, in the order that was asked for.
-    total : int
-        Number of captures that the filter lets through.
-    offset : int
-        Number of the first row, from 0.
-    """
-
-    rows: tuple[BrowsedCapture, ...]
-    total: int
-    offset: int
+    rows: tuple[BrowsedCapture, ...]  # The rows, in the order that was asked for
+    total: int  # Number of captures that the filter lets through
+    offset: int  # Number of the first row, from 0
 
 
 @dataclass(frozen=True)
 class Facet:
-    """How many captures have each value of a column or tag.
+    """How many captures have each value of a column or tag."""
 
-    Attributes
-    ----------
-    column : str
-        Its name in filters.
-    values : tuple of (str, int)
-        Value and number of captures, most captures first.
-    missing : int
-        Number of captures without a value.
-    """
-
-    column: str
-    values: tuple[tuple[str, int], ...]
-    missing: int
+    column: str  # Its name in filters
+    values: tuple[tuple[str, int], ...]  # Value and number of captures, most captures first
+    missing: int  # Number of captures without a value
 
 
 def browse(session: Session, where: str, sort: str, offset: int, limit: int) -> BrowsedPage:
     """Return some rows of the catalogue.
 
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    where : str
-        Filter on the catalogue.
-    sort : str
-        Column or ``tag.NAME`` to sort by, with ``-`` in front for the largest first. Captures
-        without a value come last.
-    offset : int
-        Number of the first row, from 0.
-    limit : int
-        Largest number of rows.
-
-    Raises
-    ------
-    QueryError
-        When the filter cannot be read, or there is no such column to sort by.
+    `sort`: Column or ``tag.NAME`` to sort by, with ``-`` in front for the largest first. Captures
+    without a value come last.
     """
     with session.reading():
         rows = _filtered(session, where)
@@ -117,15 +68,7 @@ def browse(session: Session, where: str, sort: str, offset: int, limit: int) -> 
 
 
 def facets(session: Session, where: str) -> tuple[Facet, ...]:
-    """Return how many of the captures have each value of columns and tags.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    where : str
-        Filter on the catalogue.
-    """
+    """Return how many of the captures have each value of columns and tags."""
     with session.reading():
         rows = _filtered(session, where)
     keys = dict.fromkeys(key for row in rows for key in row.info.tags)
@@ -195,8 +138,7 @@ _COLUMNS: dict[str, Callable[[BrowsedCapture], object]] = {
     "licence": lambda row: row.info.tags.get("licence", ""),
     "words": lambda row: " ".join(caption.words for caption in row.captions),
     "copies": lambda row: row.copies,
-}
-"""Column to sort by -> its value in a row; "" where a row has none."""
+}  # Column to sort by -> its value in a row; "" where a row has none
 
 
 def _sorted(rows: Sequence[BrowsedCapture], sort: str) -> list[BrowsedCapture]:
@@ -231,5 +173,4 @@ def _natural(value: object) -> tuple[object, ...]:
     return tuple((0, int(run), "") if run[0] in "0123456789" else (1, 0, run) for run in runs)
 
 
-_RUNS = re.compile("[0-9]+|[^0-9]+")
-"""Numbers, and what stands between them."""
+_RUNS = re.compile("[0-9]+|[^0-9]+")  # Numbers, and what stands between them

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from motiondb import store
 from motiondb import files as capture
-from motiondb.files.event_sheet import read_event_sheet
-from motiondb.files.sheet import read_sheet
+from motiondb import store
+from motiondb.body import retarget
+from motiondb.body.features import FEATURE_STEP
 from motiondb.database.catalogue import added_sheets, browsing, cataloguing, filter_words
 from motiondb.database.catalogue.annotation_verbs import AnnotationVerbs
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, write_bytes, write_clip
 from motiondb.database.learn import updating
+from motiondb.files.event_sheet import read_event_sheet
 from motiondb.files.file_names import is_file
-from motiondb.body import retarget
-from motiondb.body.features import FEATURE_STEP
+from motiondb.files.sheet import read_sheet
 from motiondb.records import CaptureInfo, Clip, Motion, Relation
 from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 

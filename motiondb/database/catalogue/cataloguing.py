@@ -6,10 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import store
 from motiondb import files as capture
-from motiondb.files.event_sheet import EventSheet
-from motiondb.files.sheet import Sheet, SheetEntry, capture_name
+from motiondb import store
 from motiondb.database.catalogue.added_sheets import (
     Sheets,
     captions_within,
@@ -20,7 +18,9 @@ from motiondb.database.catalogue.added_sheets import (
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
+from motiondb.files.event_sheet import EventSheet
 from motiondb.files.file_names import is_file, is_folder
+from motiondb.files.sheet import Sheet, SheetEntry, capture_name
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
@@ -30,42 +30,21 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class AddReport:
-    """The result of ``add``.
+    """The result of ``add``."""
 
-    Attributes
-    ----------
-    added : tuple of str
-        Names of new captures.
-    known : tuple of (str, str)
-        Name, and name in the database, of files whose content was there already.
-    problems : tuple of str
-        A sentence per file or sheet row that could not be used.
-    relations : tuple of Relation
-        Copies, mirror images and cuts that were found.
-    notes : tuple of str
-        What was unusual but used.
-    seconds : float
-        Motion added.
-    counted : int
-        How many of ``added`` can be searched at once, because the database had learned.
-    new_words : tuple of str
-        Words of their captions that the vocabulary lacks; the next ``learn`` counts them.
-    events : int
-        Number of events saved with ``added``.
-    without_performer : int
-        Number of captures of ``added`` whose performer is not given.
-    """
-
-    added: tuple[str, ...]
+    added: tuple[str, ...]  # Names of new captures
+    # Name, and name in the database, of files whose content was there already
     known: tuple[tuple[str, str], ...]
-    problems: tuple[str, ...]
-    relations: tuple[Relation, ...]
-    notes: tuple[str, ...]
+    problems: tuple[str, ...]  # A sentence per file or sheet row that could not be used
+    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
+    notes: tuple[str, ...]  # What was unusual but used
     seconds: float
+    # How many of ``added`` can be searched at once, because the database had learned
     counted: int = 0
+    # Words of their captions that the vocabulary lacks; the next ``learn`` counts them
     new_words: tuple[str, ...] = ()
-    events: int = 0
-    without_performer: int = 0
+    events: int = 0  # Number of events saved with ``added``
+    without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
 
 
 def add_captures(
@@ -75,13 +54,7 @@ def add_captures(
     settings: AddSettings,
     progress: Progress | None = None,
 ) -> AddReport:
-    """Add a file, or all captures below a folder, as ``MotionDB.add`` does.
-
-    Parameters
-    ----------
-    sheets : Sheets
-        Words and events.
-    """
+    """Add a file, or all captures below a folder, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
     files, unusable = _text_names(_files(folder))
     names = {capture_name(_below(path, folder)): path for path in reversed(files)}
@@ -168,10 +141,17 @@ def _save(
     store.finish_run(opened, run_id)
     tell("looking for copies", 1, 1)
     return AddReport(
-        added, chosen.known, tuple(faults), tuple(relations), tuple(notes), seconds,
-        len(change.counted), change.new_words, n_events,
+        added,
+        chosen.known,
+        tuple(faults),
+        tuple(relations),
+        tuple(notes),
+        seconds,
+        len(change.counted),
+        change.new_words,
+        n_events,
         sum("performer" not in _tags(sheets.words, name) for name in added),
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,13 +295,7 @@ def _info(
 
 
 def check_name_free(opened: store.Store, name: str) -> None:
-    """Refuse an empty name, and one that a capture has already.
-
-    Raises
-    ------
-    QueryError
-        When the name is empty or taken.
-    """
+    """Refuse an empty name, and one that a capture has already."""
     if not name.strip():
         raise QueryError("name: expected a name for the capture, found nothing. Give one.")
     store.check_new_name(name, "capture")

@@ -21,24 +21,22 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import store
 from motiondb import files as capture
-from motiondb.files.bounded_files import read_bounded_text
-from motiondb.files.sheet import SheetEntry
-from motiondb.errors import CaptureError, MotionDBError
-from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb import store
 from motiondb.body import retarget
+from motiondb.errors import CaptureError, MotionDBError
+from motiondb.files.bounded_files import read_bounded_text
+from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.files.sheet import SheetEntry
 from motiondb.records import CaptureInfo, Clip, Motion
 
-_FEW = 4
-"""Files that are read faster than other processes start."""
+_FEW = 4  # Files that are read faster than other processes start
 _AHEAD = 4
 """Files that are handed out for each process before the first of them is saved. Chosen by hand: the
 others go on beside a slow file, and few readings wait in memory."""
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""Environment of the processes: there is one for each core already."""
+)  # Environment of the processes: there is one for each core already
 _GRACE = 2.0
 """A process that reads for this multiple of a file's time limit is ended: then the limit could not
 interrupt it, because it was inside a library."""
@@ -87,36 +85,16 @@ class AddSettings:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A file that was read: everything to save, or why not.
+    """A file that was read: everything to save, or why not."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the capture.
-    path : str
-        The file.
-    source : Source or None
-        The file's bytes and digest.
-    motion : Motion or None
-        The canonical motion.
-    fps : float
-        Frames per second of the file.
-    n_frames : int
-        Frames of the file.
-    notes : tuple of str
-        What is unusual in the file.
-    problem : str
-        Why the file cannot be saved; "" where it can.
-    """
-
-    name: str
+    name: str  # Name of the capture
     path: str
-    source: store.Source | None = None
+    source: store.Source | None = None  # The file's bytes and digest
     motion: Motion | None = None
-    fps: float = 0.0
-    n_frames: int = 0
-    notes: tuple[str, ...] = ()
-    problem: str = ""
+    fps: float = 0.0  # Frames per second of the file
+    n_frames: int = 0  # Frames of the file
+    notes: tuple[str, ...] = ()  # What is unusual in the file
+    problem: str = ""  # Why the file cannot be saved; "" where it can
 
 
 _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
@@ -127,18 +105,6 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
 
     When a process dies, the files that it may have been reading are read again, each in a separate
     process, so that only the file that kills its process is lost.
-
-    Parameters
-    ----------
-    jobs : sequence
-        Name, file, entry of the sheet, folder and settings of each file.
-    n_jobs : int
-        Number of processes.
-
-    Yields
-    ------
-    Reading
-        In the order of the jobs.
     """
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
@@ -160,15 +126,7 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
 
 
 def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Yield readings in the order of the jobs, made by several processes at once.
-
-    Raises
-    ------
-    BrokenProcessPool
-        If one of the processes dies.
-    _NoProcessError
-        If the system allows no more processes or open files.
-    """
+    """Yield readings in the order of the jobs, made by several processes at once."""
     from joblib.externals.loky import ProcessPoolExecutor
 
     pool = ProcessPoolExecutor(
@@ -271,13 +229,7 @@ def _read_one(
 def _read_capture(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
 ) -> Reading:
-    """Read a file and its skeleton, and solve the canonical body.
-
-    Raises
-    ------
-    MotionDBError
-        If the file, its skeleton or its motion cannot be used.
-    """
+    """Read a file and its skeleton, and solve the canonical body."""
     options = capture.ReadOptions(
         fps=entry.fps if entry and entry.fps else settings.fps,
         unit=settings.unit,
@@ -336,19 +288,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
 def read_stored(
     info: CaptureInfo, source: store.Source, parameters: Mapping[str, object], fps: float | None
 ) -> Clip:
-    """The clip of a stored file, read as it was when it was added, without limits.
-
-    Parameters
-    ----------
-    info : CaptureInfo
-        Row of the catalogue.
-    source : Source
-        Bytes of the file, and of its skeleton file.
-    parameters : dict
-        Parameters of the run that added it.
-    fps : float or None
-        Frames per second; None for the value in the file.
-    """
+    """The clip of a stored file, read as it was when it was added, without limits."""
     unit = parameters.get("unit")
     skeleton = None
     if source.skeleton_data is not None:

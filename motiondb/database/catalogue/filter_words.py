@@ -12,32 +12,17 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from motiondb import store
 from motiondb.database.nearby_words import nearby_table
-from motiondb.records import CaptureInfo
-from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where
 from motiondb.language.lemmas import lemma
 from motiondb.language.vocabulary import forms_of
+from motiondb.records import CaptureInfo
 from motiondb.search.taking import TAKEN, Taking, take_word
+from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where
 
 
 def take_filter_words(
     opened: store.Store, where: str
 ) -> tuple[tuple[Filter, ...], dict[str, Taking]]:
-    """A filter whose unknown words are replaced by known ones.
-
-    Parameters
-    ----------
-    opened : Store
-        The open store.
-    where : str
-        The filter.
-
-    Returns
-    -------
-    filters : tuple of Filter
-        With other conditions for words that are taken.
-    takings : dict
-        Unknown word -> the known words that replace it or are suggested for it.
-    """
+    """A filter whose unknown words are replaced by known ones."""
     filters = parse_where(where)
     if not any(_is_word(each) for each in _positive(filters)):
         return filters, {}

@@ -9,8 +9,8 @@ import numpy as np
 
 from motiondb import files as capture
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.records import MOTION_FPS, Clip, Motion
 from motiondb.files.whole_files import whole_file
+from motiondb.records import MOTION_FPS, Clip, Motion
 
 
 def cut_motion(motion: Motion, start: float | None, end: float | None, step: int = 1) -> Motion:

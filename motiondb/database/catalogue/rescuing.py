@@ -14,39 +14,25 @@ import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import store
 from motiondb import files as capture
+from motiondb import store
+from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.file_names import check_file_name
-from motiondb.body import retarget
-from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 from motiondb.files.whole_files import delete_all, is_running
+from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 
 @dataclass(frozen=True)
 class RescueReport:
-    """The captures that a rescue saved, and those that it could not.
-
-    Attributes
-    ----------
-    output : Path
-        The new database.
-    captures : tuple of str
-        Names of the captures that were saved, whole or in part.
-    mended : tuple of str
-        A sentence for every capture of which a part was lost or restored.
-    lost : tuple of str
-        A sentence for everything that is not in the new database.
-    was_learned : bool
-        Whether the database had learned, or may have. Learned data are not rescued.
-    """
+    """The captures that a rescue saved, and those that it could not."""
 
     output: Path
-    captures: tuple[str, ...]
-    mended: tuple[str, ...]
-    lost: tuple[str, ...]
-    was_learned: bool
+    captures: tuple[str, ...]  # Names of the captures that were saved, whole or in part
+    mended: tuple[str, ...]  # A sentence for every capture of which a part was lost or restored
+    lost: tuple[str, ...]  # A sentence for everything that is not in the new database
+    was_learned: bool  # Whether the database had learned, or may have. Learned data are not rescued
 
 
 def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> RescueReport:
@@ -167,9 +153,12 @@ def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | 
             info, motion = _read_anew(info, source, run)
             notes.append("its motion was read from its file again")
         packed = store.pack_source(
-            source.file_name, source.data, source.format, source.skeleton_name,
+            source.file_name,
+            source.data,
+            source.format,
+            source.skeleton_name,
             source.skeleton_data,
-        )  # fmt: skip
+        )
     duration = max(info.duration, motion.n_frames / MOTION_FPS)
     captions = [c for c in salvaged.captions if c.start is None or c.start < duration]
     events = [event for event in salvaged.events if 0 <= event.frame < motion.n_frames]
@@ -199,9 +188,13 @@ def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store
     packed = store.pack_source(file, capture.to_bvh(clip, file).encode(), "bvh")
     notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
     facts = replace(
-        info, format="bvh", fps=clip.fps, n_frames=clip.n_frames, duration=clip.duration,
+        info,
+        format="bvh",
+        fps=clip.fps,
+        n_frames=clip.n_frames,
+        duration=clip.duration,
         notes=notes,
-    )  # fmt: skip
+    )
     return facts, packed
 
 

@@ -11,8 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.body import retarget
+from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.records import MOTION_FPS, Motion
 
 
@@ -29,22 +29,7 @@ class Made(Protocol):
 
 
 def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
-    """Write a motion, and beside it ``NAME.provenance.json``.
-
-    Parameters
-    ----------
-    made : Made
-        What was generated.
-    facts : dict
-        Facts for the provenance file, in addition to the origin of the frames.
-    path : Path
-        The motion's file: .bvh, .glb or .gltf.
-
-    Returns
-    -------
-    dict
-        The facts with the names of both files.
-    """
+    """Write a motion, and beside it ``NAME.provenance.json``."""
     beside = path.with_name(f"{path.stem}.provenance.json")
     write_clip(retarget.to_clip(made.motion), path)
     write_bytes(beside, json.dumps({**facts, "frames": frame_runs(made)}, indent=1).encode())
@@ -62,11 +47,13 @@ def source_facts(made: Made) -> list[dict[str, Any]]:
     provenance = made.provenance
     return [
         {
-            "capture": s.name, "licence": s.licence or "unknown", "sha256": s.sha256,
+            "capture": s.name,
+            "licence": s.licence or "unknown",
+            "sha256": s.sha256,
             "frames": int((provenance.source_numbers == n).sum()),
         }
         for n, s in enumerate(provenance.sources)
-    ]  # fmt: skip
+    ]
 
 
 def frame_runs(made: Made) -> list[dict[str, Any]]:

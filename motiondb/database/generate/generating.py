@@ -19,8 +19,6 @@ from motiondb.database.generate.generated_files import (
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
-from motiondb.search.word_sources import WordSource, word_sources
-from motiondb.learn.learned import Learned
 from motiondb.generate.motion_making import (
     METHODS,
     MadeMotion,
@@ -29,20 +27,21 @@ from motiondb.generate.motion_making import (
 )
 from motiondb.generate.sentence_plan import speed_of
 from motiondb.generate.shown_actions import JudgedAction
-from motiondb.search.taken_words import leave_unknown, nearest_suggested, replace_unknown
-from motiondb.records import MOTION_FPS, Motion
-from motiondb.search.taking import Taking, hints_of
 from motiondb.language.question.known import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
+from motiondb.learn.learned import Learned
+from motiondb.records import MOTION_FPS, Motion
+from motiondb.search.taken_words import leave_unknown, nearest_suggested, replace_unknown
+from motiondb.search.taking import Taking, hints_of
+from motiondb.search.word_sources import WordSource, word_sources
 
 __all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
 
-MOST_VARIANTS = 100
-"""Motions of one sentence that are made at once. Chosen by hand."""
+MOST_VARIANTS = 100  # Motions of one sentence that are made at once
 MOST_TRIES = 2
 """Motions that are made for each one asked for: of several actions or alternatives, some may be
-made from the same places again. Chosen by hand."""
+made from the same places again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,21 +181,13 @@ class Generated:
 
 @dataclass(frozen=True)
 class GenerateSettings:
-    """How a motion is made from a sentence.
-
-    Attributes
-    ----------
-    method : str
-        One of ``METHODS``.
-    exact : bool
-        Whether words that no caption holds are left out; otherwise a word that may be taken as a
-        known one is replaced by the likeliest.
-    anyway : bool
-        Whether to generate the nearest motion if nothing in the database shows an action.
-    """
+    """How a motion is made from a sentence."""
 
     method: str = "stitched"
+    # Whether words that no caption holds are left out; otherwise a word that may be taken as a
+    # known one is replaced by the likeliest
     exact: bool = False
+    # Whether to generate the nearest motion if nothing in the database shows an action
     anyway: bool = False
 
 
@@ -205,27 +196,8 @@ def generate(
 ) -> list[Generated]:
     """Generate motions from a sentence.
 
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    words : str
-        The sentence.
-    seed : int
-        The same seed gives the same motions.
-    settings : GenerateSettings
-        How they are made.
-    number : int
-        Most motions: those of this seed, the next one and so on. Stitched motions of the same
-        actions from the same places as an earlier one are left out, so that there may be fewer.
-
-    Raises
-    ------
-    QueryError
-        For an unknown method, no known word, an action that nothing in the database shows, or more
-        motions than the method has.
-    NotLearnedError
-        When the database has not learned, or learned no words.
+    `number`: Most motions: those of this seed, the next one and so on. Stitched motions of the same
+    actions from the same places as an earlier one are left out, so that there may be fewer.
     """
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
@@ -304,12 +276,6 @@ def _replace_unknown(
 
     Also, for each word that is made as the nearest known one although it may not be taken so, that
     known word.
-
-    Raises
-    ------
-    QueryError
-        Where no word is known or taken, unless a motion is made all the same and a nearest known
-        word is suggested.
     """
     try:
         replaced, takings = replace_unknown(learned, words, nearby_table())

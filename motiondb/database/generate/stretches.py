@@ -16,30 +16,14 @@ _LEFT_OUT = 2.0
 
 @dataclass(frozen=True)
 class Stretch:
-    """Frames of a motion that follow one another in one capture.
+    """Frames of a motion that follow one another in one capture."""
 
-    Attributes
-    ----------
-    start : float
-        Seconds of the motion.
-    end : float
-        Seconds of the motion.
-    capture : str
-        Name of the capture; "" where the frames were drawn from the model.
-    source_start : float
-        Seconds of the capture.
-    licence : str
-        Licence of the capture, "unknown" where none is given.
-    edits : tuple of str
-        What was done to the frames.
-    """
-
-    start: float
-    end: float
-    capture: str
-    source_start: float
-    licence: str
-    edits: tuple[str, ...]
+    start: float  # Seconds of the motion
+    end: float  # Seconds of the motion
+    capture: str  # Name of the capture; "" where the frames were drawn from the model
+    source_start: float  # Seconds of the capture
+    licence: str  # Licence of the capture, "unknown" where none is given
+    edits: tuple[str, ...]  # What was done to the frames
 
 
 def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:

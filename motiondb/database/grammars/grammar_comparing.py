@@ -28,68 +28,33 @@ from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.rules.description_length import description_length
 
 Sentences = Sequence[tuple[str, ...]]
-N_STRINGS = 500
-"""Number of strings that are derived at random from each grammar. Chosen by hand; not tuned."""
-FOLDS = 5
-"""Most parts of the sentences in the cross-validation. Chosen by hand; not tuned."""
-LIMIT = 10_000
-"""Largest language whose strings are counted. Chosen by hand; not tuned."""
+N_STRINGS = 500  # Number of strings that are derived at random from each grammar
+FOLDS = 5  # Most parts of the sentences in the cross-validation
+LIMIT = 10_000  # Largest language whose strings are counted
 
 
 @dataclass(frozen=True)
 class ComparedGrammar:
-    """A grammar with the measures by which it is compared.
+    """A grammar with the measures by which it is compared."""
 
-    Attributes
-    ----------
-    kind : str
-        Name of the method by which the grammar was learned.
-    nonterminals : int
-        Number of nonterminals.
-    rules : int
-        Number of rules.
-    bits : float
-        Description length in bits: the rules, and the sentences given the rules.
-    strings : int or None
-        Number of different strings that the grammar derives. None if there are more than ``LIMIT``,
-        or infinitely many.
-    held_out : float or None
-        Share of the sentences that are derived by a grammar of this kind learned from the other
-        parts, by cross-validation with at most ``FOLDS`` parts. None if there is only one sentence.
-    new : float
-        Share of the strings derived at random that are not among the sentences.
-    outside : float
-        Share of the strings derived at random that the learned grammar does not derive.
-    mean_length : float
-        Mean length of the strings derived at random, in terminals.
-    """
-
-    kind: str
+    kind: str  # Name of the method by which the grammar was learned
     nonterminals: int
     rules: int
-    bits: float
+    bits: float  # Description length in bits: the rules, and the sentences given the rules
+    # Number of different strings that the grammar derives. None if there are more than ``LIMIT``,
+    # or infinitely many
     strings: int | None
+    # Share of the sentences that are derived by a grammar of this kind learned from the other
+    # parts, by cross-validation with at most ``FOLDS`` parts. None if there is only one sentence
     held_out: float | None
-    new: float
+    new: float  # Share of the strings derived at random that are not among the sentences
+    # Share of the strings derived at random that the learned grammar does not derive
     outside: float
-    mean_length: float
+    mean_length: float  # Mean length of the strings derived at random, in terminals
 
 
 def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
-    """Compare a learned grammar with a finite state machine, Sequitur and a flat grammar.
-
-    Parameters
-    ----------
-    learned : LearnedGrammar
-        The grammar with the sentences from which it was learned.
-    seed : int
-        Seed of the random derivations and of the division into parts.
-
-    Returns
-    -------
-    tuple of ComparedGrammar
-        In this order, the learned grammar first.
-    """
+    """Compare a learned grammar with a finite state machine, Sequitur and a flat grammar."""
     sentences = learned.strings
     kinds: dict[str, tuple[Grammar, Callable[[list[tuple[str, ...]]], Grammar]]] = {
         "learned": (learned.grammar, induce),

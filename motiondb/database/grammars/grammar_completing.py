@@ -28,25 +28,19 @@ from motiondb.database.nearby_words import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
+from motiondb.language.question.plain import plain_actions
+from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand
 from motiondb.search.taken_words import made_of_unknown, with_taken
-from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.search.taking import Taking
-from motiondb.language.question.plain import plain_actions
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
 
 def playable(material: Material) -> frozenset[str]:
-    """Return the terminals of which some capture is in the database.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    """
+    """Return the terminals of which some capture is in the database."""
     terminals = material.learned.terminals
     there = np.isin(terminals.takes, list(material.numbers))
     return frozenset(terminals.names[k] for k in set(terminals.labels[there].tolist()))
@@ -57,25 +51,7 @@ def best(
 ) -> Completions:
     """Return the most probable sentences that match a pattern.
 
-    Parameters
-    ----------
-    session : Session
-        The session, for what the database has learned.
-    material : Material
-        The grammar with its takes.
-    like : str
-        The pattern.
-    n : int
-        How many sentences.
-    exact : bool
-        Whether words that no caption holds are refused rather than taken as known ones.
-
-    Raises
-    ------
-    QueryError
-        When the number is below 1, or the pattern is not valid.
-    GrammarError
-        When no sentence matches.
+    `exact`: Whether words that no caption holds are refused rather than taken as known ones.
     """
     if n < 1:
         raise QueryError(f"number: expected 1 sentence or more, found {n}. Ask for more.")
@@ -93,27 +69,7 @@ def generate(
 ) -> GrammarSequence:
     """Draw a sentence from those that match a pattern, by their probabilities, and assemble it.
 
-    Parameters
-    ----------
-    session : Session
-        The session, for what the database has learned.
-    material : Material
-        The grammar with its takes.
-    like : str
-        The pattern.
-    length : int or None
-        Must be None: the pattern says how many terminals there are.
-    seed : int
-        The same seed gives the same motion.
-    exact : bool
-        Whether words that no caption holds are refused rather than taken as known ones.
-
-    Raises
-    ------
-    QueryError
-        When a length is given, or the pattern is not valid.
-    GrammarError
-        When no sentence matches.
+    `exact`: Whether words that no caption holds are refused rather than taken as known ones.
     """
     if length is not None:
         raise QueryError(
@@ -132,22 +88,7 @@ def _learned(session: Session) -> Learned | None:
 
 
 def taken_words(session: Session, material: Material, like: str) -> dict[str, Taking]:
-    """Return what is made of the words of a pattern that no caption holds.
-
-    Parameters
-    ----------
-    session : Session
-        The session, for what the database has learned.
-    material : Material
-        The grammar with its takes.
-    like : str
-        The pattern.
-
-    Returns
-    -------
-    dict
-        From each word that is taken to what it is taken as.
-    """
+    """Return what is made of the words of a pattern that no caption holds."""
     learned = _learned(session)
     return {} if learned is None else _takings(material, learned, _tokens(like))
 
@@ -171,23 +112,7 @@ def pattern_of(
 ) -> Pattern:
     """Read a pattern, or a sentence in words.
 
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    learned : Learned or None
-        What the database has learned; None if nothing, then only terminals are known.
-    text : str
-        The text.
-    exact : bool
-        Whether words that no caption holds are refused rather than taken as known ones.
-
-    Raises
-    ------
-    QueryError
-        When the text is empty or too long, or a word is not a terminal and no terminal shows it.
-    GrammarError
-        When the pattern needs too many states.
+    `exact`: Whether words that no caption holds are refused rather than taken as known ones.
     """
     tokens = _tokens(text)
     if not tokens or len(tokens) > LONGEST_STRING:

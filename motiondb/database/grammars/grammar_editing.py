@@ -24,8 +24,7 @@ from motiondb.errors import QueryError
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.derivation import edit
 
-N_ALTERNATIVES = 4
-"""Default number of alternatives. Chosen by hand; not tuned."""
+N_ALTERNATIVES = 4  # Default number of alternatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,25 +117,7 @@ def offer(
 
 
 def play_alternative(material: Material, edited: Edit, number: int, seed: int) -> GrammarSequence:
-    """Return the whole sequence, with an alternative in its region, as motion.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    edited : Edit
-        The region with its alternatives.
-    number : int
-        Number of the alternative, from 0.
-    seed : int
-        Seed of the greedy choice with which the choice of segments is compared.
-
-    Raises
-    ------
-    QueryError
-        When there is no such alternative, or when a capture that plays a terminal outside the
-        region was removed. Also when no capture is left that shows a terminal of the alternative.
-    """
+    """Return the whole sequence, with an alternative in its region, as motion."""
     tree, pinned = edited.tree(number), edited.pinned(number)
     gone = _gone(material, pinned.values())
     if gone:
@@ -149,27 +130,7 @@ def play_alternative(material: Material, edited: Edit, number: int, seed: int) -
 
 
 def play_saved(material: Material, name: str, seed: int) -> GrammarSequence:
-    """Return a saved sequence as motion, assembled again from its segments.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar that derived it, with its takes.
-    name : str
-        Name of the capture.
-    seed : int
-        Seed of the greedy choice with which the choice of segments is compared.
-
-    Returns
-    -------
-    GrammarSequence
-        The sequence.
-
-    Raises
-    ------
-    QueryError
-        When a capture that plays one of its terminals was removed.
-    """
+    """Return a saved sequence as motion, assembled again from its segments."""
     tree, derivation = load_sequence(material.database, name)
     gone = _gone(material, derivation.clips)
     if gone:

@@ -19,21 +19,7 @@ from motiondb.records import MOTION_FPS
 
 
 def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, Any]:
-    """Return the facts of a grammar.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    meanings : sequence of Meaning
-        The meaning of each terminal.
-
-    Returns
-    -------
-    dict
-        Values for JSON: settings, captures, terminals, sizes, description length in bits and the
-        rules as text. Times are in seconds; ``frames`` is the number of frames of all captures.
-    """
+    """Return the facts of a grammar."""
     learned = material.learned
     runs = {run.run_id: run for run in store.load_runs(material.database)}
     run = runs[learned.run_id]
@@ -74,13 +60,6 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     If it does not, the grammar only lists the sentences, and every new sequence repeats one of
     them.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar.
-    sentences : sequence of tuple of str
-        The sentences from which it was learned.
-
     >>> derives_new(context_free.read_grammar("S -> a | b b"), [("a",), ("b", "b")])
     False
     """
@@ -92,21 +71,7 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
 def terminal_facts(
     learned: store.LearnedGrammar, meanings: Sequence[Meaning]
 ) -> list[dict[str, Any]]:
-    """Return the facts of each terminal.
-
-    Parameters
-    ----------
-    learned : LearnedGrammar
-        The grammar.
-    meanings : sequence of Meaning
-        The meaning of each terminal.
-
-    Returns
-    -------
-    list of dict
-        For each terminal: its number of segments, their mean duration in seconds, its words, its
-        motion symbols, and the capture and times (seconds) of its medoid.
-    """
+    """Return the facts of each terminal."""
     terminals = learned.terminals
     facts = []
     for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
@@ -136,13 +101,6 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
 
     String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and the
     sources of the frames.
-
-    Parameters
-    ----------
-    sequence : GrammarSequence
-        The sequence.
-    seed : int
-        The seed from which it was generated.
     """
     made = sequence.made
     return {

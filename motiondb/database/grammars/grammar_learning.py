@@ -44,12 +44,11 @@ upper bound is near the number with the fewest bits in most tables of real takes
 ``docs/grammar.md``."""
 
 SECONDS_A_TERMINAL = 5.0
-"""Default duration for each terminal, in seconds. Chosen by hand; not tuned. With 20 terminals in a
-minute of motion, most terminals occur once (``docs/grammar.md``, boxing: 13 of 20). Nothing then
-recurs that rules could describe."""
+"""Default duration for each terminal, in seconds. With 20 terminals in a minute of motion, most
+terminals occur once (``docs/grammar.md``, boxing: 13 of 20). Nothing then recurs that rules could
+describe."""
 
-MAX_NAME = 80
-"""Most characters of a grammar's name, so that it fits into file names and tables."""
+MAX_NAME = 80  # Most characters of a grammar's name, so that it fits into file names and tables
 
 
 @dataclass(frozen=True)
@@ -161,11 +160,6 @@ def _record(
 
 def default_terminals(n_frames: int) -> int:
     """Return the default number of terminals for a total duration.
-
-    Parameters
-    ----------
-    n_frames : int
-        Number of frames of all captures together, at 30 frames a second.
 
     >>> default_terminals(300), default_terminals(1_800), default_terminals(9_000)
     (4, 12, 20)
@@ -287,17 +281,9 @@ def _sentences(
 def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:
     """Return the segments at which sentences begin: those nearest to the starts of timed captions.
 
-    Parameters
-    ----------
-    captions : sequence of Caption
-        Captions of a take, with times in seconds. Captions without a start are ignored.
-    starts : array (segments,)
-        First frame of each segment, at 30 frames a second.
+    Shapes: `starts` (segments,).
 
-    Returns
-    -------
-    list of int
-        Segment numbers in rising order, without the first segment.
+    `captions`: Captions of a take, with times in seconds. Captions without a start are ignored.
 
     >>> timed = [Caption("walk", 0.0, 1.0), Caption("jump", 1.0, 2.0), Caption("all")]
     >>> caption_cuts(timed, np.array([0, 14, 33, 50]))

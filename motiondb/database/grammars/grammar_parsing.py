@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MOST_UNLIKE = 0.5
 """Largest share of a motion's time that may be unlike all terminals before the whole motion is
-reported as unlike. Chosen by hand; not tuned."""
+reported as unlike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,15 +85,7 @@ class ParsedMotion:
 
 
 def take_of(material: Material, example: str | Path | Motion) -> int | None:
-    """Return the take of a capture, or of a file with the same bytes; None if there is none.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    example : str, Path or Motion
-        Name of a capture, a motion file, or a motion.
-    """
+    """Return the take of a capture, or of a file with the same bytes; None if there is none."""
     if isinstance(example, Motion):
         return None
     if is_file(example):
@@ -105,17 +97,7 @@ def take_of(material: Material, example: str | Path | Motion) -> int | None:
 
 
 def read(session: Session, material: Material, motion: Motion) -> Reading:
-    """Read a motion as a string of terminals; the session keeps the reader.
-
-    Parameters
-    ----------
-    session : Session
-        The session.
-    material : Material
-        The grammar with its takes.
-    motion : Motion
-        The motion.
-    """
+    """Read a motion as a string of terminals; the session keeps the reader."""
     reader: Reader = session.kept(
         ("reader", material.learned.name),
         lambda: make_reader(material.learned.terminals, material.motions),
@@ -124,20 +106,7 @@ def read(session: Session, material: Material, motion: Motion) -> Reading:
 
 
 def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMotion:
-    """Return the most probable sentences of a reading, or the place where parsing fails.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar.
-    reading : Reading
-        The terminals of a motion with their times and distances.
-
-    Returns
-    -------
-    ParsedMotion
-        The parsed motion; ``fault`` holds the error if the string does not parse.
-    """
+    """Return the most probable sentences of a reading, or the place where parsing fails."""
     starts, ends = (tuple((x / MOTION_FPS).tolist()) for x in (reading.starts, reading.ends))
     trees: tuple[context_free.Tree, ...] = ()
     fault = None
@@ -151,20 +120,7 @@ def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMoti
 
 
 def as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
-    """Return the stored string, sentences and parses of a take.
-
-    Parameters
-    ----------
-    learned : LearnedGrammar
-        The grammar.
-    take : int
-        Number of the take among the sources of the grammar.
-
-    Returns
-    -------
-    ParsedMotion
-        The stored parse, without distances.
-    """
+    """Return the stored string, sentences and parses of a take."""
     terminals = learned.terminals
     rows = np.flatnonzero(terminals.takes == take)
     sentences_of_take = [

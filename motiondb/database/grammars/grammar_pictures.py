@@ -21,8 +21,7 @@ from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.loops import with_loops, with_loops_around
 from motiondb.records import MOTION_FPS
 
-SHOWN_TREES = 12
-"""Most trees in a picture of the sentences. Chosen by hand; not tuned."""
+SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
 def colours(learned: store.LearnedGrammar) -> dict[str, int]:
@@ -75,18 +74,26 @@ def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Pa
     for take, source in enumerate(learned.sources):
         rows = np.flatnonzero(terminals.takes == take)
         spans = [
-            (terminals.starts[r] / MOTION_FPS, terminals.ends[r] / MOTION_FPS,
-             terminals.names[terminals.labels[r]], int(terminals.labels[r]))
+            (
+                terminals.starts[r] / MOTION_FPS,
+                terminals.ends[r] / MOTION_FPS,
+                terminals.names[terminals.labels[r]],
+                int(terminals.labels[r]),
+            )
             for r in rows
-        ]  # fmt: skip
+        ]
         lines = [pictures.Timeline("terminals", spans)]
         numbered = enumerate(learned.sentences.tolist(), start=1)
         sentences = [
-            (terminals.starts[a] / MOTION_FPS, terminals.ends[b - 1] / MOTION_FPS, str(number),
-             11 if number % 2 else 6)
+            (
+                terminals.starts[a] / MOTION_FPS,
+                terminals.ends[b - 1] / MOTION_FPS,
+                str(number),
+                11 if number % 2 else 6,
+            )
             for number, (a, b) in numbered
             if rows[0] <= a <= rows[-1]
-        ]  # fmt: skip
+        ]
         lines.append(pictures.Timeline("sentences", sentences))
         bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
     return pictures.draw_strings(cards, bars, path, learned.name)

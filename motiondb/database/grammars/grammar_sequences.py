@@ -30,8 +30,7 @@ LONGEST_STRING = 1000
 """Most terminals of a string that a user gives. The time for parsing grows with the cube of the
 length; 1,000 terminals take some seconds with the grammars that were tried."""
 
-LONGEST_CHAIN = 600.0
-"""Longest chain of sentences, in seconds; it bounds the time and memory. Chosen by hand."""
+LONGEST_CHAIN = 600.0  # Longest chain of sentences, in seconds; it bounds the time and memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,20 +83,11 @@ class GrammarSequence:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A grammar with the motions of its takes, as far as their captures are in the database.
-
-    Attributes
-    ----------
-    database : Store
-        The open store.
-    learned : LearnedGrammar
-        The grammar.
-    numbers : mapping of int to int
-        Take -> number of its capture, for the takes whose captures are in the database.
-    """
+    """A grammar with the motions of its takes, as far as their captures are in the database."""
 
     database: store.Store
     learned: store.LearnedGrammar
+    # Take -> number of its capture, for the takes whose captures are in the database
     numbers: Mapping[int, int]
 
     @cached_property
@@ -121,13 +111,7 @@ class Material:
 
 
 def load_material(database: store.Store, name: str) -> Material:
-    """Load a grammar with its takes; the motions are loaded when they are first needed.
-
-    Raises
-    ------
-    QueryError
-        When there is no grammar of this name.
-    """
+    """Load a grammar with its takes; the motions are loaded when they are first needed."""
     learned = store.load_grammar(database, name)
     return Material(database, learned, store.load_source_numbers(database, learned))
 
@@ -143,26 +127,9 @@ def play(
     The first segment is one that begins a sentence of the takes, and the last one ends one, where
     the terminals have such segments.
 
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    trees : Tree or tuple of Tree
-        The derivations of the sentences.
-    rng : Generator
-        Draws the first segment of the greedy choice, with which the optimal choice is compared.
-    pinned : mapping of int to int, optional
-        Position in the string -> segment that plays it. The other segments are chosen.
+    `rng`: Draws the first segment of the greedy choice, with which the optimal choice is compared.
 
-    Returns
-    -------
-    GrammarSequence
-        The sequence.
-
-    Raises
-    ------
-    QueryError
-        When the sentence is empty, or all captures that show one of its terminals were removed.
+    `pinned`: Position in the string -> segment that plays it. The other segments are chosen.
     """
     terminals, source = material.learned.terminals, material.source
     trees = trees if isinstance(trees, tuple) else (trees,)
@@ -228,27 +195,7 @@ def _check_name(name: str) -> None:
 
 
 def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, store.Derivation]:
-    """Load the derivation of a saved sequence.
-
-    Parameters
-    ----------
-    database : Store
-        The open store.
-    name : str
-        Name of the capture.
-
-    Returns
-    -------
-    tree : Tree
-        The derivation as a tree.
-    derivation : Derivation
-        The derivation as it is stored, with the segments.
-
-    Raises
-    ------
-    QueryError
-        When there is no such capture, or it has no derivation by a grammar of the database.
-    """
+    """Load the derivation of a saved sequence."""
     info = store.load_capture(database, name)
     derivation = store.load_derivation(database, info.capture_id)
     if derivation is None:
@@ -263,24 +210,6 @@ def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, 
 
 def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tuple[str, ...]:
     """Return the terminals of a string such as ``"a b c"``.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar.
-    text : str or sequence of str
-        Terminals separated by spaces, or a sequence of terminals.
-
-    Returns
-    -------
-    tuple of str
-        The terminals.
-
-    Raises
-    ------
-    QueryError
-        When a name is not a terminal of the grammar (the message suggests the nearest one), or when
-        there are more than ``LONGEST_STRING`` names.
 
     >>> terminals_of(context_free.read_grammar("S -> a b"), "b  a")
     ('b', 'a')

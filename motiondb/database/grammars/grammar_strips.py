@@ -14,88 +14,51 @@ from motiondb.database.grammars.grammar_sequences import GrammarSequence, Materi
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import MOTION_FPS, FloatArray
 
-PATH_STEP = 3
-"""Frames from one point of a path to the next: ten points a second."""
+PATH_STEP = 3  # Frames from one point of a path to the next: ten points a second
 
 
 @dataclass(frozen=True)
 class StripTerminal:
-    """A terminal of a sequence, and its segment.
-
-    Attributes
-    ----------
-    terminal : str
-        Its name.
-    nonterminal : str
-        The nonterminal that generates it.
-    start : float
-        Seconds of the sequence.
-    end : float
-        Seconds of the sequence.
-    capture : str
-        Name of the capture whose segment plays it.
-    source_start : float
-        Start of the segment in the capture, seconds.
-    source_end : float
-        End of the segment, seconds.
-    """
+    """A terminal of a sequence, and its segment."""
 
     terminal: str
-    nonterminal: str
-    start: float
-    end: float
-    capture: str
-    source_start: float
-    source_end: float
+    nonterminal: str  # The nonterminal that generates it
+    start: float  # Seconds of the sequence
+    end: float  # Seconds of the sequence
+    capture: str  # Name of the capture whose segment plays it
+    source_start: float  # Start of the segment in the capture, seconds
+    source_end: float  # End of the segment, seconds
 
 
 @dataclass(frozen=True)
 class TreeNode:
-    """A node of a derivation, in preorder.
-
-    Attributes
-    ----------
-    symbol : str
-        Its symbol.
-    parent : int
-        Number of its parent, -1 for the root.
-    start : int
-        Its first position in the string.
-    end : int
-        The position after its last one.
-    is_terminal : bool
-        Whether it is a terminal.
-    """
+    """A node of a derivation, in preorder."""
 
     symbol: str
-    parent: int
-    start: int
-    end: int
-    is_terminal: bool
+    parent: int  # Number of its parent, -1 for the root
+    start: int  # Its first position in the string
+    end: int  # The position after its last one
+    is_terminal: bool  # Whether it is a terminal
 
 
 def strip(material: Material, sequence: GrammarSequence) -> tuple[StripTerminal, ...]:
-    """Return the terminals of a sequence in order.
-
-    Parameters
-    ----------
-    material : Material
-        The grammar with its takes.
-    sequence : GrammarSequence
-        The sequence.
-    """
+    """Return the terminals of a sequence in order."""
     terminals, sources = material.learned.terminals, material.learned.sources
     nodes = tree_nodes(sequence.tree)
     above = [nodes[node.parent].symbol for node in nodes if node.is_terminal]
     rows = zip(sequence.string, above, sequence.made.spans, sequence.choice.clips, strict=True)
     return tuple(
         StripTerminal(
-            name, nonterminal, start / MOTION_FPS, end / MOTION_FPS,
+            name,
+            nonterminal,
+            start / MOTION_FPS,
+            end / MOTION_FPS,
             sources[int(terminals.takes[clip])].name,
-            float(terminals.starts[clip]) / MOTION_FPS, float(terminals.ends[clip]) / MOTION_FPS,
+            float(terminals.starts[clip]) / MOTION_FPS,
+            float(terminals.ends[clip]) / MOTION_FPS,
         )
         for name, nonterminal, (start, end), clip in rows
-    )  # fmt: skip
+    )
 
 
 def root_path(sequence: GrammarSequence) -> FloatArray:

@@ -22,33 +22,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb import store
-from motiondb.search.described_segments import segment_words
 from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
+from motiondb.search.described_segments import segment_words
 
-N_WORDS = 2
-"""Most words of a terminal. Chosen by hand; not tuned."""
-LEAST_PROBABILITY = 0.25
-"""Least probability of a word in the segments of a terminal. Chosen by hand; not tuned."""
-LEAST_GAIN = 0.05
-"""Least difference from the probability in all segments. Chosen by hand; not tuned."""
+N_WORDS = 2  # Most words of a terminal
+LEAST_PROBABILITY = 0.25  # Least probability of a word in the segments of a terminal
+LEAST_GAIN = 0.05  # Least difference from the probability in all segments
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """Words and motion symbols of a terminal.
+    """Words and motion symbols of a terminal."""
 
-    Attributes
-    ----------
-    words : tuple of (str, float or None)
-        Words with their probability in the segments of the terminal, the largest difference first;
-        None where no own caption has checked the probability (``learning.start.checking``), and
-        where only the alignment of captions of whole takes says that the segments show the word.
-    symbols : tuple of (int, float)
-        Motion symbols with their share of the time of the segments, the largest share first.
-    """
-
+    # Words with their probability in the segments of the terminal, the largest difference first;
+    # None where no own caption has checked the probability (``learning.start.checking``), and where
+    # only the alignment of captions of whole takes says that the segments show the word
     words: tuple[tuple[str, float | None], ...] = ()
+    # Motion symbols with their share of the time of the segments, the largest share first
     symbols: tuple[tuple[int, float], ...] = ()
 
     @property
@@ -66,19 +57,7 @@ def terminal_meanings(
 ) -> tuple[Meaning, ...]:
     """Return the meaning of each terminal.
 
-    Parameters
-    ----------
-    learned : Learned or None
-        What the database has learned.
-    grammar : LearnedGrammar
-        The grammar.
-    numbers : mapping of int to int
-        Take -> number of its capture, for the takes whose captures are in the database.
-
-    Returns
-    -------
-    tuple of Meaning
-        One for each terminal; empty meanings if ``learned`` is None.
+    `numbers`: Take -> number of its capture, for the takes whose captures are in the database.
     """
     if learned is None:
         return (Meaning(),) * len(grammar.terminals.names)
@@ -92,24 +71,16 @@ def terminal_meanings(
 
 @dataclass(frozen=True, eq=False)
 class Shares:
-    """The symbols and words of the segments of each terminal.
+    """The symbols and words of the segments of each terminal."""
 
-    Attributes
-    ----------
-    words : array (terminals, words)
-        Probability of each word in the segments of each terminal; no columns without a word map.
-    aligned : array (terminals, words)
-        Whether more than half of the probability of a word comes from the alignment of captions.
-    usual : array (words,)
-        Probability of each word in all segments.
-    symbols : array (terminals, symbols)
-        Share of the time that each motion symbol covers.
-    """
-
+    # (terminals, words): probability of each word in the segments of each terminal; no columns
+    # without a word map
     words: FloatArray
+    # (terminals, words): whether more than half of the probability of a word comes from the
+    # alignment of captions
     aligned: NDArray[np.bool_]
-    usual: FloatArray
-    symbols: FloatArray
+    usual: FloatArray  # (words,): probability of each word in all segments
+    symbols: FloatArray  # (terminals, symbols): share of the time that each motion symbol covers
 
 
 def terminal_shares(
@@ -117,14 +88,7 @@ def terminal_shares(
 ) -> Shares:
     """Return the words and motion symbols that the segments of each terminal show.
 
-    Parameters
-    ----------
-    learned : Learned
-        What the database has learned.
-    grammar : LearnedGrammar
-        The grammar.
-    numbers : mapping of int to int
-        Take -> number of its capture, for the takes whose captures are in the database.
+    `numbers`: Take -> number of its capture, for the takes whose captures are in the database.
     """
     terminals = grammar.terminals
     n = len(terminals.names)
@@ -162,15 +126,6 @@ def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...
     A terminal shows a word that is more probable in its segments than in all segments of the takes.
     Without a word map, the probability of a word is that of the association, given the motion
     symbols of the terminal.
-
-    Parameters
-    ----------
-    learned : Learned
-        What the database has learned.
-    shares : Shares
-        The symbols and words of the segments of each terminal.
-    word : str
-        A word of the vocabulary.
     """
     number = learned.association.words.index(word)
     if shares.words.size:
@@ -185,19 +140,7 @@ def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...
 def _words(
     row: FloatArray, usual: FloatArray, known: tuple[str, ...], checked: NDArray[np.bool_]
 ) -> tuple[tuple[str, float | None], ...]:
-    """Select the words of a terminal.
-
-    Parameters
-    ----------
-    row : array (words,)
-        Probability of each word in the segments of the terminal.
-    usual : array (words,)
-        Probability of each word in all segments.
-    known : tuple of str
-        The words.
-    checked : array (words,)
-        Whether the probability of each word in these segments was checked.
-    """
+    """Select the words of a terminal; `row`, `usual`, `checked` (words,)."""
     gain = row - usual
     order = np.argsort(-gain, kind="stable")[:N_WORDS]
     return tuple(

@@ -26,8 +26,7 @@ from motiondb.learn.start.knowledge import Knowledge, begin
 from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
 
-_ATTEMPTS = 3
-"""How often to learn from the beginning where captures change meanwhile. Chosen by hand."""
+_ATTEMPTS = 3  # How often to learn from the beginning where captures change meanwhile
 
 
 def learn(
@@ -38,24 +37,8 @@ def learn(
 ) -> LearnedModel:
     """Derive everything from the captures that were captured (not generated), and save it.
 
-    Parameters
-    ----------
-    opened : Store
-        The open store.
-    settings : LearnSettings
-        What decides the result.
-    progress : callable, optional
-        Called with the step and the share of it that is done.
-    start : str, Path or Knowledge, optional
-        What to start from (:func:`motiondb.database.learn.starting.find_start`). None: the start
-        that the database used when it learned before, if any.
-
-    Raises
-    ------
-    MotionDBError
-        When the database holds no captures, or fewer segments than the requested symbols.
-    KnowledgeError
-        When there is no such knowledge.
+    `start`: What to start from (:func:`motiondb.database.learn.starting.find_start`). None: the
+    start that the database used when it learned before, if any.
     """
     tell = progress or (lambda _what, _share: None)
     store.check_writable(opened)

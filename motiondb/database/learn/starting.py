@@ -17,16 +17,15 @@ from motiondb.files.knowledge_file import (
     read_summary,
     write_knowledge,
 )
-from motiondb.search.word_sources import why_unchecked
 from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import ORIGIN_NAME, started_from
 from motiondb.learn.start.joining import fits, start_weight, strange_share
 from motiondb.learn.start.knowledge import Knowledge
 from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.search.word_sources import why_unchecked
 
-NONE = "none"
-"""Name that means no start."""
+NONE = "none"  # Name that means no start
 ENDING = ".knowledge"
 _RUN = ("kind", "seed", "version")  # of a run, what does not depend on the machine or the day
 
@@ -77,22 +76,8 @@ def find_start(
 ) -> Knowledge | None:
     """What ``learn`` starts from; None if it starts from nothing.
 
-    Parameters
-    ----------
-    opened : Store
-        The open store.
-    start : str, Path, Knowledge or None
-        A shipped name, a file, knowledge itself or "none"; None means the start that the database
-        used before.
-    settings : LearnSettings
-        A number of symbols contradicts a start, whose symbols are taken over.
-
-    Raises
-    ------
-    KnowledgeError
-        When there is no such knowledge.
-    QueryError
-        When a number of symbols is given too.
+    `start`: A shipped name, a file, knowledge itself or "none"; None means the start that the
+    database used before.
     """
     if isinstance(start, Knowledge):
         knowledge: Knowledge | None = start
@@ -130,13 +115,7 @@ def export(
 
 
 def start_knowledge(learned: Learned) -> Knowledge:
-    """The knowledge that a database started from.
-
-    Raises
-    ------
-    NotLearnedError
-        When it learned without a start.
-    """
+    """The knowledge that a database started from."""
     if learned.started is None:
         raise NotLearnedError(
             f"{learned.source}: expected a database that learned with a start, found one that "

@@ -16,32 +16,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motiondb import store
-from motiondb.meaning import counting
-from motiondb.meaning.counting import Counted
+from motiondb.language import vocabulary
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.parameter_arrays import COUNTED_NAME, from_stored, to_stored
 from motiondb.learn.recognition import recognise_capture
 from motiondb.learn.recounting import with_counts
+from motiondb.meaning import counting
+from motiondb.meaning.counting import Counted
 from motiondb.records import SegmentTable
-from motiondb.language import vocabulary
 
 
 @dataclass
 class Change:
-    """The result of counting a change of captures or words.
+    """The result of counting a change of captures or words."""
 
-    Attributes
-    ----------
-    added : list of int
-        Numbers of the captures that the body of :func:`counted` adds; filled by the body.
-    counted : tuple of int
-        Numbers of the captures that were counted after the change.
-    new_words : tuple of str
-        Words in their captions that the vocabulary lacks; the next ``learn`` counts them.
-    """
-
+    # Numbers of the captures that the body of :func:`counted` adds; filled by the body
     added: list[int] = field(default_factory=list)
-    counted: tuple[int, ...] = ()
+    counted: tuple[int, ...] = ()  # Numbers of the captures that were counted after the change
+    # Words in their captions that the vocabulary lacks; the next ``learn`` counts them
     new_words: tuple[str, ...] = ()
 
 
@@ -49,19 +41,7 @@ class Change:
 def changing(
     opened: store.Store, kind: str, parameters: Mapping[str, object], touched: Iterable[int] = ()
 ) -> Iterator[Change]:
-    """A transaction with a separate run around :func:`counted`.
-
-    Parameters
-    ----------
-    opened : Store
-        The open store.
-    kind : str
-        Kind of the run.
-    parameters : dict
-        Parameters of the run.
-    touched : iterable of int
-        Captures whose words may change, or that may be removed.
-    """
+    """A transaction with a separate run around :func:`counted`."""
     with store.transaction(opened):
         run_id = store.start_run(opened, kind, parameters)
         with counted(opened, run_id, touched) as change:
@@ -75,15 +55,6 @@ def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> It
 
     Nothing is counted if the database has not learned, or learned with an earlier version without
     counts.
-
-    Parameters
-    ----------
-    opened : Store
-        The open store.
-    run_id : int
-        Run of the change; saved rows refer to it.
-    touched : iterable of int
-        Captures whose words may change, or that may be removed.
     """
     change, wanted = Change(), set(touched)
     model = _load_counted(opened)

@@ -20,8 +20,7 @@ from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import parse_diagram
 from motiondb.scene.services import casting
 
-WHERE = "board"
-"""Name of the diagram in messages."""
+WHERE = "board"  # Name of the diagram in messages
 _LINE = re.compile(rf"{WHERE}:(\d+)(?::\d+)?: ?")
 LONGEST_TEXT = 100_000
 """Most characters of a diagram. Chosen by hand: the longest shipped one has 1,500."""
@@ -29,51 +28,25 @@ LONGEST_TEXT = 100_000
 
 @dataclass(frozen=True)
 class BoardFault:
-    """Why a diagram cannot be played.
+    """Why a diagram cannot be played."""
 
-    Attributes
-    ----------
-    line : int
-        Line of the text, from 1; 0 if it is about the whole diagram.
-    message : str
-        The sentence, without the place.
-    player : str
-        The player who cannot do what the diagram requires, or "".
-    """
-
-    line: int
-    message: str
-    player: str = ""
+    line: int  # Line of the text, from 1; 0 if it is about the whole diagram
+    message: str  # The sentence, without the place
+    player: str = ""  # The player who cannot do what the diagram requires, or ""
 
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """A diagram with its facts.
-
-    Attributes
-    ----------
-    text : str
-        Its text.
-    diagram : Diagram or None
-        The diagram; None if the text cannot be read.
-    grammar : MotionGrammar or None
-        Its grammar; None if there is none of this name.
-    faults : tuple of BoardFault
-        Why it cannot be played; none for one that can.
-    holder : str
-        Name of the player who has the ball at first, or "".
-    strings : dict of str to tuple of str
-        Shortest string of actions of each player who can do what the diagram requires.
-    expressions : dict of str to str
-        The requirements of each player, in the notation of the paper.
-    """
+    """A diagram with its facts."""
 
     text: str
-    diagram: Diagram | None = None
-    grammar: MotionGrammar | None = None
-    faults: tuple[BoardFault, ...] = ()
-    holder: str = ""
+    diagram: Diagram | None = None  # The diagram; None if the text cannot be read
+    grammar: MotionGrammar | None = None  # Its grammar; None if there is none of this name
+    faults: tuple[BoardFault, ...] = ()  # Why it cannot be played; none for one that can
+    holder: str = ""  # Name of the player who has the ball at first, or ""
+    # Shortest string of actions of each player who can do what the diagram requires
     strings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # The requirements of each player, in the notation of the paper
     expressions: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -83,13 +56,7 @@ class Board:
 
 
 def read_board(text: str) -> Board:
-    """Return the facts of the text of a diagram with a shipped grammar.
-
-    Raises
-    ------
-    SceneError
-        The text is too long.
-    """
+    """Return the facts of the text of a diagram with a shipped grammar."""
     if len(text) > LONGEST_TEXT:
         raise SceneError(
             f"{WHERE}: expected at most {LONGEST_TEXT} characters, found {len(text)}. Shorten it."
@@ -111,10 +78,14 @@ def read_board(text: str) -> Board:
     faults = tuple(f for name, told in unable.items() for f in _faults(told, name))
     asked = expressions.expressions(diagram)
     return Board(
-        text, diagram, grammar, faults, possession.first_holder(diagram),
+        text,
+        diagram,
+        grammar,
+        faults,
+        possession.first_holder(diagram),
         {name: tree.leaves() for name, tree in trees.items()},
         {name: "".join(map(str, items)) for name, items in asked.items()},
-    )  # fmt: skip
+    )
 
 
 def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING
 from motiondb import store
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.scenes.scene_words import take_phrases
-from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.language.vocabulary import split_actions, words_of
+from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.search.taking import Taking
 
 if TYPE_CHECKING:
@@ -65,17 +65,11 @@ class ShownAction:
 
 @dataclass(frozen=True)
 class FoundActions:
-    """What captions show of a motion grammar.
+    """What captions show of a motion grammar."""
 
-    Attributes
-    ----------
-    parts : dict
-        Name of a terminal -> the parts of captures that show it, each once.
-    takings : dict
-        Word of a phrase that no caption holds -> what it is taken as (:mod:`.scene_words`).
-    """
-
+    # Name of a terminal -> the parts of captures that show it, each once
     parts: Mapping[str, tuple[ShownAction, ...]]
+    # Word of a phrase that no caption holds -> what it is taken as (:mod:`.scene_words`)
     takings: Mapping[str, Taking]
 
 
@@ -89,14 +83,8 @@ def find_actions(
 def find_with_words(session: Session, grammar: MotionGrammar, exact: bool = False) -> FoundActions:
     """Return the parts of captures that show each terminal, and what unknown words are taken as.
 
-    Parameters
-    ----------
-    session : Session
-        The session.
-    grammar : MotionGrammar
-        The grammar.
-    exact : bool
-        Whether words that no caption holds match nothing rather than being taken as known ones.
+    `exact`: Whether words that no caption holds match nothing rather than being taken as known
+    ones.
     """
     synonyms = store.load_synonyms(session.store)
     captions = _load_captions(session, synonyms)

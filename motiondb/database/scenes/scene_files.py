@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from motiondb.files.bounded_files import read_bounded_text
 from motiondb.errors import SceneError, suggestion
+from motiondb.files.bounded_files import read_bounded_text
 from motiondb.files.file_names import is_file
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -29,13 +29,7 @@ def shipped(ending: str) -> tuple[str, ...]:
 
 
 def read_grammar(name: str | Path) -> MotionGrammar:
-    """Read a motion grammar from a file, or the shipped one of this name.
-
-    Raises
-    ------
-    SceneError
-        There is no such grammar, or it has a fault.
-    """
+    """Read a motion grammar from a file, or the shipped one of this name."""
     return read_motion_grammar(*text_of(name, GRAMMAR))
 
 
@@ -46,13 +40,7 @@ def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
 
 
 def shipped_text(name: str, ending: str) -> str:
-    """Return the text of a shipped file, and of no other.
-
-    Raises
-    ------
-    SceneError
-        No shipped file has this name.
-    """
+    """Return the text of a shipped file, and of no other."""
     if name not in shipped(ending):
         near = suggestion(name, shipped(ending)) or f" There are: {', '.join(shipped(ending))}."
         raise SceneError(f"{name}: expected a shipped {_KINDS[ending]}, found no such name.{near}")
@@ -61,13 +49,7 @@ def shipped_text(name: str, ending: str) -> str:
 
 
 def text_of(name: str | Path, ending: str) -> tuple[str, str]:
-    """Return the text of a file or of a shipped one, and its name in messages.
-
-    Raises
-    ------
-    SceneError
-        There is no such file, or it is not UTF-8.
-    """
+    """Return the text of a file or of a shipped one, and its name in messages."""
     path = Path(name)
     plain = str(name).removesuffix(ending)
     if not is_file(path) and plain in shipped(ending):

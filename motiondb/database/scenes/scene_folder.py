@@ -24,25 +24,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb import pictures, store
 from motiondb import files as capture
-from motiondb.files.writers.gltf_scene import Character
+from motiondb import pictures, store
+from motiondb.body import body, retarget
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_files import GRAMMAR, TACTICS
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json
 from motiondb.database.scenes.scene_reports import report_facts, report_text
 from motiondb.errors import MotionDBError, SceneError
+from motiondb.files.writers.gltf_scene import Character
 from motiondb.pictures.scenes.scene_paths import performer_colours
-from motiondb.body import body, retarget
 from motiondb.records import Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
 
-RECORD = "scene.json"
-"""Name of the file with the record of a scene."""
-_LEFT_OUT = 2.0
-"""Frames of a capture between two frames of a scene, above which some were left out."""
+RECORD = "scene.json"  # Name of the file with the record of a scene
+_LEFT_OUT = 2.0  # Frames of a capture between two frames of a scene, above which some were left out
 
 
 def fill_scene_folder(
@@ -53,23 +51,7 @@ def fill_scene_folder(
     progress: SceneProgress,
     drawn: bool = True,
 ) -> None:
-    """Write everything of a scene into an empty folder, such as :func:`whole_folder` gives.
-
-    Parameters
-    ----------
-    made : MadeScene
-        The scene.
-    record : store.StoredScene
-        Its record.
-    provenance : dict of str to store.Provenance
-        Origin of the frames of every player.
-    folder : Path
-        The folder.
-    progress : SceneProgress
-        Called with the progress of drawing.
-    drawn : bool
-        Whether pictures are made.
-    """
+    """Write everything of a scene into an empty folder, such as :func:`whole_folder` gives."""
     motions = {player.player: player.motion for player in made.polished.players}
     for player in made.polished.players:
         name = player.player
@@ -194,13 +176,7 @@ def waiting(edits: Sequence[str]) -> NDArray[np.bool_]:
 
 
 def check_scene_folder(folder: Path) -> None:
-    """Refuse a folder that cannot hold a scene, before anything is computed.
-
-    Raises
-    ------
-    MotionDBError
-        It cannot be written, or holds something else.
-    """
+    """Refuse a folder that cannot hold a scene, before anything is computed."""
     if not folder.absolute().parent.is_dir():
         raise MotionDBError(
             f"{folder}: expected the folder {folder.parent}, found none. Make the folder first."
@@ -228,13 +204,7 @@ def _unwritable(folder: Path, error: OSError) -> MotionDBError:
 
 
 def read_scene_folder(folder: Path) -> store.StoredScene:
-    """Read the record in a scene's folder.
-
-    Raises
-    ------
-    SceneError
-        The folder holds no scene, or one that was not written by motiondb.
-    """
+    """Read the record in a scene's folder."""
     path = folder / RECORD
     try:
         record = from_json(path.read_text(encoding="utf-8"), str(path))
@@ -255,26 +225,14 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
 
 
 def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
-    """Read the motions of a scene's characters from their BVH files.
-
-    Raises
-    ------
-    MotionDBError
-        A file is missing or has a fault.
-    """
+    """Read the motions of a scene's characters from their BVH files."""
     return {
         name: retarget.to_motion(capture.read_capture(folder / f"{name}.bvh")) for name in names
     }
 
 
 def draw_folder(folder: Path, png: Path) -> Path:
-    """Draw the paths of the characters of a scene's folder over its diagram.
-
-    Raises
-    ------
-    MotionDBError
-        The folder holds no scene, or the picture cannot be written.
-    """
+    """Draw the paths of the characters of a scene's folder over its diagram."""
     record = read_scene_folder(folder)
     diagram = read_diagram(record.diagram, str(folder))
     motions = read_motions(folder, [player.name for player in record.players])
@@ -311,13 +269,7 @@ def _runs(process: int) -> bool:
 
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise.
-
-    Raises
-    ------
-    MotionDBError
-        The folder cannot be written, or holds something other than a scene.
-    """
+    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise."""
     _mend(folder.absolute())
     check_scene_folder(folder)
     folder = folder.absolute()

@@ -48,21 +48,8 @@ def scene_clips(
 ) -> SceneClips:
     """Return the clips of all terminals of a grammar.
 
-    Parameters
-    ----------
-    session : Session
-        The session.
-    grammar : MotionGrammar
-        The grammar.
-    settings : VariantSettings or None
-        Settings of the variants.
-    exact : bool
-        Whether words that no caption holds match nothing rather than being taken as known ones.
-
-    Raises
-    ------
-    SceneError
-        A terminal has no clip. The message names it, its phrases, and a remedy.
+    `exact`: Whether words that no caption holds match nothing rather than being taken as known
+    ones.
     """
     chosen = settings or VariantSettings()
     return session.kept(

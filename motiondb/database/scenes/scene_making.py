@@ -38,15 +38,12 @@ from motiondb.scene.sampling.warm_start import WARM, warm_start
 SceneProgress = Callable[[str, float, float], None]
 """Called with the name of the step, the fraction that is done, and the error (NaN if unknown)."""
 
-_MOST_CHAINS = 64
-"""Most Markov chains; more only take memory."""
+_MOST_CHAINS = 64  # Most Markov chains; more only take memory
 FASTEST = 8.0
-"""Speed of a pelvis, m/s, above which a scene is begun again; players on a court are slower. Chosen
-by hand."""
+"""Speed of a pelvis, m/s, above which a scene is begun again; players on a court are slower."""
 
 
-Start = tuple[Diagram, SceneState]
-"""The diagram and the state of an earlier scene."""
+Start = tuple[Diagram, SceneState]  # The diagram and the state of an earlier scene
 FirstMotion = Callable[[PolishedScene], None]
 """Called with the motions of the first try, before they are measured and other tries are made."""
 
@@ -114,51 +111,23 @@ class SceneSettings:
 
 @dataclass(frozen=True, eq=False)
 class MadeScene:
-    """A scene, and how it was made.
+    """A scene, and how it was made."""
 
-    Attributes
-    ----------
-    text : SceneText
-        The diagram and the grammar.
-    settings : SceneSettings
-        The settings.
-    clips : SceneClips
-        The clips.
-    state : SceneState
-        The sampled scene.
-    table : RuleTable
-        Its rules.
-    polished : PolishedScene
-        The polished scene.
-    report : SceneReport
-        The report.
-    trace : Trace
-        The course of the sampling.
-    error : float
-        -log P(Z) before polishing.
-    tries : int
-        Number of the try that was kept.
-    seconds : dict of str to float
-        Time taken by each part of the work.
-    cut_short : bool
-        Whether the limit of time ended the sampling, or prevented another try. The seed alone then
-        does not fix the scene.
-    cut_at : tuple[int, int, int]
-        The last try, its rounds that were done, and the rounds of a try.
-    """
-
-    text: SceneText
+    text: SceneText  # The diagram and the grammar
     settings: SceneSettings
     clips: SceneClips
     state: SceneState
     table: RuleTable
     polished: PolishedScene
     report: SceneReport
-    trace: Trace
-    error: float
-    tries: int
-    seconds: dict[str, float]
+    trace: Trace  # The course of the sampling
+    error: float  # -log P(Z) before polishing
+    tries: int  # Number of the try that was kept
+    seconds: dict[str, float]  # Time taken by each part of the work
+    # Whether the limit of time ended the sampling, or prevented another try. The seed alone then
+    # does not fix the scene
     cut_short: bool
+    # The last try, its rounds that were done, and the rounds of a try
     cut_at: tuple[int, int, int] = (0, 0, 0)
 
     @property
@@ -187,25 +156,7 @@ def make(
 ) -> MadeScene:
     """Sample a scene and polish it; repeat with other random numbers while faults remain.
 
-    Parameters
-    ----------
-    text : SceneText
-        The diagram and the grammar.
-    clips : SceneClips
-        The clips.
-    settings : SceneSettings
-        Settings.
-    progress : SceneProgress
-        Called with the progress.
-    start : Start or None
-        The diagram and state of an earlier scene to continue from; None to begin anew.
-    shown : FirstMotion or None
-        Called with the motions of the first try.
-
-    Raises
-    ------
-    SceneError
-        The grammar has no string that meets the requirements of the diagram for a player.
+    `start`: The diagram and state of an earlier scene to continue from; None to begin anew.
     """
     seeds = np.random.default_rng(settings.seed).spawn(settings.tries)
     sampler = _sampler(settings, start is not None)
@@ -290,9 +241,19 @@ def _attempt(
     report = report_scene(state, clips.library, clips.motions, table, polished)
     seconds["polishing"] += time.monotonic() - began
     return MadeScene(
-        text, settings, clips, state, table, polished, report, trace, trace.final, number + 1,
-        seconds, cut_short,
-    )  # fmt: skip
+        text,
+        settings,
+        clips,
+        state,
+        table,
+        polished,
+        report,
+        trace,
+        trace.final,
+        number + 1,
+        seconds,
+        cut_short,
+    )
 
 
 def _badness(made: MadeScene) -> tuple[int, float]:

@@ -24,26 +24,13 @@ from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 
-FORMAT = "motiondb scene 1"
-"""Marks the files of records."""
+FORMAT = "motiondb scene 1"  # Marks the files of records
 
 
 def scene_record(
     made: MadeScene, name: str, digests: Mapping[str, str], report: Mapping[str, Any]
 ) -> store.StoredScene:
-    """Return the record of a made scene.
-
-    Parameters
-    ----------
-    made : MadeScene
-        The scene.
-    name : str
-        Its name.
-    digests : dict of str to str
-        Sha256 of captures by name.
-    report : dict of str to Any
-        Further facts for JSON.
-    """
+    """Return the record of a made scene."""
     ball = made.polished.ball
     return store.StoredScene(
         name=name,
@@ -81,13 +68,20 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
         begins = state.delay + np.concatenate([[0], np.cumsum(library.n_frames[entries])])
         clips = tuple(
             store.SceneClip(
-                action, s.capture, digests.get(s.capture, ""), s.start, s.end, s.mirrored,
-                s.bend, s.stretch, int(begin),
+                action,
+                s.capture,
+                digests.get(s.capture, ""),
+                s.start,
+                s.end,
+                s.mirrored,
+                s.bend,
+                s.stretch,
+                int(begin),
             )
             for action, s, begin in zip(
                 state.tree.leaves(), (library.source[e] for e in entries), begins, strict=False
             )
-        )  # fmt: skip
+        )
         x, z, heading = (float(value) for value in state.origin)
         rules = choices_of(state.tree)
         players.append(
@@ -97,26 +91,14 @@ def _players(made: MadeScene, digests: Mapping[str, str]) -> tuple[store.ScenePl
 
 
 def record_text(record: store.StoredScene) -> SceneText:
-    """Read the diagram and grammar of a record again.
-
-    Raises
-    ------
-    SceneError
-        A text has a fault.
-    """
+    """Read the diagram and grammar of a record again."""
     diagram = read_diagram(record.diagram, f"{record.name}: diagram")
     grammar = read_motion_grammar(record.grammar, f"{record.name}: grammar")
     return SceneText(diagram, grammar, record.diagram, record.grammar)
 
 
 def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrary) -> SceneState:
-    """Return the state of a record with the entries of a library.
-
-    Raises
-    ------
-    SceneError
-        The record does not fit its own diagram or grammar, or the library has no clip.
-    """
+    """Return the state of a record with the entries of a library."""
     players = []
     for who in text.diagram.players:
         kept = next((player for player in record.players if player.name == who.name), None)
@@ -176,9 +158,13 @@ def to_json(record: store.StoredScene) -> str:
 
 
 _TYPES: dict[str, type | tuple[type, ...]] = {
-    "name": str, "diagram": str, "grammar": str, "error": (int, float), "n_frames": int,
+    "name": str,
+    "diagram": str,
+    "grammar": str,
+    "error": (int, float),
+    "n_frames": int,
     "report": dict,
-}  # fmt: skip
+}
 
 
 def _check_types(facts: Mapping[str, Any]) -> None:
@@ -188,13 +174,7 @@ def _check_types(facts: Mapping[str, Any]) -> None:
 
 
 def from_json(text: str, where: str) -> store.StoredScene:
-    """Read a record from its text.
-
-    Raises
-    ------
-    SceneError
-        It is not the text of a record.
-    """
+    """Read a record from its text."""
     try:
         facts = json.loads(text)
         if facts.pop("format") != FORMAT:

@@ -66,13 +66,7 @@ class SceneText:
 
 
 def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
-    """Read a diagram by its file or name, with its grammar, which must allow it.
-
-    Raises
-    ------
-    SceneError
-        Either has a fault, or the grammar does not allow what is drawn.
-    """
+    """Read a diagram by its file or name, with its grammar, which must allow it."""
     text, where = text_of(str(diagram), TACTICS)
     read = read_diagram(text, where)
     grammar_text, grammar_where = text_of(grammar_file(read, str(diagram)), GRAMMAR)

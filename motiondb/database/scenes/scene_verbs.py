@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.body import body
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generate.keeping import keep_generated
 from motiondb.database.learn import updating
@@ -37,7 +38,6 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_reports import source_list
 from motiondb.database.scenes.scene_texts import SceneTextVerbs, read_scene_text
 from motiondb.errors import QueryError, suggestion
-from motiondb.body import body
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed

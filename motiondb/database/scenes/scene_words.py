@@ -19,24 +19,15 @@ from motiondb.language.nearby.table import NearbyTable
 from motiondb.search.taking import TAKEN, Taking, take_word
 
 Phrases = tuple[frozenset[str], ...]
-MOST_PHRASES = 50
-"""Phrases that one phrase may become. Chosen by hand, to bound the time."""
+MOST_PHRASES = 50  # Phrases that one phrase may become. Chosen by hand, to bound the time
 
 
 @dataclass(frozen=True)
 class TakenPhrases:
-    """What the phrases of terminals without clips are taken as.
+    """What the phrases of terminals without clips are taken as."""
 
-    Attributes
-    ----------
-    phrases : dict
-        Name of a terminal -> the phrases that it is asked for with.
-    takings : dict
-        Word that no caption holds -> what it is taken as.
-    """
-
-    phrases: Mapping[str, Phrases]
-    takings: Mapping[str, Taking]
+    phrases: Mapping[str, Phrases]  # Name of a terminal -> the phrases that it is asked for with
+    takings: Mapping[str, Taking]  # Word that no caption holds -> what it is taken as
 
 
 def take_phrases(
@@ -45,19 +36,7 @@ def take_phrases(
     known: frozenset[str],
     table: NearbyTable,
 ) -> TakenPhrases:
-    """Take the words of phrases that no caption holds.
-
-    Parameters
-    ----------
-    asked : mapping of str to tuple of frozenset of str
-        Name of every terminal -> the words of each of its phrases.
-    missing : iterable of str
-        Names of the terminals that no caption shows.
-    known : frozenset of str
-        Lemmas of the captions.
-    table : NearbyTable
-        The table of replacements of words.
-    """
+    """Take the words of phrases that no caption holds."""
     phrases: dict[str, Phrases] = {}
     takings: dict[str, Taking] = {}
     for name in missing:
@@ -65,9 +44,10 @@ def take_phrases(
         takeable = known - others
         here = {
             word: taking
-            for phrase in asked[name] for word in sorted(phrase - known)
+            for phrase in asked[name]
+            for word in sorted(phrase - known)
             if (taking := _sure(take_word(word, takeable, table))).words
-        }  # fmt: skip
+        }
         replaced = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
         if replaced:
             phrases[name] = tuple(replaced)

@@ -28,9 +28,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
-from motiondb.errors import CaptureError
 from motiondb.body import rotation
+from motiondb.errors import CaptureError
+from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.records import Clip, FloatArray, Skeleton
 
 _TABLE = (
@@ -68,10 +68,23 @@ _ENDS = (
 N_JOINTS = len(_TABLE)
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate")
 _UNREADABLE = (
-    ValueError, OSError, EOFError, KeyError, AttributeError, RuntimeError, NotImplementedError,
-    IndexError, TypeError, OverflowError, SyntaxError, MemoryError, struct.error,
-    zipfile.BadZipFile, zlib.error, tokenize.TokenError,
-)  # fmt: skip
+    ValueError,
+    OSError,
+    EOFError,
+    KeyError,
+    AttributeError,
+    RuntimeError,
+    NotImplementedError,
+    IndexError,
+    TypeError,
+    OverflowError,
+    SyntaxError,
+    MemoryError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+    tokenize.TokenError,
+)
 """Exceptions of NumPy and zipfile for files that are not npz files."""
 _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
@@ -103,27 +116,7 @@ def skeleton(unit: float = 1.0) -> Skeleton:
 
 
 def read_amass(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
-    """Read the clip in the bytes of an npz file.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    path : object
-        Name of the file in messages.
-    options : ReadOptions or None
-        How to read it. ``unit`` None: 1; the body is scaled alike.
-
-    Returns
-    -------
-    Clip
-        Metres, y up.
-
-    Raises
-    ------
-    CaptureError
-        For files that are no npz, lack an array, or hold arrays of wrong types or shapes.
-    """
+    """Read the clip in the bytes of an npz file."""
     options = options or ReadOptions()
     arrays = _load(data, path)
     poses, trans = _poses(arrays, path), _array(arrays, "trans", path)
@@ -186,11 +179,6 @@ def _read_array(file: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[np.gene
     """Return the array of a member; its header must fit the size of the member.
 
     The member is unpacked piece by piece into the array, so that it is not in memory twice.
-
-    Raises
-    ------
-    ValueError
-        If it does not, or the array holds Python objects.
     """
     with file.open(info) as member:
         version = npy.read_magic(member)

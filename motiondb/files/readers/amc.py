@@ -14,7 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from motiondb.body import rotation
+from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size
+from motiondb.files.readers.asf import AcclaimBody, Bone, axis_rotation, read_asf
 from motiondb.files.text import (
     CUT_SHORT,
     MAX_FAULTS,
@@ -27,21 +30,16 @@ from motiondb.files.text import (
     shorten,
     to_numbers,
 )
-from motiondb.files.readers.asf import AcclaimBody, Bone, axis_rotation, read_asf
-from motiondb.errors import CaptureError, suggestion
-from motiondb.body import rotation
 from motiondb.records import Clip, FloatArray
 
-DEFAULT_FPS = 120.0
-"""The rate of the CMU database, from which most AMC files come."""
+DEFAULT_FPS = 120.0  # The rate of the CMU database, from which most AMC files come
 _FRAME_NUMBER = re.compile(rb"(?m)^[ \t]*[0-9]+[ \t\r]*$")
 _MORE_LINES = 400
 """Lines of the first frame that are compared beyond one for each bone, so that the faults of a
 frame with blank lines and unknown bones are all listed, and a file without frame numbers does not
 make the comparison endless."""
 
-Layout = list[tuple[str, int]]
-"""(bone, number of values) in the order of the lines of a frame."""
+Layout = list[tuple[str, int]]  # (bone, number of values) in the order of the lines of a frame
 
 
 class AsfFile(NamedTuple):
@@ -56,26 +54,7 @@ def read_amc(
 ) -> Clip:
     """Read the clip in the bytes of an AMC file and of its ASF.
 
-    Parameters
-    ----------
-    data : bytes
-        Content of the motion file.
-    path : object
-        Name of the motion file in messages.
-    asf : AsfFile or None
-        The skeleton file.
-    options : ReadOptions or None
-        How to read it. ``fps`` None: 120; ``unit`` None: the unit in the ASF.
-
-    Returns
-    -------
-    Clip
-        Metres, in the world axes of the file.
-
-    Raises
-    ------
-    CaptureError
-        Without an ASF, with the ASF of another body, or with all structural faults and their lines.
+    `options`: How to read it. ``fps`` None: 120; ``unit`` None: the unit in the ASF.
     """
     options = options or ReadOptions()
     if asf is None:

@@ -16,14 +16,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from motiondb.body import rotation
+from motiondb.errors import CaptureError
 from motiondb.files.text import Faults, clean_bytes, decode, number, quoted, shorten
 from motiondb.files.units import UNITS, find_unit, scaled
-from motiondb.errors import CaptureError
-from motiondb.body import rotation
 from motiondb.records import FloatArray, Skeleton
 
-CMU_LENGTH = 0.45
-"""``length 0.45`` in the units means inches divided by 0.45."""
+CMU_LENGTH = 0.45  # ``length 0.45`` in the units means inches divided by 0.45
 _ROOT_ORDER = ("tx", "ty", "tz", "rx", "ry", "rz")
 _JOINT_CHANNELS = ("Zrotation", "Yrotation", "Xrotation")
 _ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", *_JOINT_CHANNELS)
@@ -31,67 +30,31 @@ _ROOT_CHANNELS = ("Xposition", "Yposition", "Zposition", *_JOINT_CHANNELS)
 
 @dataclass
 class Bone:
-    """One bone.
+    """One bone."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the bone.
-    line : int
-        Line where it begins.
-    direction : tuple of 3 float
-        Direction in the rest pose, world axes, any length.
-    length : float
-        Length in the file's unit.
-    axis : tuple of 3 float
-        Angles of the axis rotation C, in the file's angle unit.
-    order : str
-        Order of the axes of these angles, such as "XYZ".
-    dof : tuple of str
-        Degrees of freedom in the order of the values of an AMC line.
-    """
-
-    name: str
-    line: int
+    name: str  # Name of the bone
+    line: int  # Line where it begins
+    # Direction in the rest pose, world axes, any length
     direction: tuple[float, ...] = (0.0, 0.0, 0.0)
-    length: float = 0.0
+    length: float = 0.0  # Length in the file's unit
+    # Angles of the axis rotation C, in the file's angle unit
     axis: tuple[float, ...] = (0.0, 0.0, 0.0)
-    order: str = "XYZ"
-    dof: tuple[str, ...] = ()
+    order: str = "XYZ"  # Order of the axes of these angles, such as "XYZ"
+    dof: tuple[str, ...] = ()  # Degrees of freedom in the order of the values of an AMC line
 
 
 @dataclass(frozen=True, eq=False)
 class AcclaimBody:
-    """The parts of an ASF that its AMC files need.
+    """The parts of an ASF that its AMC files need."""
 
-    Attributes
-    ----------
-    skeleton : Skeleton
-        Metres; joint 0 is "root".
-    bones : tuple of Bone
-        One for each joint; the root's ``dof`` is its order of channels.
-    axes : array (joints, 4)
-        Axis rotations C, quaternions w, x, y, z.
-    root_position : array (3,)
-        Added to the root's translation, metres.
-    unit : float
-        Metres per length unit.
-    degrees : bool
-        Whether angles are in degrees if the AMC does not say.
-    name : str
-        Name of the file in messages.
-    notes : tuple of str
-        Sentences about the length unit.
-    """
-
-    skeleton: Skeleton
-    bones: tuple[Bone, ...]
-    axes: FloatArray
-    root_position: FloatArray
-    unit: float
-    degrees: bool
-    name: str
-    notes: tuple[str, ...] = ()
+    skeleton: Skeleton  # Metres; joint 0 is "root"
+    bones: tuple[Bone, ...]  # One for each joint; the root's ``dof`` is its order of channels
+    axes: FloatArray  # (joints, 4): axis rotations C, quaternions w, x, y, z
+    root_position: FloatArray  # (3,): added to the root's translation, metres
+    unit: float  # Metres per length unit
+    degrees: bool  # Whether angles are in degrees if the AMC does not say
+    name: str  # Name of the file in messages
+    notes: tuple[str, ...] = ()  # Sentences about the length unit
 
 
 @dataclass
@@ -108,24 +71,8 @@ class _Raw:
 def read_asf(data: bytes, path: object, *, unit: float | None = None) -> AcclaimBody:
     """Read the body in the bytes of an ASF file.
 
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    path : object
-        Name of the file in messages.
-    unit : float or None
-        Metres per length unit; None: from ``length`` in the units, or from the size of the body.
-
-    Returns
-    -------
-    AcclaimBody
-        The body in metres.
-
-    Raises
-    ------
-    CaptureError
-        With all structural faults and their lines.
+    `unit`: Metres per length unit; None: from ``length`` in the units, or from the size of the
+    body.
     """
     raw = _read_sections(decode(clean_bytes(data, path)))
     joints = _order(raw)
@@ -156,19 +103,7 @@ def read_asf(data: bytes, path: object, *, unit: float | None = None) -> Acclaim
 def axis_rotation(angles: tuple[float, ...] | FloatArray, order: str, degrees: bool) -> FloatArray:
     """Return the rotation of turns about fixed axes, the first letter of ``order`` applied first.
 
-    Parameters
-    ----------
-    angles : array (..., n)
-        One angle for each letter.
-    order : str
-        Letters of n axes, such as "XYZ".
-    degrees : bool
-        Whether the angles are degrees; otherwise radians.
-
-    Returns
-    -------
-    array (..., 4)
-        Quaternions w, x, y, z.
+    Shapes: `angles` (..., n); result (..., 4).
 
     >>> axis_rotation((0.0, 0.0, 90.0), "XYZ", True).round(3)
     array([0.707, 0.   , 0.   , 0.707])

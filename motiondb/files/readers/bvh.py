@@ -18,7 +18,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from motiondb.body import rotation
+from motiondb.errors import CaptureError
 from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.readers.bvh_header import read_header
 from motiondb.files.text import (
     Faults,
     clean_bytes,
@@ -31,9 +34,6 @@ from motiondb.files.text import (
     whole_number,
 )
 from motiondb.files.units import find_unit, scaled
-from motiondb.files.readers.bvh_header import read_header
-from motiondb.errors import CaptureError
-from motiondb.body import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
 
 MAX_HEADER = 10_000_000
@@ -42,27 +42,7 @@ for more joints than any limit allows."""
 
 
 def read_bvh(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
-    """Read the clip in the bytes of a BVH file.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    path : object
-        Name of the file in messages.
-    options : ReadOptions or None
-        How to read it; None: the defaults.
-
-    Returns
-    -------
-    Clip
-        Metres, in the world axes of the file.
-
-    Raises
-    ------
-    CaptureError
-        With all structural faults and their lines.
-    """
+    """Read the clip in the bytes of a BVH file."""
     options = options or ReadOptions()
     n_bytes = len(data)
     data = clean_bytes(data, path)
@@ -113,17 +93,7 @@ _COUNT_LINE = re.compile(rb"[\s]*(frames|frame[ \t]*time)[ \t]*:?[ \t]*([^\s]*)[
 def _read_counts(
     data: bytes, start: int, fps: float | None, faults: Faults
 ) -> tuple[int | None, float, int]:
-    """Read the lines ``Frames:`` and ``Frame Time:``; add faults.
-
-    Returns
-    -------
-    n_frames : int or None
-        As the header says.
-    fps : float
-        Frames per second; 0 if there is a fault.
-    start : int
-        Byte where the numbers begin.
-    """
+    """Read the lines ``Frames:`` and ``Frame Time:``; add faults."""
     lines: dict[bytes, tuple[int, str]] = {}
     while match := _COUNT_LINE.match(data, start):
         kind = b"frames" if match.group(1).lower() == b"frames" else b"time"

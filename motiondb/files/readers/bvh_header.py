@@ -16,12 +16,10 @@ from motiondb.records import Skeleton
 
 CHANNELS = MappingProxyType(
     {f"{a}{kind}".lower(): f"{a}{kind}" for kind in ("position", "rotation") for a in "XYZ"}
-)
-"""Lower-case spelling -> BVH spelling of the six channels."""
+)  # Lower-case spelling -> BVH spelling of the six channels
 _KEYWORDS = frozenset({"hierarchy", "root", "joint", "end", "offset", "channels", "{", "}"})
 
-Tokens = list[tuple[int, str]]
-"""(line number, word) in the order of the text."""
+Tokens = list[tuple[int, str]]  # (line number, word) in the order of the text
 
 
 @dataclass
@@ -38,44 +36,18 @@ class _Node:
 
 @dataclass
 class _State:
-    """The state after the tokens read so far.
+    """The state after the tokens read so far."""
 
-    Attributes
-    ----------
-    nodes : list of _Node
-        Joints and end sites in the order of the text.
-    stack : list of int
-        Nodes whose braces are open, innermost last.
-    announced : int or None
-        A node whose opening brace has not come yet.
-    has_root : bool
-        Whether a joint without parent was read.
-    faults : list of (int or None, str)
-        Structural faults with their lines.
-    """
-
+    # Joints and end sites in the order of the text
     nodes: list[_Node] = field(default_factory=list)
-    stack: list[int] = field(default_factory=list)
-    announced: int | None = None
-    has_root: bool = False
-    faults: Faults = field(default_factory=list)
+    stack: list[int] = field(default_factory=list)  # Nodes whose braces are open, innermost last
+    announced: int | None = None  # A node whose opening brace has not come yet
+    has_root: bool = False  # Whether a joint without parent was read
+    faults: Faults = field(default_factory=list)  # Structural faults with their lines
 
 
 def read_header(text: str) -> tuple[Skeleton | None, Faults]:
-    """Read the skeleton of a HIERARCHY text.
-
-    Parameters
-    ----------
-    text : str
-        The file up to its line MOTION.
-
-    Returns
-    -------
-    skeleton : Skeleton or None
-        Offsets in the file's unit; None if a fault leaves no skeleton.
-    faults : list of (int or None, str)
-        All structural faults with their lines.
-    """
+    """Read the skeleton of a HIERARCHY text."""
     state = _State()
     tokens = [
         (line, token)

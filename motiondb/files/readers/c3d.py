@@ -13,19 +13,19 @@ from types import MappingProxyType
 
 import numpy as np
 
-from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
-from motiondb.files.text import quoted
-from motiondb.files.units import UNITS
-from motiondb.files.readers.c3d_points import read_points
-from motiondb.files.readers.markers import ALIASES, REQUIRED, USED, joint_centres, missing_markers
-from motiondb.errors import CaptureError
 from motiondb.body import body
 from motiondb.body.retarget import solve_rotations
+from motiondb.errors import CaptureError
+from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
+from motiondb.files.readers.c3d_points import read_points
+from motiondb.files.readers.markers import ALIASES, REQUIRED, USED, joint_centres, missing_markers
+from motiondb.files.text import quoted
+from motiondb.files.units import UNITS
 from motiondb.records import Clip, FloatArray, Skeleton
 
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled, seconds. Over half a second a limb can swing out and
-back, which a straight line would hide. Chosen by hand; not tuned."""
+back, which a straight line would hide."""
 _UNIT_NAMES = MappingProxyType(
     {"millimeters": "mm", "meters": "m", "centimeters": "cm", "inches": "inch", "in": "inch"}
 )
@@ -34,25 +34,8 @@ _UNIT_NAMES = MappingProxyType(
 def read_c3d(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
     """Read the clip in the bytes of a C3D file.
 
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    path : object
-        Name of the file in messages.
-    options : ReadOptions or None
-        How to read it. ``skip_bad_frames`` leaves out frames in which a needed marker is lost for
-        longer than a gap that is filled.
-
-    Returns
-    -------
-    Clip
-        Metres, y up, on the canonical joints.
-
-    Raises
-    ------
-    CaptureError
-        Without the package ezc3d; for a file that it cannot read; for markers that are missing.
+    `options`: How to read it. ``skip_bad_frames`` leaves out frames in which a needed marker is
+    lost for longer than a gap that is filled.
     """
     options = options or ReadOptions()
     recording = read_points(data, path, options.limits)
@@ -147,19 +130,7 @@ def _fill(
 def _interpolate(track: FloatArray, longest: float) -> tuple[FloatArray, int]:
     """Fill the gaps of a track along straight lines.
 
-    Parameters
-    ----------
-    track : array (frames, 3)
-        Positions, NaN in gaps.
-    longest : float
-        Frames of the longest gap that is filled.
-
-    Returns
-    -------
-    filled : array (frames, 3)
-        The track; longer gaps stay NaN.
-    frames : int
-        Length of the longest gap.
+    Shapes: `track`, result (frames, 3).
 
     >>> track = np.array([[0.0, 0, 0], [np.nan] * 3, [2.0, 0, 0]])
     >>> _interpolate(track, 1)[0][1], _interpolate(track, 0.5)[1]

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.files.limits import ReadLimits, cap_memory
 from motiondb.errors import CaptureError
+from motiondb.files.limits import ReadLimits, cap_memory
 from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.records import FloatArray
 
@@ -29,48 +29,16 @@ in 0.4 s; a damaged file that makes it loop takes all of the time."""
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Marker tracks as a file has them.
+    """Marker tracks as a file has them."""
 
-    Attributes
-    ----------
-    labels : tuple of str
-        Name of each marker, as written.
-    points : array (markers, frames, 3)
-        File axes and units; NaN where a marker was not seen.
-    fps : float
-        Frames per second.
-    unit : str
-        Name of the length unit, such as "mm".
-    """
-
-    labels: tuple[str, ...]
-    points: FloatArray
+    labels: tuple[str, ...]  # Name of each marker, as written
+    points: FloatArray  # (markers, frames, 3): file axes and units; NaN where a marker was not seen
     fps: float
-    unit: str
+    unit: str  # Name of the length unit, such as "mm"
 
 
 def read_points(data: bytes, path: object, limits: ReadLimits | None = None) -> Recording:
-    """Read the markers in the bytes of a C3D file.
-
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    path : object
-        Name of the file in messages.
-    limits : ReadLimits or None
-        What reading may cost; None: the defaults.
-
-    Returns
-    -------
-    Recording
-        All markers.
-
-    Raises
-    ------
-    CaptureError
-        Without the package ezc3d, and for a file that it cannot read.
-    """
+    """Read the markers in the bytes of a C3D file."""
     if importlib.util.find_spec("ezc3d") is None:
         raise CaptureError(
             path,

@@ -18,10 +18,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from motiondb.body import rotation
+from motiondb.errors import CaptureError
 from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.files.text import MAX_DIGITS, Faults, clean_bytes, decode, shorten
-from motiondb.errors import CaptureError
-from motiondb.body import rotation
 from motiondb.records import Clip, FloatArray, Skeleton
 
 _HIP, _SHOULDER = 0.084887, (-0.02405, 0.24350, 0.18311)
@@ -52,8 +52,7 @@ _ENDS = MappingProxyType(
     {"neck": (0.0, 0.175, 0.0), "ankle": (0.13, -0.05, 0.0), "elbow": (0.0, -0.258947, 0.0)}
 )
 _WIDTH = 4 + sum(row[3] for row in _TABLE)
-_DEFAULT_FPS = 30.0
-"""The rate of DeepMimic's own motions, for files whose frames last 0 s."""
+_DEFAULT_FPS = 30.0  # The rate of DeepMimic's own motions, for files whose frames last 0 s
 _UNEVEN = 0.02
 """Frames whose durations differ by more than this share are noted: more than rounding to four
 digits does at any rate up to 200 frames a second."""
@@ -85,24 +84,8 @@ def skeleton(unit: float = 1.0) -> Skeleton:
 def read_deepmimic(data: bytes, path: object, options: ReadOptions | None = None) -> Clip:
     """Read the clip in the bytes of a DeepMimic file.
 
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    path : object
-        Name of the file in messages.
-    options : ReadOptions or None
-        How to read it. ``fps`` None: from the median duration of the frames; ``unit`` None: 1.
-
-    Returns
-    -------
-    Clip
-        Metres, y up.
-
-    Raises
-    ------
-    CaptureError
-        For text that is not this JSON, and for frames with wrong values, with their numbers.
+    `options`: How to read it. ``fps`` None: from the median duration of the frames; ``unit`` None:
+    1.
     """
     options = options or ReadOptions()
     frames = _read_frames(data, path)

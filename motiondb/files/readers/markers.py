@@ -25,8 +25,7 @@ import numpy as np
 from motiondb.body import body, rotation
 from motiondb.records import FloatArray
 
-Markers = Mapping[str, FloatArray]
-"""Marker name -> array (frames, 3), metres, y up."""
+Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, y up
 
 ALIASES = MappingProxyType(
     {
@@ -37,14 +36,31 @@ ALIASES = MappingProxyType(
         "SACRUM": "SACR",
         "CV7": "C7",
     }
-)
-"""Other names -> the names used here."""
+)  # Other names -> the names used here
 REQUIRED = ("LASI", "RASI", "LKNE", "RKNE", "LANK", "RANK", "LSHO", "RSHO", "LELB", "RELB")
 """Markers that every joint set needs; the back of the pelvis and the neck are needed as well."""
 USED = (
-    *REQUIRED, "LPSI", "RPSI", "SACR", "LTOE", "RTOE", "LHEE", "RHEE",
-    "LWRA", "LWRB", "RWRA", "RWRB", "C7", "CLAV", "STRN", "T10", "LFHD", "RFHD", "LBHD", "RBHD",
-)  # fmt: skip
+    *REQUIRED,
+    "LPSI",
+    "RPSI",
+    "SACR",
+    "LTOE",
+    "RTOE",
+    "LHEE",
+    "RHEE",
+    "LWRA",
+    "LWRB",
+    "RWRA",
+    "RWRB",
+    "C7",
+    "CLAV",
+    "STRN",
+    "T10",
+    "LFHD",
+    "RFHD",
+    "LBHD",
+    "RBHD",
+)
 _KNEE, _ANKLE, _SHOULDER = 0.05, 0.04, 0.05
 """Metres from the marker to the joint centre: half the width of an adult's knee and ankle with the
 radius of the marker, and the depth of the shoulder joint below the skin. Rounded to a centimetre;
@@ -55,8 +71,7 @@ chest (spine), and beyond the neck along the trunk (head); close to those of the
 _FOREARM_SHARE, _COLLAR_SHARE = 0.9, 0.2
 """Length of the forearm by the upper arm, and the collar's place from neck to shoulder: close to
 the canonical body."""
-_TOE_AHEAD, _TOE_DOWN = 0.14, 0.06
-"""Metres from the ankle to the toe joint on the canonical body."""
+_TOE_AHEAD, _TOE_DOWN = 0.14, 0.06  # Metres from the ankle to the toe joint on the canonical body
 
 
 def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
@@ -76,18 +91,7 @@ def missing_markers(names: frozenset[str] | set[str]) -> list[str]:
 
 
 def joint_centres(markers: Markers) -> FloatArray:
-    """Compute the canonical joints of markers.
-
-    Parameters
-    ----------
-    markers : mapping of str to array (frames, 3)
-        Metres, y up; a set for which :func:`missing_markers` returns nothing.
-
-    Returns
-    -------
-    array (frames, 21, 3)
-        Joints of :mod:`motiondb.body.body`, metres, y up.
-    """
+    """Compute the canonical joints of markers; `markers` (frames, 3); result (frames, 21, 3)."""
     left, up, ahead, front = _pelvis_axes(markers)
     width = np.median(np.linalg.norm(markers["LASI"] - markers["RASI"], axis=-1))
     points: dict[str, FloatArray] = {}

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb.errors import CaptureError
 from motiondb.body import rotation
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.errors import CaptureError
 from motiondb.files.whole_files import whole_file
+from motiondb.records import Clip, FloatArray, Skeleton
 
 DEFAULT_ORDER = "ZYX"
 _CLOSE = 1e-7
@@ -44,20 +44,7 @@ def write_bvh(clip: Clip, path: Path | str) -> None:
 
 
 def to_bvh(clip: Clip, path: object = "clip") -> str:
-    """Return the text of a BVH file.
-
-    Parameters
-    ----------
-    clip : Clip
-        Metres; written in the clip's unit.
-    path : object
-        Name of the file in messages.
-
-    Raises
-    ------
-    CaptureError
-        When the clip has no frames or numbers that are not finite.
-    """
+    """Return the text of a BVH file."""
     if clip.n_frames == 0:
         raise CaptureError(path, "expected at least 1 frame to write, found 0.")
     translations = _translations(clip)
@@ -78,13 +65,7 @@ def to_bvh(clip: Clip, path: object = "clip") -> str:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write to another name in the same folder, then rename, so that the file is never incomplete.
-
-    Raises
-    ------
-    CaptureError
-        When the file cannot be written.
-    """
+    """Write to another name in same folder, then rename, so that the file is never incomplete."""
     try:
         with whole_file(path) as draft:
             draft.write_bytes(data)
@@ -201,19 +182,7 @@ def _hierarchy(
     chosen: dict[int, tuple[tuple[str, ...], FloatArray]],
     decimals: int,
 ) -> list[str]:
-    """Return the lines of the HIERARCHY part after its first.
-
-    Parameters
-    ----------
-    clip : Clip
-        The clip.
-    order : list of (int, int)
-        Joints with their depths, depth first.
-    chosen : dict of int to (tuple of str, array)
-        Joint -> its channels and their values.
-    decimals : int
-        Decimals of lengths.
-    """
+    """Return the lines of the HIERARCHY part after its first."""
     ends: dict[int, list[tuple[float, float, float]]] = {}
     for joint, offset in clip.skeleton.end_sites:
         ends.setdefault(joint, []).append(offset)

@@ -16,16 +16,14 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.files.writers.bvh_writer import write_atomically
-from motiondb.errors import CaptureError
 from motiondb.body import kinematics, rotation
+from motiondb.errors import CaptureError
+from motiondb.files.writers.bvh_writer import write_atomically
 from motiondb.records import Clip, FloatArray
 
-FLOAT, USHORT, UINT = 5126, 5123, 5125
-"""Component types of glTF."""
+FLOAT, USHORT, UINT = 5126, 5123, 5125  # Component types of glTF
 _TYPES = MappingProxyType({1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"})
-ARRAY, ELEMENTS = 34962, 34963
-"""Targets of buffer views: vertices, and indices of vertices."""
+ARRAY, ELEMENTS = 34962, 34963  # Targets of buffer views: vertices, and indices of vertices
 _WIDTH, _GIRDLE = 0.12, 0.2
 """Half width of an octahedron, and where it is widest, as shares of the bone's length. Chosen for
 their look, like Blender's bones."""
@@ -36,8 +34,15 @@ _SLIDING = 0.02
 _MOVES = 1e-6
 """A joint that moves less than this (metres) in its parent's frame gets no translation track."""
 _FACES = (
-    (0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 1, 4), (5, 1, 2), (5, 2, 3), (5, 3, 4), (5, 4, 1),
-)  # fmt: skip
+    (0, 2, 1),
+    (0, 3, 2),
+    (0, 4, 3),
+    (0, 1, 4),
+    (5, 1, 2),
+    (5, 2, 3),
+    (5, 3, 4),
+    (5, 4, 1),
+)
 
 
 class Buffer:
@@ -55,14 +60,7 @@ class Buffer:
     def add(self, values: NDArray[np.generic], component: int, target: int | None = None) -> int:
         """Append an array and return the number of its accessor.
 
-        Parameters
-        ----------
-        values : array (rows,) or (rows, columns)
-            Numbers of the component type.
-        component : int
-            Component type: FLOAT, USHORT or UINT.
-        target : int or None
-            ARRAY or ELEMENTS for meshes; None for all else.
+        Shapes: `values` (rows,) or (rows, columns).
         """
         values = np.ascontiguousarray(values)
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes}
@@ -133,20 +131,7 @@ def write_document(document: dict[str, object], data: bytes, path: Path) -> None
 
 
 def to_gltf(clip: Clip, path: object = "clip") -> tuple[dict[str, object], bytes]:
-    """Return the JSON document of a clip, and the buffer that it describes.
-
-    Parameters
-    ----------
-    clip : Clip
-        Metres, y up.
-    path : object
-        Name of the file in messages.
-
-    Raises
-    ------
-    CaptureError
-        For clips without frames and numbers that are not finite.
-    """
+    """Return the JSON document of a clip, and the buffer that it describes."""
     check_clip(clip, path)
     skeleton, buffer = clip.skeleton, Buffer()
     n_joints = len(skeleton.names)
@@ -198,17 +183,7 @@ def _rest_offsets(clip: Clip) -> FloatArray:
 
 
 def joint_nodes(clip: Clip, first: int = 0, prefix: str = "") -> list[dict[str, object]]:
-    """Return one node for each joint, posed as in the first frame.
-
-    Parameters
-    ----------
-    clip : Clip
-        Metres, y up.
-    first : int
-        Number of the root's node in the document.
-    prefix : str
-        Text before the names of the joints.
-    """
+    """Return one node for each joint, posed as in the first frame."""
     offsets = _rest_offsets(clip)
     offsets[0] = clip.root_positions[0]
     nodes: list[dict[str, object]] = []
@@ -233,17 +208,7 @@ def _slides(clip: Clip) -> NDArray[np.bool_]:
 
 
 def body_mesh(clip: Clip, buffer: Buffer, number: int) -> dict[str, object]:
-    """Return the mesh of octahedra from every joint to its children and end sites.
-
-    Parameters
-    ----------
-    clip : Clip
-        The mesh is built in its rest pose, without rotations.
-    buffer : Buffer
-        Takes the vertices.
-    number : int
-        Number of the material.
-    """
+    """Return the mesh of octahedra from every joint to its children and end sites."""
     skeleton, offsets, slides = clip.skeleton, _rest_offsets(clip), _slides(clip)
     rest, _ = kinematics.forward(
         skeleton.parents,
@@ -309,26 +274,7 @@ def inverse_binds(clip: Clip, buffer: Buffer) -> dict[str, int]:
 def tracks(
     clip: Clip, buffer: Buffer, times: int, first: int = 0
 ) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
-    """Return a rotation track for each joint, and a translation track where it moves.
-
-    Parameters
-    ----------
-    clip : Clip
-        Metres, y up.
-    buffer : Buffer
-        Takes the values.
-    times : int
-        Accessor of the times of the frames, seconds.
-    first : int
-        Number of the root's node.
-
-    Returns
-    -------
-    samplers : list of dict
-        Samplers of the glTF document.
-    channels : list of dict
-        Channels of the glTF document; they count samplers from 0.
-    """
+    """Return a rotation track for each joint, and a translation track where it moves."""
     turns = rotation.unroll(rotation.normalize(clip.local_rotations))
     samplers: list[dict[str, object]] = []
     channels: list[dict[str, object]] = []

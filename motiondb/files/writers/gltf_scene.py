@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from motiondb.errors import CaptureError
 from motiondb.files.writers.gltf import (
     ARRAY,
     ELEMENTS,
@@ -29,13 +30,10 @@ from motiondb.files.writers.gltf import (
     tracks,
     write_document,
 )
-from motiondb.errors import CaptureError
 from motiondb.records import Clip, FloatArray
 
-BALL_RADIUS = 0.12
-"""Metres; a basketball of size 7 measures 0.749 to 0.780 m round (FIBA)."""
-_BALL_COLOUR = (0.85, 0.42, 0.13)
-"""Red, green and blue of a basketball, 0 to 1."""
+BALL_RADIUS = 0.12  # Metres; a basketball of size 7 measures 0.749 to 0.780 m round (FIBA)
+_BALL_COLOUR = (0.85, 0.42, 0.13)  # Red, green and blue of a basketball, 0 to 1
 _RINGS, _SIDES = 8, 16
 """Parallels and meridians of the sphere: round enough at the size of a ball, and 240 triangles."""
 
@@ -44,21 +42,11 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Character:
-    """A person in a scene.
+    """A person in a scene."""
 
-    Attributes
-    ----------
-    name : str
-        Unique in the scene.
-    clip : Clip
-        The motion in the world frame of the scene, metres, y up.
-    colour : tuple of 3 float
-        Red, green and blue, 0 to 1.
-    """
-
-    name: str
-    clip: Clip
-    colour: Colour = (0.35, 0.55, 0.8)
+    name: str  # Unique in the scene
+    clip: Clip  # The motion in the world frame of the scene, metres, y up
+    colour: Colour = (0.35, 0.55, 0.8)  # Red, green and blue, 0 to 1
 
 
 def write_gltf_scene(
@@ -66,20 +54,7 @@ def write_gltf_scene(
 ) -> None:
     """Write a scene as glTF; the file is written whole or not at all.
 
-    Parameters
-    ----------
-    characters : sequence of Character
-        At least one, of different names.
-    path : Path or str
-        The file to write; its ending chooses the form, .glb or .gltf.
-    ball : array (frames, 3) or None
-        Positions of the ball, metres, at the frame rate of the first character; None: no ball.
-
-    Raises
-    ------
-    CaptureError
-        For other endings than .glb and .gltf, a scene without characters or two of one name, clips
-        without frames, numbers that are not finite, or a file that cannot be written.
+    Shapes: `ball` (frames, 3) or None.
     """
     path = Path(path)
     check_ending(path)
@@ -91,19 +66,7 @@ def to_gltf_scene(
 ) -> tuple[dict[str, object], bytes]:
     """Return the JSON document of a scene, and the buffer that it describes.
 
-    Parameters
-    ----------
-    characters : sequence of Character
-        At least one, of different names.
-    ball : array (frames, 3) or None
-        Positions of the ball, metres.
-    path : object
-        Name of the file in messages.
-
-    Raises
-    ------
-    CaptureError
-        For a scene that cannot be written.
+    Shapes: `ball` (frames, 3) or None.
     """
     _check(characters, ball, path)
     buffer = Buffer()

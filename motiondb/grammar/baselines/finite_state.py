@@ -24,16 +24,6 @@ Transition = tuple[str | None, str | None]
 def observed_transitions(sentences: Sentences) -> Counter[Transition]:
     """Count how often each symbol is followed by each other symbol.
 
-    Parameters
-    ----------
-    sentences : sequence of sequence of str
-        Names of terminals.
-
-    Returns
-    -------
-    Counter of (str or None, str or None)
-        Counts of neighbours. None is the symbol before the first and after the last.
-
     >>> observed_transitions(["ab", "b"])[None, "b"]
     1
     """

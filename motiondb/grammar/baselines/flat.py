@@ -19,16 +19,6 @@ def flat_grammar(sentences: Sentences) -> Grammar:
 
     The probability of a rule is the relative frequency of its sentence.
 
-    Parameters
-    ----------
-    sentences : sequence of sequence of str
-        Names of terminals.
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence.
-
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(flat_grammar([("a", "b"), ("c",), ("a", "b"), ("c", "c")])))
     S -> a b [0.5] | c [0.25] | c c [0.25]
@@ -50,15 +40,7 @@ def counted(sentences: Sentences) -> Counter[tuple[str, ...]]:
 
 
 def unused_name(name: str, taken: Collection[str]) -> str:
-    """Return a name that is not taken, by adding primes to the given one.
-
-    Parameters
-    ----------
-    name : str
-        The name to start from.
-    taken : collection of str
-        Names that are taken.
-    """
+    """Return a name that is not taken, by adding primes to the given one."""
     while name in taken:
         name += "'"
     return name

@@ -26,30 +26,16 @@ String = tuple[str, ...]
 
 @dataclass(frozen=True)
 class LanguageMatch:
-    """Precision and recall of a learned grammar.
+    """Precision and recall of a learned grammar."""
 
-    Attributes
-    ----------
-    precision : float
-        Share of the learned grammar's strings that the true grammar derives.
-    recall : float
-        Share of the true grammar's strings that the learned grammar derives.
-    precision_is_exact : bool
-        Whether the learned language was tested completely; otherwise it was sampled.
-    recall_is_exact : bool
-        Whether the true language was tested completely; otherwise it was sampled.
-    n_learned : int
-        Number of tested strings of the learned grammar.
-    n_true : int
-        Number of tested strings of the true grammar.
-    """
-
-    precision: float
-    recall: float
+    precision: float  # Share of the learned grammar's strings that the true grammar derives
+    recall: float  # Share of the true grammar's strings that the learned grammar derives
+    # Whether the learned language was tested completely; otherwise it was sampled
     precision_is_exact: bool
+    # Whether the true language was tested completely; otherwise it was sampled
     recall_is_exact: bool
-    n_learned: int
-    n_true: int
+    n_learned: int  # Number of tested strings of the learned grammar
+    n_true: int  # Number of tested strings of the true grammar
 
 
 def match_languages(
@@ -62,24 +48,11 @@ def match_languages(
 ) -> LanguageMatch:
     """Return precision and recall of a learned grammar against the true one.
 
-    Parameters
-    ----------
-    learned : Grammar or CompiledGrammar
-        The learned grammar.
-    truth : Grammar or CompiledGrammar
-        The true grammar.
-    rng : numpy.random.Generator
-        Source of randomness for sampled strings.
-    n : int, optional
-        Number of strings to sample from a language that is not tested completely. Chosen by hand;
-        not tuned.
-    limit : int, optional
-        A language of at most this many strings is tested completely. Chosen by hand; not tuned.
+    `n`: Number of strings to sample from a language that is not tested completely. Chosen by hand;
+    not tuned.
 
-    Raises
-    ------
-    GrammarError
-        A grammar derives nothing.
+    `limit`: A language of at most this many strings is tested completely. Chosen by hand; not
+    tuned.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> found = match_languages(read_grammar("S -> a | b | c | d"),
@@ -97,20 +70,7 @@ def match_languages(
 
 
 def coverage(grammar: AnyGrammar, sentences: Sentences) -> float:
-    """Return the share of the sentences that the grammar derives.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    sentences : sequence of sequence of str
-        Names of terminals. Repeated sentences count each time.
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence.
-    """
+    """Return the share of the sentences that the grammar derives."""
     if not len(sentences):
         raise GrammarError("sentences: expected at least one to cover, found none. Give some.")
     known: dict[String, bool] = {}
@@ -132,22 +92,6 @@ def held_out_coverage(
     The sentences are divided into folds at random (cross-validation). Each sentence is tested with
     the grammar learned from the other folds. With as many folds as sentences, each is left out
     once.
-
-    Parameters
-    ----------
-    learn : callable
-        Function from a list of sentences to a grammar.
-    sentences : sequence of sequence of str
-        Names of terminals.
-    rng : numpy.random.Generator
-        Source of randomness for the division.
-    folds : int, optional
-        Number of folds. Chosen by hand; not tuned.
-
-    Raises
-    ------
-    GrammarError
-        There are fewer than 2 folds, or fewer sentences than folds.
     """
     if not 2 <= folds <= len(sentences):
         raise GrammarError(
@@ -166,19 +110,7 @@ def held_out_coverage(
 def derived_strings(
     grammar: AnyGrammar, rng: np.random.Generator, n: int, *, most: float = MEAN_LENGTH
 ) -> list[String]:
-    """Return the strings of random derivations.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar to derive from.
-    rng : numpy.random.Generator
-        Source of randomness.
-    n : int
-        Number of strings.
-    most : float, optional
-        Largest mean number of symbols of a string.
-    """
+    """Return the strings of random derivations."""
     compiled = compiled_form(grammar)
     return [derive(compiled, rng, most=most).leaves() for _ in range(n)]
 
@@ -187,18 +119,6 @@ def share_with_unseen_pairs(strings: Sentences, observed: Sentences) -> float:
     """Return the share of strings that hold an unobserved transition.
 
     A transition is a pair of neighbouring symbols, or a first or a last symbol.
-
-    Parameters
-    ----------
-    strings : sequence of sequence of str
-        Strings to test.
-    observed : sequence of sequence of str
-        Sentences whose transitions count as observed.
-
-    Raises
-    ------
-    GrammarError
-        There is no string.
 
     >>> share_with_unseen_pairs(["abc", "ac"], ["abc"])
     0.5
@@ -211,18 +131,6 @@ def share_with_unseen_pairs(strings: Sentences, observed: Sentences) -> float:
 
 def finite_language(grammar: AnyGrammar, limit: int = 10_000) -> frozenset[String] | None:
     r"""Return all strings of a grammar.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    limit : int, optional
-        Largest number of strings.
-
-    Returns
-    -------
-    frozenset of tuple of str, or None
-        None if the language is infinite or has more than `limit` strings.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> sorted("".join(s) for s in finite_language(read_grammar("S -> A A c\nA -> a | empty")))

@@ -96,13 +96,7 @@ class _Builder:
         self._new_rule()
 
     def append(self, symbol: str) -> None:
-        """Append a symbol to the start rule and restore both constraints.
-
-        Parameters
-        ----------
-        symbol : str
-            A terminal, or the mark that ends a sentence.
-        """
+        """Append a symbol to the start rule and restore both constraints."""
         guard = self.guards[0]
         last = self.before[guard]
         node = self._new_node(symbol)

@@ -17,27 +17,13 @@ penalty."""
 
 
 class Forms(NamedTuple):
-    """The rules of a compiled grammar, as :func:`best_choices` needs them.
+    """The rules of a compiled grammar, as :func:`best_choices` needs them."""
 
-    Attributes
-    ----------
-    left : array (S,)
-        Left child of each symbol that is a tail, else -1.
-    right : array (S,)
-        Right child of each symbol that is a tail, else -1.
-    rule_of : array (S + 1,)
-        Index of the first rule of each symbol.
-    rule_right : array (R,)
-        Right side of a rule, -1 for the empty string.
-    log_weights : array (R,)
-        Log-probability of a rule, less the penalty.
-    """
-
-    left: IntArray
-    right: IntArray
-    rule_of: IntArray
-    rule_right: IntArray
-    log_weights: FloatArray
+    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
+    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
+    rule_of: IntArray  # (S + 1,): index of the first rule of each symbol
+    rule_right: IntArray  # (R,): right side of a rule, -1 for the empty string
+    log_weights: FloatArray  # (R,): log-probability of a rule, less the penalty
 
 
 @njit(cache=True)

@@ -27,34 +27,19 @@ MOST_PRODUCTS = 500_000_000
 """Largest number of products of two cells' entries in a chart. They take 3 to 5 s, and a
 sentence that is refused needs two charts, so the answer comes within 10 s. Learned grammars need
 far fewer: a passage of 900 symbols takes 0.1 s."""
-_SPLIT = 1
-"""Number of products that one split of a span counts as. Chosen by hand; not tuned."""
+_SPLIT = 1  # Number of products that one split of a span counts as
 MOST_ENTRIES = 12_000_000
 """Largest number of entries of a chart: 192 MB, and twice that while the arrays grow."""
 
 
 class Chart(NamedTuple):
-    """The chart of a sentence of n symbols.
+    """The chart of a sentence of n symbols."""
 
-    Attributes
-    ----------
-    begin : array (n + 1, n + 1)
-        Index of the first entry of each cell.
-    end : array (n + 1, n + 1)
-        Index after the last entry of each cell.
-    exponents : array (n + 1, n + 1)
-        The power of two of each cell.
-    symbols : array (entries,)
-        Symbol of each entry, ascending within a cell.
-    values : array (entries,)
-        Value of each entry, before the power of two of its cell.
-    """
-
-    begin: IntArray
-    end: IntArray
-    exponents: IntArray
-    symbols: IntArray
-    values: FloatArray
+    begin: IntArray  # (n + 1, n + 1): index of the first entry of each cell
+    end: IntArray  # (n + 1, n + 1): index after the last entry of each cell
+    exponents: IntArray  # (n + 1, n + 1): the power of two of each cell
+    symbols: IntArray  # (entries,): symbol of each entry, ascending within a cell
+    values: FloatArray  # (entries,): value of each entry, before the power of two of its cell
 
 
 class Tails(NamedTuple):
@@ -72,24 +57,12 @@ class TailRules(NamedTuple):
 
 
 class _Work(NamedTuple):
-    """Values by symbol (S,), and lists of the symbols that have one.
+    """Values by symbol (S,), and lists of the symbols that have one."""
 
-    Attributes
-    ----------
-    base : array (S,)
-        Values of a cell before the chains.
-    full : array (S,)
-        Values of a cell after the chains.
-    touched : array (S,)
-        List of the symbols with a value in ``base``.
-    reached : array (S,)
-        List of the symbols with a value in ``full``.
-    """
-
-    base: FloatArray
-    full: FloatArray
-    touched: IntArray
-    reached: IntArray
+    base: FloatArray  # (S,): values of a cell before the chains
+    full: FloatArray  # (S,): values of a cell after the chains
+    touched: IntArray  # (S,): list of the symbols with a value in ``base``
+    reached: IntArray  # (S,): list of the symbols with a value in ``full``
 
 
 class _Span(NamedTuple):
@@ -103,23 +76,10 @@ class _Span(NamedTuple):
 def fill_chart(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse) -> Chart:
     """Fill the chart of a sentence.
 
-    Parameters
-    ----------
-    best : bool
-        Whether the greatest value of the derivations is kept; otherwise they are summed.
-    sentence : array (n,)
-        Symbol numbers.
-    rules : TailRules
-        How symbols combine.
-    chains : Sparse
-        For each symbol, the symbols from which it is reached without reading anything, with
-        weights.
+    Shapes: `sentence` (n,).
 
-    Raises
-    ------
-    GrammarError
-        If the chart needs more than :data:`MOST_PRODUCTS` or :data:`MOST_ENTRIES`: the grammar
-        derives too many spans of the sentence by too many symbols.
+    `chains`: For each symbol, the symbols from which it is reached without reading anything, with
+    weights.
     """
     chart, is_whole = _fill(best, sentence, rules, chains)
     if not is_whole:
@@ -141,9 +101,11 @@ def _fill(best: bool, sentence: IntArray, rules: TailRules, chains: Sparse) -> t
     symbols, values, used = np.zeros(256, np.int64), np.zeros(256), 0
     row, splits = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
     work = _Work(
-        np.zeros(n_symbols), np.zeros(n_symbols),
-        np.zeros(n_symbols, np.int64), np.zeros(n_symbols, np.int64),
-    )  # fmt: skip
+        np.zeros(n_symbols),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols, np.int64),
+        np.zeros(n_symbols, np.int64),
+    )
     n_products = 0
     for i in range(n - 1, -1, -1):
         n_splits = 0

@@ -20,8 +20,7 @@ from numba import njit
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, FloatArray, IntArray
 
-SUM, BEST, COUNT = 0, 1, 2
-"""The semirings."""
+SUM, BEST, COUNT = 0, 1, 2  # The semirings
 MOST_CHAINS = 4_000_000
 """Largest number of pairs of symbols with a chain between them: 64 MB. A grammar of 100 symbols,
 each of which leads to every other, has 10,000."""
@@ -30,21 +29,11 @@ MOST_STEPS = 200_000_000
 
 
 class Sparse(NamedTuple):
-    """A sparse matrix by rows, or a weighted graph by nodes.
+    """A sparse matrix by rows, or a weighted graph by nodes."""
 
-    Attributes
-    ----------
-    starts : array (n + 1,)
-        Row a has the entries ``starts[a]`` to ``starts[a + 1]``.
-    columns : array (entries,)
-        Column of each entry; in a graph, the target of the edge.
-    values : array (entries,)
-        Value of each entry; of a graph, the weight of the edge.
-    """
-
-    starts: IntArray
-    columns: IntArray
-    values: FloatArray
+    starts: IntArray  # (n + 1,): row a has the entries ``starts[a]`` to ``starts[a + 1]``
+    columns: IntArray  # (entries,): column of each entry; in a graph, the target of the edge
+    values: FloatArray  # (entries,): value of each entry; of a graph, the weight of the edge
 
 
 class _Graph(NamedTuple):
@@ -66,27 +55,13 @@ class _Rows(NamedTuple):
 
 
 class _Component(NamedTuple):
-    """The component that is being closed.
+    """The component that is being closed."""
 
-    Attributes
-    ----------
-    place : array (n,)
-        Number of a node within the component.
-    inner : array (m, m)
-        Weights of steps inside the component.
-    outer : array (largest m, n)
-        Weights from a node of the component to any node.
-    reached : array (n,)
-        List of the nodes with a weight in ``outer``.
-    is_reached : array (n,)
-        Whether each node has a weight in ``outer``.
-    """
-
-    place: IntArray
-    inner: FloatArray
-    outer: FloatArray
-    reached: IntArray
-    is_reached: BoolArray
+    place: IntArray  # (n,): number of a node within the component
+    inner: FloatArray  # (m, m): weights of steps inside the component
+    outer: FloatArray  # (largest m, n): weights from a node of the component to any node
+    reached: IntArray  # (n,): list of the nodes with a weight in ``outer``
+    is_reached: BoolArray  # (n,): whether each node has a weight in ``outer``
 
 
 @njit(cache=True)
@@ -273,24 +248,6 @@ def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> tup
 
 def close_graph(kind: int, graph: Sparse) -> Sparse:
     """Compute the closure of a weighted graph as sparse rows.
-
-    Parameters
-    ----------
-    kind : int
-        SUM, BEST or COUNT.
-    graph : Sparse
-        The edges of each node.
-
-    Returns
-    -------
-    Sparse
-        Row a holds w*(a, b) for all b that are reached from a, in ascending order of b; a itself is
-        included, with the empty chain.
-
-    Raises
-    ------
-    GrammarError
-        If there are more than :data:`MOST_CHAINS`, or they take more than :data:`MOST_STEPS`.
 
     >>> graph = Sparse(np.array([0, 1, 2]), np.array([1, 0]), np.array([0.5, 0.5]))
     >>> close_graph(SUM, graph).values.round(4).tolist()

@@ -59,50 +59,25 @@ a grammar in which many symbols derive every span is refused earlier
 MOST_NONTERMINALS = 1_000
 """Largest number of nonterminals of a grammar. The time of the equations of e and z, and of the
 chains, grows with their third power if each derives every other; 1,000 take 2 to 5 s."""
-LONGEST_RULE = 1_000
-"""Largest number of symbols on the right side of a rule: that of a sentence."""
+LONGEST_RULE = 1_000  # Largest number of symbols on the right side of a rule: that of a sentence
 LARGEST_GRAMMAR = 20_000
 """Largest number of symbols on all right sides. Learned grammars have some hundreds."""
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledGrammar:
-    """A grammar in the numbered form; S symbols, R rules in use.
-
-    Attributes
-    ----------
-    grammar : Grammar
-        The grammar.
-    names : tuple of str
-        Nonterminals, then terminals.
-    n_nonterminals : int
-        Number of nonterminals.
-    left : array (S,)
-        Left child of each symbol that is a tail, else -1.
-    right : array (S,)
-        Right child of each symbol that is a tail, else -1.
-    rule_numbers : array (R,)
-        Numbers in ``grammar.rules``, sorted by left side, then number.
-    rule_of : array (S + 1,)
-        Index of the first rule of each nonterminal.
-    rule_left : array (R,)
-        Left side of a rule.
-    rule_right : array (R,)
-        Right side of a rule, -1 for the empty string.
-    probabilities : array (R,)
-        p.
-    """
+    """A grammar in the numbered form; S symbols, R rules in use."""
 
     grammar: Grammar
     names: tuple[str, ...]
     n_nonterminals: int
-    left: IntArray
-    right: IntArray
-    rule_numbers: IntArray
-    rule_of: IntArray
-    rule_left: IntArray
-    rule_right: IntArray
-    probabilities: FloatArray
+    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
+    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
+    rule_numbers: IntArray  # (R,): numbers in ``grammar.rules``, sorted by left side, then number
+    rule_of: IntArray  # (S + 1,): index of the first rule of each nonterminal
+    rule_left: IntArray  # (R,): left side of a rule
+    rule_right: IntArray  # (R,): right side of a rule, -1 for the empty string
+    probabilities: FloatArray  # (R,): p
 
     @cached_property
     def ids(self) -> dict[str, int]:
@@ -194,11 +169,6 @@ class CompiledGrammar:
 @lru_cache(maxsize=16)
 def compile_grammar(grammar: Grammar) -> CompiledGrammar:
     """Compile a grammar; the latest few are cached.
-
-    Raises
-    ------
-    GrammarError
-        The start symbol derives no string, or the grammar is too large.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> compiled = compile_grammar(read_grammar("S -> S S [0.6] | a [0.3] | empty [0.1]"))
@@ -306,27 +276,10 @@ def list_steps(
 ) -> tuple[IntArray, IntArray, FloatArray, IntArray]:
     """List the steps that read nothing.
 
-    Parameters
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    weights : array (R,)
-        Weight of each rule.
-    empties : array (S,)
-        Weight with which each symbol becomes empty.
-    corners : bool
-        Whether a step to a left child is always allowed: steps to the first symbols of a string.
+    Shapes: `weights` (R,); `empties` (S,); result (steps,).
 
-    Returns
-    -------
-    sources : array (steps,)
-        Symbol at the start of each step.
-    targets : array (steps,)
-        Symbol at the end of each step.
-    values : array (steps,)
-        Weight of each step.
-    origins : array (steps,)
-        The rule in use of each step, -1 for a step of a tail.
+    `corners`: Whether a step to a left child is always allowed: steps to the first symbols of a
+    string.
     """
     tails = np.flatnonzero(compiled.left >= 0)
     left, right = compiled.left[tails], compiled.right[tails]

@@ -23,8 +23,7 @@ from functools import cached_property
 
 from motiondb.errors import MotionDBError
 
-EMPTY = "empty"
-"""The empty string in the text of a grammar; no symbol may have this name."""
+EMPTY = "empty"  # The empty string in the text of a grammar; no symbol may have this name
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_'.-]*|<[0-9]+>")
 _ALTERNATIVE = re.compile(r"(?P<right>[^\[\]]*)(?:\[(?P<probability>[0-9.eE+-]+)\])?")
@@ -107,19 +106,11 @@ class Grammar:
     """A start symbol and rules.
 
     The order of the rules is kept; their numbers identify them.
-
-    Attributes
-    ----------
-    start : str
-        The start symbol.
-    rules : tuple of Rule
-        The rules.
-    terminals : tuple of str
-        All terminals of the rules, and possibly others that occur in no rule.
     """
 
     start: str
     rules: tuple[Rule, ...]
+    # All terminals of the rules, and possibly others that occur in no rule
     terminals: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -184,11 +175,6 @@ def read_grammar(text: str, where: str = "grammar") -> Grammar:
     """Read a grammar from its text; the first line's left side is the start symbol.
 
     Alternatives without a probability share the remainder equally; all are scaled to sum to 1.
-
-    Raises
-    ------
-    GrammarError
-        A line is not a rule, a name is not valid, or there is no rule; with the line number.
     """
     alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -273,15 +259,7 @@ def _deriving(grammar: Grammar, leaves: Iterable[str]) -> frozenset[str]:
 
 
 def derived_symbols(rules: Iterable[Rule], leaves: Iterable[str]) -> set[str]:
-    """Return the leaves and every symbol that rules derive from them, in time linear in the rules.
-
-    Parameters
-    ----------
-    rules : iterable of Rule
-        The rules that may be used.
-    leaves : iterable of str
-        Symbols that need no rule.
-    """
+    """The leaves and every symbol that rules derive from them, in time linear in the rules."""
     deriving = set(leaves)
     missing: list[int] = []
     lefts: list[str] = []
@@ -320,13 +298,7 @@ def reachable_symbols(grammar: Grammar) -> frozenset[str]:
 
 
 def check_grammar(grammar: Grammar) -> None:
-    """Refuse a grammar that derives nothing, or has rules that no derivation can use.
-
-    Raises
-    ------
-    GrammarError
-        With the names of the symbols.
-    """
+    """Refuse a grammar that derives nothing, or has rules that no derivation can use."""
     if not grammar.rules or not grammar.is_nonterminal(grammar.start):
         raise GrammarError(
             f"grammar: expected a rule for the start symbol {grammar.start!r}, found none."
@@ -350,12 +322,6 @@ def derive_by(grammar: Grammar, choices: Sequence[int]) -> Tree:
     """Return the tree whose rules, in preorder, are ``choices``.
 
     This is how a parse is stored and read back.
-
-    Raises
-    ------
-    GrammarError
-        A rule does not rewrite its symbol, rules are missing or left over, or the grammar has no
-        rule to begin with.
     """
     if not grammar.is_nonterminal(grammar.start):
         check_grammar(grammar)  # raises if there is no rule to begin with

@@ -21,21 +21,11 @@ from motiondb.records import FloatArray, IntArray
 
 
 class Corners(NamedTuple):
-    """The rules, in the form needed for the beginnings of strings.
+    """The rules, in the form needed for the beginnings of strings."""
 
-    Attributes
-    ----------
-    by_left : Tails
-        Tails by their left child.
-    right : array (S,)
-        Right child of a tail, else -1.
-    closure : Sparse
-        For each symbol, the symbols that its string can begin with, with weights.
-    """
-
-    by_left: Tails
-    right: IntArray
-    closure: Sparse
+    by_left: Tails  # Tails by their left child
+    right: IntArray  # (S,): right child of a tail, else -1
+    closure: Sparse  # For each symbol, the symbols that its string can begin with, with weights
 
 
 @njit(cache=True)

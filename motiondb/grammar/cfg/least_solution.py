@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from motiondb.grammar.cfg.compiled import CompiledGrammar
 
 
-_MOST_STEPS = 200
-"""Largest number of Newton steps; at a critical point each only halves the error."""
+_MOST_STEPS = 200  # Largest number of Newton steps; at a critical point each only halves the error
 
 
 def sparse_graph(n: int, sources: IntArray, targets: IntArray, weights: FloatArray) -> Sparse:
@@ -35,15 +34,10 @@ def sparse_graph(n: int, sources: IntArray, targets: IntArray, weights: FloatArr
 def grow(compiled: CompiledGrammar, seed: BoolArray, *, all_parts: bool) -> BoolArray:
     """Return the symbols (S,) that derive a string from the seed (S,), in linear time.
 
-    Parameters
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    seed : array (S,)
-        The symbols that need no rule.
-    all_parts : bool
-        Whether a tail needs both its children, and a rule may be empty; otherwise one child is
-        enough, and an empty rule gives nothing.
+    Shapes: `seed` (S,).
+
+    `all_parts`: Whether a tail needs both its children, and a rule may be empty; otherwise one
+    child is enough, and an empty rule gives nothing.
     """
     reached, waiting = seed.copy(), np.flatnonzero(seed).tolist()
     if all_parts:
@@ -113,15 +107,7 @@ def least_solution(
 ) -> FloatArray:
     """Return the least solution x (S,) over the symbols ``inside`` (S,), 0 at the others.
 
-    Parameters
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    terminal_value : float or array (terminals,)
-        1 for the probability that a symbol ends, 0 that it becomes empty. An array with True for
-        some terminals gives the probability that a symbol ends with these terminals only.
-    inside : array (S,)
-        The symbols with a solution.
+    Shapes: `terminal_value` (terminals,); `inside` (S,).
     """
     x = np.zeros(compiled.n_symbols)
     x[compiled.terminals] = terminal_value
@@ -160,27 +146,14 @@ def _newton(compiled: CompiledGrammar, group: IntArray, x: FloatArray) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """The equations of some nonterminals, a row for each of their rules.
+    """The equations of some nonterminals, a row for each of their rules."""
 
-    Attributes
-    ----------
-    unknown : array (n,)
-        The nonterminals, symbols.
-    lefts : array (rules,)
-        Number of the left side among the unknown.
-    rights : array (rules, longest right side)
-        Symbols of the right side, -1 beyond its end.
-    columns : array (rules, longest right side)
-        Number of each of these symbols among the unknown, -1 for others.
-    probabilities : array (rules,)
-        p.
-    """
-
-    unknown: IntArray
-    lefts: IntArray
-    rights: IntArray
+    unknown: IntArray  # (n,): the nonterminals, symbols
+    lefts: IntArray  # (rules,): number of the left side among the unknown
+    rights: IntArray  # (rules, longest right side): symbols of the right side, -1 beyond its end
+    # (rules, longest right side): number of each of these symbols among the unknown, -1 for others
     columns: IntArray
-    probabilities: FloatArray
+    probabilities: FloatArray  # (rules,): p
 
 
 def _make_system(compiled: CompiledGrammar, unknown: IntArray) -> _System:

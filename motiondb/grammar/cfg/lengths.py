@@ -22,27 +22,13 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 
 
 class _Forms(NamedTuple):
-    """The data on which the lengths of strings depend.
+    """The data on which the lengths of strings depend."""
 
-    Attributes
-    ----------
-    terminals : tuple of int
-        First terminal, and the symbol after the last.
-    left : array (S,)
-        Left child of each symbol that is a tail, else -1.
-    right : array (S,)
-        Right child of each symbol that is a tail, else -1.
-    chains : Sparse
-        Chains to each symbol that read nothing.
-    empties : array (S,)
-        Probability that a symbol becomes empty.
-    """
-
-    terminals: tuple[int, int]
-    left: IntArray
-    right: IntArray
-    chains: Sparse
-    empties: FloatArray
+    terminals: tuple[int, int]  # First terminal, and the symbol after the last
+    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
+    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
+    chains: Sparse  # Chains to each symbol that read nothing
+    empties: FloatArray  # (S,): probability that a symbol becomes empty
 
 
 @njit(cache=True)
@@ -169,12 +155,7 @@ def mean_length(compiled: CompiledGrammar, chances: FloatArray) -> float:
 
     It is infinite if a derivation may not end.
 
-    Parameters
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    chances : array (rules in use,)
-        Probability of each rule.
+    Shapes: `chances` (rules in use,).
     """
     parts, n_terminals = _expected_parts(compiled)
     expected = np.zeros((compiled.n_nonterminals, compiled.n_nonterminals))

@@ -20,11 +20,6 @@ def format_loops(grammar: Grammar) -> str:
     ``X+ [0.6]`` is X, repeated each time with probability 0.6; ``X*`` is the same or the empty
     string. The probabilities of several things that may repeat are those of the rules.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar.
-
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> print(format_loops(read_grammar("S -> stand A B rest\nA -> l r A [0.6] | l r [0.4]\n"
     ...     "B -> B x [0.3] | B y [0.2] | z [0.5]")))
@@ -128,11 +123,6 @@ def with_loops(tree: Tree) -> Tree:
     place. It is named by the symbol and the number of nodes that became one. The result is for
     pictures; it is not a derivation.
 
-    Parameters
-    ----------
-    tree : Tree
-        A derivation.
-
     >>> from motiondb.grammar.cfg.context_free import derive_by, read_grammar
     >>> drawn = with_loops(derive_by(read_grammar("S -> A r\nA -> x A | x"), (0, 1, 1, 2)))
     >>> drawn.children[0].symbol, drawn.children[0].leaves()
@@ -160,20 +150,6 @@ def with_loops_around(tree: Tree, path: Sequence[int]) -> tuple[Tree, range]:
 
     This node stays separate even if it is a round of a loop, so that it can be marked.
     Loops within it are drawn as loops too.
-
-    Parameters
-    ----------
-    tree : Tree
-        A derivation.
-    path : sequence of int
-        Numbers of the children from the root to the node that stays separate.
-
-    Returns
-    -------
-    tree : Tree
-        The tree to draw.
-    numbers : range
-        Preorder numbers of the separate node and of all nodes below it.
 
     >>> from motiondb.grammar.cfg.context_free import derive_by, read_grammar
     >>> drawn, numbers = with_loops_around(

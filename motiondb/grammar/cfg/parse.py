@@ -33,20 +33,7 @@ _SHOWN = 20  # largest number of expected terminals in a message; the error hold
 
 
 class ParseError(GrammarError):
-    """A sentence that the grammar does not derive.
-
-    Attributes
-    ----------
-    position : int
-        Position (from 0) of the first symbol that cannot follow the symbols before it in any string
-        of the grammar; the length of the sentence if more symbols must follow.
-    symbol : str or None
-        That symbol, None at the end of the sentence.
-    expected : tuple of str
-        The terminals that may follow, in the order of the grammar.
-    may_end : bool
-        Whether the sentence could have ended there.
-    """
+    """A sentence that the grammar does not derive."""
 
     def __init__(
         self,
@@ -68,13 +55,6 @@ def compiled_form(grammar: AnyGrammar) -> CompiledGrammar:
 
 def parse(grammar: AnyGrammar, sentence: Sequence[str]) -> Tree:
     r"""Return the most probable tree of a sentence.
-
-    Raises
-    ------
-    ParseError
-        The grammar does not derive the sentence; with the place and what was expected there.
-    GrammarError
-        The grammar derives nothing.
 
     >>> from motiondb.grammar.cfg.context_free import choices_of, read_grammar
     >>> toy = read_grammar("S -> hold A shoot\nA -> dribble A | empty")
@@ -155,24 +135,13 @@ def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """How far a sentence can be read from left to right, and the symbols that can occur there.
+    """How far a sentence can be read from left to right, and the symbols that can occur there."""
 
-    Attributes
-    ----------
-    position : int
-        Number of symbols that were read.
-    weights : array (terminals,)
-        Times two to the ``exponent``: probability that a string begins with these symbols and the
-        terminal.
-    end : float
-        Times two to the ``exponent``: probability that a string ends there.
-    exponent : int
-        Power of two.
-    """
-
-    position: int
+    position: int  # Number of symbols that were read
+    # (terminals,): times two to the ``exponent``: probability that a string begins with these
+    # symbols and the terminal
     weights: FloatArray
-    end: float
+    end: float  # Times two to the ``exponent``: probability that a string ends there
     exponent: int
 
 
@@ -223,11 +192,6 @@ def passage_grammar(grammar: Grammar) -> Grammar:
 
 def parse_passage(grammar: Grammar, string: Sequence[str]) -> tuple[Tree, ...]:
     r"""Return the most probable sentences of a passage, each with its tree.
-
-    Raises
-    ------
-    ParseError
-        The string is not a passage; with the first place where no passage continues.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> a B\nB -> b | c c")

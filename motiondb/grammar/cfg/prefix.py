@@ -26,8 +26,7 @@ from math import inf, log
 from motiondb.grammar.cfg.compiled import finite_part
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, fault_at, read_sentence
 
-END = None
-"""The end of the sentence among suggestions."""
+END = None  # The end of the sentence among suggestions
 
 
 def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | None, float], ...]:
@@ -35,11 +34,6 @@ def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | Non
 
     Most probable first; equal ones in the grammar's order, the end after them. The probabilities
     sum to 1.
-
-    Raises
-    ------
-    ParseError
-        No sentence of the grammar begins with the prefix.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> hold A\nA -> dribble A [0.5] | shoot [0.3] | empty [0.2]")
@@ -82,15 +76,8 @@ def best_strings(
     Equal ones come in the order of the grammar's terminals. A finite language is yielded
     completely.
 
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    n : int
-        Number of strings.
-    steps : int
-        Bound on the number of prefixes that are extended; the search may then stop before the n-th
-        string.
+    `steps`: Bound on the number of prefixes that are extended; the search may then stop before the
+    n-th string.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> a S [0.6] | b [0.4]")

@@ -15,23 +15,6 @@ def draw_chain(
 ) -> tuple[Tree, ...]:
     """Draw sentences that follow one another until they take a wanted time.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar of the sentences.
-    seconds : mapping of str to float
-        Mean duration of each terminal.
-    wanted : float
-        Wanted duration, seconds.
-    rng : numpy.random.Generator
-        Draws the sentences.
-
-    Returns
-    -------
-    tuple of Tree
-        One sentence or more. Of the numbers of sentences in the order drawn, the one whose mean
-        duration is nearest to the wanted one.
-
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> chain = draw_chain(
     ...     read_grammar("S -> a b"), {"a": 1.0, "b": 2.0}, 10.0, np.random.default_rng(0)

@@ -42,18 +42,10 @@ _Rules = tuple[int, "_Rules"] | None
 
 @dataclass(frozen=True)
 class Completion:
-    """A sentence that matches a pattern.
+    """A sentence that matches a pattern."""
 
-    Attributes
-    ----------
-    tree : Tree
-        Its most probable tree.
-    probability : float
-        Probability of the sentence among all sentences that match.
-    """
-
-    tree: Tree
-    probability: float
+    tree: Tree  # Its most probable tree
+    probability: float  # Probability of the sentence among all sentences that match
 
     @property
     def string(self) -> tuple[str, ...]:
@@ -63,22 +55,13 @@ class Completion:
 
 @dataclass(frozen=True)
 class Completions:
-    """The most probable sentences that match a pattern.
+    """The most probable sentences that match a pattern."""
 
-    Attributes
-    ----------
-    sentences : tuple of Completion
-        The sentences, most probable first.
-    probability : float
-        Probability that a sentence of the grammar matches.
-    proven : bool
-        Whether no other sentence is more probable than the last of these. This always holds if
-        every sentence has one tree. Otherwise it may be unknown, because a sentence that was not
-        found might have many trees.
-    """
-
-    sentences: tuple[Completion, ...]
-    probability: float
+    sentences: tuple[Completion, ...]  # The sentences, most probable first
+    probability: float  # Probability that a sentence of the grammar matches
+    # Whether no other sentence is more probable than the last of these. This always holds if every
+    # sentence has one tree. Otherwise it may be unknown, because a sentence that was not found
+    # might have many trees
     proven: bool
 
 
@@ -86,22 +69,6 @@ def complete(
     grammar: AnyGrammar, pattern: Pattern, n: int = 5, *, allowed: frozenset[str] | None = None
 ) -> Completions:
     r"""Return the most probable sentences that match a pattern.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    pattern : Pattern
-        The pattern.
-    n : int, optional
-        Number of sentences.
-    allowed : frozenset of str, optional
-        Terminals that a sentence may hold; all unless given.
-
-    Raises
-    ------
-    GrammarError
-        No sentence matches; with the first place of the pattern that none reaches.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> from motiondb.grammar.derivation.pattern import read_pattern
@@ -203,24 +170,7 @@ def sample_completion(
     *,
     allowed: frozenset[str] | None = None,
 ) -> Tree:
-    """Draw a tree from those of sentences that match a pattern, by their probabilities.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    pattern : Pattern
-        The pattern.
-    rng : numpy.random.Generator
-        Draws the tree.
-    allowed : frozenset of str, optional
-        Terminals that a sentence may hold; all unless given.
-
-    Raises
-    ------
-    GrammarError
-        No sentence matches; with the first place of the pattern that none reaches.
-    """
+    """Draw a tree from those of sentences that match a pattern, by their probabilities."""
     meeting = intersect(grammar, pattern, allowed)
     compiled, sums = meeting.compiled, meeting.sums
     if meeting.ends.sum() <= 0.0:

@@ -32,8 +32,7 @@ from motiondb.grammar.cfg.lengths import length_weights, mean_length, nearest_le
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
 from motiondb.records import FloatArray
 
-MEAN_LENGTH = 100.0
-"""Default bound on the mean number of symbols of a random string. Chosen by hand; not tuned."""
+MEAN_LENGTH = 100.0  # Default bound on the mean number of symbols of a random string
 
 _WEAKEST = -12.0  # natural logarithm of the strongest damping; chosen by hand, not tuned
 
@@ -47,22 +46,8 @@ def derive(
 ) -> Tree:
     """Return a random tree of a grammar.
 
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar to derive from.
-    rng : numpy.random.Generator
-        Source of randomness.
-    length : int, optional
-        Number of symbols of the string. If no string has this length, the nearest length that
-        some string has is used; of two, the shorter. The leaves of the tree show which.
-    most : float, optional
-        Largest mean number of symbols. Used only without `length`.
-
-    Raises
-    ------
-    GrammarError
-        The grammar derives nothing, or the length is negative.
+    `length`: Number of symbols of the string. If no string has this length, the nearest length that
+    some string has is used; of two, the shorter. The leaves of the tree show which.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> a S b | c")
@@ -87,13 +72,6 @@ def damped(compiled: CompiledGrammar, most: float = MEAN_LENGTH) -> CompiledGram
 
     The grammar is not damped if this holds already. Otherwise the bound is `most`, or twice the
     mean length at the strongest damping if that is greater.
-
-    Parameters
-    ----------
-    compiled : CompiledGrammar
-        The grammar to damp.
-    most : float, optional
-        Largest mean number of symbols of a string.
     """
     finite = finite_part(compiled)
     if mean_length(finite, finite.probabilities) <= most:

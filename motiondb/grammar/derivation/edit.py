@@ -27,84 +27,33 @@ _STEPS = 400  # prefixes to extend if the draws gave too few; chosen by hand
 
 @dataclass(frozen=True)
 class Region:
-    """A node of a tree, with the symbols that it generates.
+    """A node of a tree, with the symbols that it generates."""
 
-    Attributes
-    ----------
-    path : tuple of int
-        Numbers of the children from the root to the node.
-    symbol : str
-        The nonterminal of the node.
-    start : int
-        Its first symbol in the sentence, from 0.
-    end : int
-        The symbol after its last one.
-    position : int
-        The symbol that was picked, from 0.
-    """
-
-    path: tuple[int, ...]
-    symbol: str
-    start: int
-    end: int
-    position: int
+    path: tuple[int, ...]  # Numbers of the children from the root to the node
+    symbol: str  # The nonterminal of the node
+    start: int  # Its first symbol in the sentence, from 0
+    end: int  # The symbol after its last one
+    position: int  # The symbol that was picked, from 0
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another derivation of a region.
+    """Another derivation of a region."""
 
-    Attributes
-    ----------
-    tree : Tree
-        The derivation; its root is the nonterminal of the region.
-    string : tuple of str
-        The terminals that it derives.
-    log_probability : float
-        Natural logarithm of the probability of the string, given the nonterminal of the region.
-    """
-
-    tree: Tree
-    string: tuple[str, ...]
+    tree: Tree  # The derivation; its root is the nonterminal of the region
+    string: tuple[str, ...]  # The terminals that it derives
+    # Natural logarithm of the probability of the string, given the nonterminal of the region
     log_probability: float
 
 
 def region_at(tree: Tree, position: int) -> Region:
-    """Return the region of the nonterminal that generated a terminal.
-
-    Parameters
-    ----------
-    tree : Tree
-        The tree of the sentence.
-    position : int
-        The terminal, from 0.
-
-    Raises
-    ------
-    GrammarError
-        The sentence has no such position.
-    """
+    """Return the region of the nonterminal that generated a terminal."""
     path = _path_to(tree, position)
     return _region(tree, path[:-1], position)
 
 
 def wider(tree: Tree, region: Region, levels: int = 1) -> Region:
-    """Return the region of an ancestor.
-
-    Parameters
-    ----------
-    tree : Tree
-        The tree of the sentence.
-    region : Region
-        A region of this tree.
-    levels : int, optional
-        Number of levels to go up.
-
-    Raises
-    ------
-    GrammarError
-        The tree has no such ancestor.
-    """
+    """Return the region of an ancestor."""
     if not 0 <= levels <= len(region.path):
         raise GrammarError(
             f"region: expected 0 to {len(region.path)} levels up from {region.symbol!r} to the"
@@ -114,22 +63,7 @@ def wider(tree: Tree, region: Region, levels: int = 1) -> Region:
 
 
 def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
-    """Return the region of a descendant, towards the picked terminal.
-
-    Parameters
-    ----------
-    tree : Tree
-        The tree of the sentence.
-    region : Region
-        A region of this tree.
-    levels : int, optional
-        Number of levels to go down.
-
-    Raises
-    ------
-    GrammarError
-        There are fewer levels down to the nonterminal that generated the terminal.
-    """
+    """Return the region of a descendant, towards the picked terminal."""
     path = _path_to(tree, region.position)[:-1]
     depth = len(path) - len(region.path)
     if path[: len(region.path)] != region.path or not 0 <= levels <= depth:
@@ -140,7 +74,7 @@ def narrower(tree: Tree, region: Region, levels: int = 1) -> Region:
     return _region(tree, path[: len(region.path) + levels], region.position)
 
 
-def alternatives(  # noqa: PLR0913  what to edit, and what is wished
+def alternatives(
     grammar: AnyGrammar,
     tree: Tree,
     region: Region,
@@ -156,28 +90,8 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
     and no length is given, the most probable strings that were not drawn are added. Fewer than `n`
     are returned if the nonterminal has no more strings, or if the search does not reach them.
 
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar of the tree.
-    tree : Tree
-        The tree of the sentence.
-    region : Region
-        A region of this tree.
-    n : int
-        Largest number of alternatives.
-    rng : numpy.random.Generator
-        Source of randomness.
-    length : int, optional
-        Number of symbols of the strings; the nearest length that some string has if there is none.
-    most : float, optional
-        Largest mean number of symbols of a drawn string. Used only without `length`.
-
-    Raises
-    ------
-    GrammarError
-        `n` is below 1, `length` is negative, or the nonterminal of the region is not in the
-        grammar.
+    `length`: Number of symbols of the strings; the nearest length that some string has if there is
+    none.
     """
     if n < 1:
         raise GrammarError(f"alternatives: expected at least 1, found {n}. Ask for one or more.")
@@ -209,22 +123,7 @@ def alternatives(  # noqa: PLR0913  what to edit, and what is wished
 
 
 def replace_region(tree: Tree, region: Region, subtree: Tree) -> Tree:
-    """Return the tree with another derivation of a region; the rest of the tree is unchanged.
-
-    Parameters
-    ----------
-    tree : Tree
-        The tree of the sentence.
-    region : Region
-        A region of this tree.
-    subtree : Tree
-        The new derivation of the region.
-
-    Raises
-    ------
-    GrammarError
-        The root of the derivation is not the nonterminal of the region.
-    """
+    """Return the tree with another derivation of a region; the rest of the tree is unchanged."""
     if subtree.symbol != region.symbol or _node(tree, region.path).symbol != region.symbol:
         raise GrammarError(
             f"region: expected a derivation of {region.symbol!r}, found one of"

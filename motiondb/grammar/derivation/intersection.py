@@ -35,8 +35,7 @@ from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
 from motiondb.grammar.derivation.pattern import Acceptor, Pattern, acceptor_of
 from motiondb.records import BoolArray, FloatArray, IntArray
 
-_CLOSE = 1e-13
-"""Relative change of a weight below which an iteration has converged."""
+_CLOSE = 1e-13  # Relative change of a weight below which an iteration has converged
 
 _MOST_ROUNDS = 100_000
 """Largest number of iterations. Chosen by hand: a loop that continues with probability 0.999
@@ -49,21 +48,11 @@ _Pair = tuple[int, int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Intersection:
-    """A grammar and an automaton.
-
-    Attributes
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    automaton : Acceptor
-        The automaton over its terminals.
-    sums : array (symbols, states, states)
-        W.
-    """
+    """A grammar and an automaton."""
 
     compiled: CompiledGrammar
-    automaton: Acceptor
-    sums: FloatArray
+    automaton: Acceptor  # The automaton over its terminals
+    sums: FloatArray  # (symbols, states, states): w
 
     @property
     def ends(self) -> FloatArray:
@@ -74,44 +63,14 @@ class Intersection:
 def intersect(
     grammar: AnyGrammar, pattern: Pattern, allowed: frozenset[str] | None = None
 ) -> Intersection:
-    """Intersect a grammar with the automaton of a pattern.
-
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar.
-    pattern : Pattern
-        The pattern.
-    allowed : frozenset of str, optional
-        Terminals that a sentence may hold; all unless given.
-
-    Raises
-    ------
-    GrammarError
-        The grammar derives nothing, or the pattern has too many states.
-    """
+    """Intersect a grammar with the automaton of a pattern."""
     compiled = compiled_form(grammar)
     automaton = acceptor_of(pattern, compiled.names[compiled.terminals], allowed)
     return Intersection(compiled, automaton, weights_of(compiled, automaton, best=False))
 
 
 def weights_of(compiled: CompiledGrammar, automaton: Acceptor, *, best: bool) -> FloatArray:
-    """Return the weights of all items.
-
-    Parameters
-    ----------
-    compiled : CompiledGrammar
-        The grammar.
-    automaton : Acceptor
-        The automaton over its terminals.
-    best : bool
-        Whether to compute V instead of W.
-
-    Returns
-    -------
-    array (symbols, states, states)
-        W or V.
-    """
+    """Return the weights of all items; result (symbols, states, states)."""
     n = len(automaton.steps)
     weights = np.zeros((compiled.n_symbols, n, n))
     weights[compiled.terminals] = automaton.steps.transpose(1, 0, 2)
@@ -147,21 +106,13 @@ def _staying(compiled: CompiledGrammar, terminals: BoolArray) -> FloatArray:
 class _Equations(NamedTuple):
     """The equations of the symbols.
 
-    Attributes
-    ----------
-    members : array (S,)
-        The symbols, component by component, parts first.
-    bounds : array (components + 1,)
-        Index of the first member of each component.
-    cyclic : array (components,)
-        Whether a component has a cycle.
     rule_of, rule_right, probabilities, left, right : array
         As in :class:`.compiled.CompiledGrammar`.
     """
 
-    members: IntArray
-    bounds: IntArray
-    cyclic: BoolArray
+    members: IntArray  # (S,): the symbols, component by component, parts first
+    bounds: IntArray  # (components + 1,): index of the first member of each component
+    cyclic: BoolArray  # (components,): whether a component has a cycle
     rule_of: IntArray
     rule_right: IntArray
     probabilities: FloatArray

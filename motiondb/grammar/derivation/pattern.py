@@ -27,8 +27,7 @@ from motiondb.grammar.cfg.closure import strong_components
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import BoolArray, IntArray
 
-GAP, ANY = "...", "?"
-"""The notation for any number of terminals, and for any one terminal."""
+GAP, ANY = "...", "?"  # The notation for any number of terminals, and for any one terminal
 
 MOST_STATES = 200
 """Largest number of states of an automaton. The time of a completion grows with their third
@@ -37,34 +36,18 @@ power at most."""
 
 @dataclass(frozen=True)
 class Place:
-    """One terminal of a pattern.
+    """One terminal of a pattern."""
 
-    Attributes
-    ----------
-    text : str
-        Text of the place in the pattern.
-    terminals : frozenset of str or None
-        The terminals that it may be; None for any.
-    """
-
-    text: str
-    terminals: frozenset[str] | None = None
+    text: str  # Text of the place in the pattern
+    terminals: frozenset[str] | None = None  # The terminals that it may be; None for any
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Places with gaps between some of them.
-
-    Attributes
-    ----------
-    places : tuple of Place
-        The places.
-    gaps : tuple of bool
-        Whether a gap is before each place, and after the last one.
-    """
+    """Places with gaps between some of them."""
 
     places: tuple[Place, ...]
-    gaps: tuple[bool, ...]
+    gaps: tuple[bool, ...]  # Whether a gap is before each place, and after the last one
 
     @property
     def text(self) -> str:
@@ -95,52 +78,26 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Automaton:
-    """A deterministic automaton that reads terminals, from state 0.
+    """A deterministic automaton that reads terminals, from state 0."""
 
-    Attributes
-    ----------
-    steps : array (states, terminals)
-        The state after each terminal, -1 if it cannot be read.
-    accepting : array (states,)
-        Whether a string may end in each state.
-    """
-
-    steps: IntArray
-    accepting: BoolArray
+    steps: IntArray  # (states, terminals): the state after each terminal, -1 if it cannot be read
+    accepting: BoolArray  # (states,): whether a string may end in each state
 
 
 @dataclass(frozen=True, eq=False)
 class Acceptor:
-    """An automaton that reads each string in one way at most, from state 0.
+    """An automaton that reads each string in one way at most, from state 0."""
 
-    Attributes
-    ----------
-    steps : array (states, terminals, states)
-        Whether a terminal leads from the first state to the second.
-    accepting : array (states,)
-        Whether a string may end in each state.
-    bounds : array (blocks + 1,)
-        Block b holds the states from ``bounds[b]`` to ``bounds[b + 1] - 1``. Steps lead to the same
-        or a later block, and the states of a block lead to each other.
-    """
-
+    # (states, terminals, states): whether a terminal leads from the first state to the second
     steps: BoolArray
-    accepting: BoolArray
+    accepting: BoolArray  # (states,): whether a string may end in each state
+    # (blocks + 1,): block b holds the states from ``bounds[b]`` to ``bounds[b + 1] - 1``. Steps
+    # lead to the same or a later block, and the states of a block lead to each other
     bounds: IntArray
 
 
 def read_pattern(words: Sequence[Place | str]) -> Pattern:
     """Return the pattern of a list of places, terminals, ``?`` and ``...``.
-
-    Parameters
-    ----------
-    words : sequence of Place or str
-        A string is the name of a terminal, ``?`` or ``...``.
-
-    Raises
-    ------
-    GrammarError
-        There is neither a place nor a gap.
 
     >>> read_pattern(["...", "a", "?", "...", "..."]).gaps
     (True, False, True)
@@ -167,20 +124,6 @@ def automaton_of(
     pattern: Pattern, terminals: Sequence[str], allowed: frozenset[str] | None = None
 ) -> Automaton:
     """Return the deterministic automaton of a pattern.
-
-    Parameters
-    ----------
-    pattern : Pattern
-        The pattern.
-    terminals : sequence of str
-        The terminals that the automaton reads, by number.
-    allowed : frozenset of str, optional
-        Terminals that a string may hold; all unless given.
-
-    Raises
-    ------
-    GrammarError
-        The pattern needs more than ``MOST_STATES`` states.
 
     >>> made = automaton_of(read_pattern(["...", "b"]), ["a", "b"])
     >>> made.steps.tolist(), made.accepting.tolist()
@@ -219,20 +162,6 @@ def acceptor_of(
     pattern: Pattern, terminals: Sequence[str], allowed: frozenset[str] | None = None
 ) -> Acceptor:
     """Return the automaton of a pattern that reads each string in one way at most.
-
-    Parameters
-    ----------
-    pattern : Pattern
-        The pattern.
-    terminals : sequence of str
-        The terminals that the automaton reads, by number.
-    allowed : frozenset of str, optional
-        Terminals that a string may hold; all unless given.
-
-    Raises
-    ------
-    GrammarError
-        The pattern needs more than ``MOST_STATES`` states.
 
     >>> made = acceptor_of(read_pattern(["a", "...", "b", "?"]), ["a", "b"])
     >>> made.bounds.tolist(), made.accepting.tolist()

@@ -34,24 +34,13 @@ Cost = tuple[float, float]
 
 @dataclass(frozen=True)
 class Plan:
-    """A continuation of a prefix.
+    """A continuation of a prefix."""
 
-    Attributes
-    ----------
-    to_goal : tuple of str
-        Terminals after the prefix, up to and including the goal. Empty without a goal.
-    then : tuple of str
-        Terminals after the goal that complete the sentence.
-    tree : Tree
-        The tree of the whole sentence, with the prefix.
-    log_probability : float
-        Natural logarithm of the probability of the tree.
-    """
-
+    # Terminals after the prefix, up to and including the goal. Empty without a goal
     to_goal: tuple[str, ...]
-    then: tuple[str, ...]
-    tree: Tree
-    log_probability: float
+    then: tuple[str, ...]  # Terminals after the goal that complete the sentence
+    tree: Tree  # The tree of the whole sentence, with the prefix
+    log_probability: float  # Natural logarithm of the probability of the tree
 
 
 def plan(
@@ -62,24 +51,8 @@ def plan(
     The most probable tree is chosen, not the most probable string. Of the shortest continuations,
     the one with the most probable tree is chosen.
 
-    Parameters
-    ----------
-    grammar : Grammar or CompiledGrammar
-        The grammar of the sentence.
-    prefix : sequence of str
-        Terminals at the beginning of the sentence.
-    goal : str, optional
-        A terminal that must follow. If the prefix holds it already, it must occur again. Without a
-        goal the sentence is only completed.
-    shortest : bool, optional
-        Whether to minimize the number of symbols instead of -log of the probability.
-
-    Raises
-    ------
-    ParseError
-        No sentence begins with the prefix.
-    GrammarError
-        The goal is not a terminal of the grammar, or cannot follow the prefix.
+    `goal`: A terminal that must follow. If the prefix holds it already, it must occur again.
+    Without a goal the sentence is only completed.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = read_grammar("S -> hold A\nA -> dribble A [0.6] | shoot [0.3] | pass S [0.1]")
@@ -135,13 +108,7 @@ class _Search:
         self.log_costs = (-np.log(compiled.probabilities)).tolist()
 
     def run(self) -> Item | None:
-        """Settle items, the cheapest first, until the start symbol spans all states.
-
-        Returns
-        -------
-        Item or None
-            The item of the start symbol; None if there is none.
-        """
+        """Settle items, the cheapest first, until the start symbol spans all states."""
         top = (self.compiled.start, 0, self.n_states - 1)
         for cost, item, rule in self._first_items():
             heappush(self.agenda, (cost, next(self.order), item, rule, ()))
@@ -202,13 +169,7 @@ class _Search:
             heappush(self.agenda, (total, next(self.order), item, rule, parts))
 
     def choices(self, top: Item) -> list[int]:
-        """Return the rules of an item's tree in preorder.
-
-        Parameters
-        ----------
-        top : Item
-            A settled item.
-        """
+        """Return the rules of an item's tree in preorder."""
         rules, waiting = [], [top]
         while waiting:
             rule, parts = self.settled[waiting.pop()]

@@ -51,8 +51,8 @@ from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import FloatArray, IntArray
 
 WARMEST, COLDEST = 3.0, 0.4
-"""First and last temperature in bits: a change of the size of one symbol is accepted often at
-first and rarely at the end. Chosen by hand."""
+"""First and last temperature in bits: a change of the size of one symbol is accepted often at first
+and rarely at the end."""
 
 _WEIGHT_BITS = 48
 """Number of bits of the random weight of a constant terminal: different numbers have equal sums
@@ -76,23 +76,7 @@ def anneal(
     coldest: float = COLDEST,
     new_loops: bool = True,
 ) -> RuleSet:
-    """Return the rule set of fewest bits that the search visits; the given one if none is better.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        The initial rules.
-    rng : numpy.random.Generator
-        The same generator state gives the same rules.
-    tries : int
-        Number of changes that are tried.
-    warmest : float
-        First temperature, bits.
-    coldest : float
-        Last temperature, bits.
-    new_loops : bool
-        Whether moves may make a nonterminal derive itself, if the laws allow loops.
-    """
+    """The rule set of fewest bits that the search visits; the given one if none is better."""
     size = sum(len(right) + 2 for _, right in rule_set.uses())
     n_rows = 2 * len(list(rule_set.uses())) + size // 4 + 32
     table = table_of(rule_set, n_rows, 8 * size + 512)

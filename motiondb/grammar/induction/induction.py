@@ -53,37 +53,25 @@ from motiondb.grammar.rules.suffix_alignment import align_all
 Name = TypeVar("Name", bound=str)
 Family = Literal["edit", "biased", "suffix"]
 FAMILIES: tuple[Family, ...] = get_args(Family)
-AUTO = "auto"
-"""Family or selection: the one of the fewest bits."""
+AUTO = "auto"  # Family or selection: the one of the fewest bits
 
-FLAT = "flat"
-"""Family and selection of rules that were found from the plain sentences."""
+FLAT = "flat"  # Family and selection of rules that were found from the plain sentences
 
 _WORTH_PLANTING = 4.0
-"""Alignment-based learning that takes more than this many times the bits of plain rules is not
-used further. Chosen by hand."""
+"""Alignment-based learning that takes more than this many times the bits of plain rules is not used
+further."""
 
 
 @dataclass(frozen=True)
 class Induction:
-    """A learned grammar.
+    """A learned grammar."""
 
-    Attributes
-    ----------
-    grammar : Grammar
-        The grammar; probabilities are the shares of the uses of each rule.
-    family : str
-        Method by which its hypotheses were found; "flat" for rules found from the plain sentences.
-    selection : str
-        Method by which they were selected; "flat" for rules found from the plain sentences.
-    bits : DescriptionLength
-        Bits of the grammar and of the sentences it was learned from.
-    """
-
-    grammar: Grammar
+    grammar: Grammar  # The grammar; probabilities are the shares of the uses of each rule
+    # Method by which its hypotheses were found; "flat" for rules found from the plain sentences
     family: str
+    # Method by which they were selected; "flat" for rules found from the plain sentences
     selection: str
-    bits: DescriptionLength
+    bits: DescriptionLength  # Bits of the grammar and of the sentences it was learned from
 
 
 def induce(
@@ -96,27 +84,6 @@ def induce(
     loops: bool = True,
 ) -> Grammar:
     """Learn the grammar of the fewest bits that the search finds.
-
-    Parameters
-    ----------
-    sentences : sequence of Sentence
-        The examples; equal ones count as often as they occur.
-    family : str
-        "edit", "biased", "suffix", or "auto" for the one of the fewest bits.
-    selection : str
-        "first", "leaf", "branch", or "auto" for the one of the fewest bits.
-    compacted : bool
-        If False, return the result of alignment-based learning without compaction.
-    effort : Effort, optional
-        Effort of the search; by default chosen by the number of symbols.
-    loops : bool
-        Whether nonterminals may derive themselves where the sentences support it
-        (:mod:`.loop_evidence`).
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence, a sentence is empty, or a family or selection is unknown.
 
     >>> from motiondb.grammar.cfg.context_free import format_grammar
     >>> print(format_grammar(induce([tuple("abxcd"), tuple("abycd"), tuple("abxcd")])))
@@ -133,15 +100,7 @@ def induce(
 
 
 def without_loops(sentences: Sequence[Sentence], effort: Effort | None = None) -> Effort:
-    """Return an effort that searches rules without loops only.
-
-    Parameters
-    ----------
-    sentences : sequence of Sentence
-        The examples.
-    effort : Effort, optional
-        Effort of the search; by default chosen by the number of symbols.
-    """
+    """Return an effort that searches rules without loops only."""
     if effort is None:
         names, counted = _numbered(sentences)
         effort = effort_for(flat_rules(counted, len(names)))
@@ -161,11 +120,8 @@ def induce_with_bits(
 
     Parameters and errors are those of :func:`induce`.
 
-    Parameters
-    ----------
-    known : sequence of RuleSet
-        Rules found for these sentences before, terminals numbered in the order of their names. The
-        result takes no more bits than any of them.
+    `known`: Rules found for these sentences before, terminals numbered in the order of their names.
+    The result takes no more bits than any of them.
     """
     names, counted = _numbered(sentences)
     families = _among(FAMILIES, family, "family")
@@ -202,19 +158,7 @@ def aligned_rules(
     families: Sequence[Family] = FAMILIES,
     selections: Sequence[Selection] = SELECTIONS,
 ) -> Iterator[tuple[Family, Selection, RuleSet]]:
-    """Yield the rules of alignment-based learning for each family and selection.
-
-    Parameters
-    ----------
-    counted : mapping
-        Sentences as terminal numbers, and how often each occurs.
-    n_terminals : int
-        Number of terminals.
-    families : sequence of str
-        Methods to find hypotheses that are tried.
-    selections : sequence of str
-        Methods of selection that are tried with each family.
-    """
+    """Yield the rules of alignment-based learning for each family and selection."""
     ordered = sorted(counted)
     weights = [counted[sentence] for sentence in ordered]
     for family in families:

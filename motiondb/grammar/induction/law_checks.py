@@ -23,34 +23,20 @@ from motiondb.grammar.induction.rule_arrays import (
 )
 from motiondb.records import BoolArray, IntArray
 
-_WAITS, _FITS, _BREAKS = range(3)
-"""The state of a rule while the laws are checked bottom-up."""
+_WAITS, _FITS, _BREAKS = range(3)  # The state of a rule while the laws are checked bottom-up
 
 
 class Laws(NamedTuple):
-    """The laws of a rule set, in a form that is checked by sums and bits.
+    """The laws of a rule set, in a form that is checked by sums and bits."""
 
-    Attributes
-    ----------
-    weights : array (T,)
-        A random number for each constant terminal and 0 for the others, so that sums of weights
-        are equal only where the numbers of these terminals are.
-    marks : array (T,)
-        A different bit for each single terminal, 0 for the others.
-    total : int
-        The sum of weights of a sentence.
-    empties : bool
-        Whether right sides may be empty.
-    may_loop : array (nonterminals,)
-        Nonterminals that may derive a string which holds themselves, from the start symbol on.
-    loops : bool
-        Whether any may.
-    """
-
+    # (T,): a random number for each constant terminal and 0 for the others, so that sums of weights
+    # are equal only where the numbers of these terminals are
     weights: IntArray
-    marks: IntArray
-    total: int
-    empties: bool
+    marks: IntArray  # (T,): a different bit for each single terminal, 0 for the others
+    total: int  # The sum of weights of a sentence
+    empties: bool  # Whether right sides may be empty
+    # (nonterminals,): nonterminals that may derive a string which holds themselves, from the start
+    # symbol on
     may_loop: BoolArray
     loops: bool
 

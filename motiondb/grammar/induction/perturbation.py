@@ -29,44 +29,25 @@ from motiondb.grammar.rules.rule_set import RuleSet
 
 REWARMED = 2.0
 """First temperature, bits, of an annealing that begins with learned rules: lower than for plain
-sentences, so that the rules are not all lost. Chosen by hand."""
+sentences, so that the rules are not all lost."""
 
 _PLANT, _FORGET, _SPLIT_ONE, _SPLIT_ALL, _SAMPLE = range(5)
 """The changes. Each is drawn equally often; their shares were not tuned."""
 
-_MOST_FORGOTTEN = 3
-"""Largest number of rules that are removed at once. Chosen by hand."""
+_MOST_FORGOTTEN = 3  # Largest number of rules that are removed at once
 
-_LEAST_SHARE, _LARGEST_SHARE = 0.4, 0.9
-"""Share of the sentences in a sample. Chosen by hand."""
+_LEAST_SHARE, _LARGEST_SHARE = 0.4, 0.9  # Share of the sentences in a sample
 
 
 _BY_LENGTH = 0.5
 """Share of the samples that are the shortest sentences, where loops are allowed: these show what
-repeats or nests with the fewest rounds. Chosen by hand."""
+repeats or nests with the fewest rounds."""
 
 
 def perturb(
     rule_set: RuleSet, flat: RuleSet, tries: int, rng: np.random.Generator
 ) -> RuleSet | None:
-    """Make one random change.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        Rules of the sentences.
-    flat : RuleSet
-        One rule for each sentence.
-    tries : int
-        Tries of the annealing of a sample.
-    rng : numpy.random.Generator
-        Draws the change.
-
-    Returns
-    -------
-    RuleSet or None
-        None if there is nothing to change.
-    """
+    """Make one random change."""
     kind = int(rng.integers(5))
     if kind == _PLANT:
         return plant(flat, rule_set, rng)
@@ -104,20 +85,6 @@ def _without_rules(rule_set: RuleSet) -> set[int]:
 
 def split(rule_set: RuleSet, once: bool, rng: np.random.Generator) -> RuleSet | None:
     """Copy a random nonterminal that occurs in several places, for one or for each of them.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        The rules.
-    once : bool
-        Whether one place gets a copy, or each.
-    rng : numpy.random.Generator
-        Draws the nonterminal and the place.
-
-    Returns
-    -------
-    RuleSet or None
-        None if no nonterminal occurs in several places.
 
     >>> rules = RuleSet(2, {2: {(3, 0, 3): 2}, 3: {(0,): 2, (1,): 2}})
     >>> split(rules, False, np.random.default_rng(1)).rules

@@ -20,30 +20,13 @@ import numpy as np
 from motiondb.grammar.induction.support.refitting import refit
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 
-_SHARE = 0.5
-"""Probability that a nonterminal is planted: any subset is equally likely."""
+_SHARE = 0.5  # Probability that a nonterminal is planted: any subset is equally likely
 
-_TIE = 1e-6
-"""Random cost by which ties are broken: far less than one symbol."""
+_TIE = 1e-6  # Random cost by which ties are broken: far less than one symbol
 
 
 def plant(flat: RuleSet, donor: RuleSet, rng: np.random.Generator) -> RuleSet | None:
-    """Put random nonterminals of a donor into sentences.
-
-    Parameters
-    ----------
-    flat : RuleSet
-        One rule for each sentence.
-    donor : RuleSet
-        Rules from which the nonterminals are taken.
-    rng : numpy.random.Generator
-        Draws the nonterminals.
-
-    Returns
-    -------
-    RuleSet or None
-        None if the donor has no nonterminals, or the result breaks the laws of the rule set.
-    """
+    """Put random nonterminals of a donor into sentences."""
     lefts = sorted(left for left in donor.rules if left != donor.start)
     if not lefts:
         return None

@@ -59,34 +59,29 @@ _CHUNKS = _CLASSES + 0.15
 _FOLDS = _CHUNKS + 0.12
 _MERGES = _FOLDS + 0.1
 """Cumulative shares of the moves; the remainder substitutes a nonterminal. Most moves are exchanges
-and classes, because only these make alternatives. Chosen by hand."""
+and classes, because only these make alternatives."""
 
 _FROM_THE_LEFT = 0.5
-"""Probability that an exchange looks for a common beginning before a common end. Chosen by hand;
-not tuned."""
+"""Probability that an exchange looks for a common beginning before a common end."""
 
 _SHORTENED = 0.1
 """Probability that an exchange uses only a part of the shared symbols, which may be shared by
 chance."""
 
 _TWO_PLACES = 0.4
-"""Probability that a class is made in two places only, and not wherever its members occur.
-Chosen by hand; not tuned."""
+"""Probability that a class is made in two places only, and not wherever its members occur."""
 
 _CHUNK_JOINS = 0.2
-"""Probability that a chunk that is not yet an alternative joins a random nonterminal. Chosen by
-hand; not tuned."""
+"""Probability that a chunk that is not yet an alternative joins a random nonterminal."""
 
 _CHUNK_LOOPS = 0.5
 """Probability that a chunk that is not yet an alternative and contains nonterminals joins one of
-these, if loops are allowed. Chosen by hand."""
+these, if loops are allowed."""
 
-_FOLD_ONCE = 0.4
-"""Probability that an alternative is replaced in one rule only. Chosen by hand; not tuned."""
+_FOLD_ONCE = 0.4  # Probability that an alternative is replaced in one rule only
 
 
-_NOTHING = -1
-"""Return value of a move that changed nothing."""
+_NOTHING = -1  # Return value of a move that changed nothing
 
 
 @compiled

@@ -26,8 +26,7 @@ from motiondb.grammar.induction.rule_arrays import (
 from motiondb.grammar.induction.rule_places import Part, Place, occurrences, same_symbols
 from motiondb.records import BoolArray, IntArray
 
-_NOWHERE = -1
-"""``first`` of a missing place."""
+_NOWHERE = -1  # ``first`` of a missing place
 
 
 @compiled

@@ -23,36 +23,21 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 
 F = TypeVar("F", bound=Callable[..., object])
 
-LEFT, OFFSET, LENGTH, COUNT, KEY = range(5)
-"""Columns of a table."""
+LEFT, OFFSET, LENGTH, COUNT, KEY = range(5)  # Columns of a table
 
-N_COLUMNS = 5
-"""Columns of the array of rules; their meaning is given above."""
-ROWS, SYMBOLS = 0, 1
-"""What ``RuleTable.used`` counts."""
+N_COLUMNS = 5  # Columns of the array of rules; their meaning is given above
+ROWS, SYMBOLS = 0, 1  # What ``RuleTable.used`` counts
 
 _HASH_FACTOR, _HASH_BITS = 1_000_003, (1 << 40) - 1
 """Multiplier and mask of the polynomial hash. 40 bits times the multiplier fit into 64 bits."""
 
 
 class RuleTable(NamedTuple):
-    """A rule set as arrays.
+    """A rule set as arrays."""
 
-    Attributes
-    ----------
-    rows : array (rows, 5)
-        The rules; see the module for the columns.
-    text : array (symbols,)
-        The right sides. Tables of one search share it.
-    used : array (2,)
-        How many rows and how many symbols of the text are in use.
-    n_terminals : int
-        T.
-    """
-
-    rows: IntArray
-    text: IntArray
-    used: IntArray
+    rows: IntArray  # (rows, 5): the rules; see the module for the columns
+    text: IntArray  # (symbols,): the right sides. Tables of one search share it
+    used: IntArray  # (2,): how many rows and how many symbols of the text are in use
     n_terminals: int
 
 
@@ -75,17 +60,7 @@ def empty_table(text: IntArray, n_rows: int, n_terminals: int) -> RuleTable:
 
 
 def table_of(rule_set: RuleSet, n_rows: int, n_text: int) -> RuleTable:
-    """Write a rule set into arrays.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        The rules.
-    n_rows : int
-        Rows of the table, with room for changes.
-    n_text : int
-        Symbols of the text, with room for changes.
-    """
+    """Write a rule set into arrays."""
     text = np.zeros(n_text, dtype=np.int64)
     table = empty_table(text, n_rows, rule_set.n_terminals)
     names = {left: rule_set.start + k for k, left in enumerate(sorted(rule_set.rules))}

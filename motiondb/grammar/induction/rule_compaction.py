@@ -36,25 +36,20 @@ from motiondb.grammar.rules.neighbours import absorb_neighbours, release_ends
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import Right, RuleSet
 
-Pool = dict[float, RuleSet]
-"""Rule sets by their bits without an idle start symbol, rounded."""
+Pool = dict[float, RuleSet]  # Rule sets by their bits without an idle start symbol, rounded
 
-_ELITE = 16
-"""Number of rule sets of fewest bits from which one is drawn to be perturbed. Chosen by hand."""
+_ELITE = 16  # Number of rule sets of fewest bits from which one is drawn to be perturbed
 
-_CARRIED = 2
-"""Number of rule sets of a sample that are refitted to all sentences. Chosen by hand."""
+_CARRIED = 2  # Number of rule sets of a sample that are refitted to all sentences
 
-_SEED = 1
-"""Seed of the search: the same for all sentences."""
+_SEED = 1  # Seed of the search: the same for all sentences
 
 _EFFORTS = ((20, 10, 20, 30), (50, 60, 160, 30), (170, 80, 600, 20))
 """Symbols up to which an effort is spent; searches from plain sentences, searches from perturbed
 rules, and tries of each search for each symbol. Chosen by ``benchmarks/grammar_tasks/effort.py`` as
 the least effort that reaches the true grammar's bits as often as more does."""
 
-_FEWEST_TRIES = 200
-"""Smallest number of tries of each search. Chosen by hand; not tuned."""
+_FEWEST_TRIES = 200  # Smallest number of tries of each search
 
 _TRIES_A_SYMBOL, _MOST_TRIES = 30, 40_000
 """Tries of each search for each symbol, and at most, for more symbols than ``_EFFORTS`` knows.
@@ -64,8 +59,7 @@ _SAMPLES, _SAMPLE_SIZE = 6, 160
 """Samples, and symbols of each. Chosen by ``benchmarks/grammar_tasks/effort.py``: about as many
 symbols as are searched well without samples."""
 
-_SHORTEST_SIZE = 80, 240
-"""Symbols of a sample of the shortest sentences, between these. Chosen by hand."""
+_SHORTEST_SIZE = 80, 240  # Symbols of a sample of the shortest sentences, between these
 
 _FIRST_SIZE = 50, 170
 """Symbols of the shortest sentences that a search with loops begins with, between these. It is the
@@ -75,59 +69,37 @@ _FIRST_TRIES_A_SYMBOL = 1000
 """Tries for each symbol of these sentences. With 30, rules that nest in two ways (arithmetic, two
 kinds of brackets) were never found in ten searches, with 400 once, with 1,000 four times."""
 
-_THOROUGH = 8
-"""Number of searches with this many tries. Chosen by hand, to bound the time."""
+_THOROUGH = 8  # Number of searches with this many tries. Chosen by hand, to bound the time
 
-_OF_SAMPLE = 10, 60
-"""Searches from plain sentences and from perturbed rules of each sample. Chosen by hand; not
-tuned."""
+_OF_SAMPLE = 10, 60  # Searches from plain sentences and from perturbed rules of each sample
 
-_OF_ALL = 20, 100
-"""Searches of all sentences after the samples. Chosen by hand; not tuned."""
+_OF_ALL = 20, 100  # Searches of all sentences after the samples
 
 _FIRST_LOOPS = 1 / 3
 """Share of the searches from perturbed rules with loops after which the search ends if no loop is
-among the best rules: languages without loops then take less time. Chosen by hand."""
+among the best rules: languages without loops then take less time."""
 
 _WORTH_REFITTING = 1.05
 """Rules with loops of more than this many times the bits of those that are perturbed further are
-dropped at once, also while their loops are written out: refitting rarely saves so much. Chosen by
-hand."""
+dropped at once, also while their loops are written out: refitting rarely saves so much."""
 
-_NEW_LOOPS = 0.5
-"""Share of the annealings of rules with loops that may make further loops. Chosen by hand."""
+_NEW_LOOPS = 0.5  # Share of the annealings of rules with loops that may make further loops
 
 _LARGE = 800
-"""Number of symbols above which there are fewer searches of all sentences, to bound the time.
-Chosen by hand; not tuned."""
+"""Number of symbols above which there are fewer searches of all sentences, to bound the time."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """Effort of the search.
+    """Effort of the search."""
 
-    Attributes
-    ----------
-    begun : int
-        Searches from the plain sentences.
-    repeated : int
-        Searches from perturbed rules.
-    tries : int
-        Tries of each search.
-    samples : int
-        Samples that are searched first, 0 for none.
-    sampled : int
-        Sentences of each sample.
-    loops : bool
-        Whether nonterminals may derive themselves where the sentences support it
-        (:mod:`.loop_evidence`). The search is then repeated with loops allowed.
-    """
-
-    begun: int
-    repeated: int
-    tries: int
-    samples: int = 0
-    sampled: int = 0
+    begun: int  # Searches from the plain sentences
+    repeated: int  # Searches from perturbed rules
+    tries: int  # Tries of each search
+    samples: int = 0  # Samples that are searched first, 0 for none
+    sampled: int = 0  # Sentences of each sample
+    # Whether nonterminals may derive themselves where the sentences support it
+    # (:mod:`.loop_evidence`). The search is then repeated with loops allowed
     loops: bool = True
 
 
@@ -174,27 +146,14 @@ def compact(
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Settings and data of a search.
+    """Settings and data of a search."""
 
-    Attributes
-    ----------
-    flat : RuleSet
-        One rule for each sentence, and the laws.
-    effort : Effort
-        Effort of the search.
-    rounds : int
-        Rounds of a loop that some sentence must have.
-    rng : numpy.random.Generator
-        Draws everything.
-    judged : set of (float, int)
-        Bits and empty right sides of the rules with loops that were judged. Rules that agree in
-        both are assumed to be the same and are not judged again.
-    """
-
-    flat: RuleSet
-    effort: Effort
-    rounds: int
+    flat: RuleSet  # One rule for each sentence, and the laws
+    effort: Effort  # Effort of the search
+    rounds: int  # Rounds of a loop that some sentence must have
     rng: np.random.Generator
+    # Bits and empty right sides of the rules with loops that were judged. Rules that agree in both
+    # are assumed to be the same and are not judged again
     judged: set[tuple[float, int]] = field(default_factory=set)
 
     def anneal(self, pool: Pool, begun: RuleSet, tries: int, warmest: float) -> None:

@@ -19,34 +19,20 @@ from motiondb.grammar.induction.rule_places import Part, same_symbols
 from motiondb.records import BoolArray, IntArray
 
 _IS_NONTERMINAL = 0.5
-"""Probability that a part which is one nonterminal is taken as the nonterminal of a class.
-Chosen by hand; not tuned."""
+"""Probability that a part which is one nonterminal is taken as the nonterminal of a class."""
 
 _FIRST_HOME, _ANY_HOME, _ANY_NONTERMINAL = 0.4, 0.65, 0.75
 """Shares, summed up, of the nonterminals that a class joins: one that derives the first part or
-else the second, the second or else the first, a random one. Else it is a new one. Chosen by
-hand; not tuned."""
+else the second, the second or else the first, a random one. Else it is a new one."""
 
 
 class Workspace(NamedTuple):
-    """Arrays that the moves use.
+    """Arrays that the moves use."""
 
-    Attributes
-    ----------
-    alternatives : array (nonterminals,)
-        The number of rules of each nonterminal.
-    spared : array (nonterminals,)
-        Work array of marks.
-    goals : tuple of RuleTable
-        The tables for changed rules.
-    spare : RuleTable
-        Work table of :func:`.rewriting.tidy`.
-    """
-
-    alternatives: IntArray
-    spared: BoolArray
-    goals: tuple[RuleTable, RuleTable]
-    spare: RuleTable
+    alternatives: IntArray  # (nonterminals,): the number of rules of each nonterminal
+    spared: BoolArray  # (nonterminals,): work array of marks
+    goals: tuple[RuleTable, RuleTable]  # The tables for changed rules
+    spare: RuleTable  # Work table of :func:`.rewriting.tidy`
 
 
 @compiled

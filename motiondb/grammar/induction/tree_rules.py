@@ -23,7 +23,7 @@ from motiondb.grammar.rules.rule_set import (
 
 _MOST_NODES = 10_000
 """Bound on the time of merging types: merges tried one by one, times nodes. The pairs exchanged
-most often come first. Chosen by hand."""
+most often come first."""
 
 
 def read_rules(
@@ -35,20 +35,9 @@ def read_rules(
 ) -> RuleSet:
     """Read rules from the trees that selected places make.
 
-    Parameters
-    ----------
-    hypotheses : Hypotheses
-        Sentences and types.
-    kept : sequence of sequences of Place
-        The selected places of each sentence.
-    weights : sequence of int
-        How often each sentence occurs.
-    n_terminals : int
-        Number of terminals.
-    lawful : bool
-        Whether types are merged only as far as the laws of the rule set allow: all types if that
-        is lawful, else type by type, else pair by pair, the pairs of words that were exchanged
-        most often first.
+    `lawful`: Whether types are merged only as far as the laws of the rule set allow: all types if
+    that is lawful, else type by type, else pair by pair, the pairs of words that were exchanged
+    most often first.
     """
     symbols = {
         place: n_terminals + 1 + number

@@ -25,18 +25,10 @@ Sentence = tuple[str, ...]
 
 @dataclass(frozen=True)
 class DescriptionLength:
-    """The two parts of a description length.
+    """The two parts of a description length."""
 
-    Attributes
-    ----------
-    grammar : float
-        Bits of the rules, B(G).
-    sentences : float
-        Bits of the sentences given the rules, B(Z | G).
-    """
-
-    grammar: float
-    sentences: float
+    grammar: float  # Bits of the rules, B(G)
+    sentences: float  # Bits of the sentences given the rules, B(Z | G)
 
     @property
     def total(self) -> float:
@@ -49,11 +41,6 @@ def grammar_bits(grammar: Grammar) -> float:
 
     Each symbol and each separator costs log2(n(V) + n(Sigma) + 1) bits.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        Its rule probabilities are not used.
-
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> round(grammar_bits(read_grammar("S -> a b A c d\nA -> x | y")), 4)
     38.0391
@@ -65,11 +52,8 @@ def grammar_bits(grammar: Grammar) -> float:
 def sequence_length(right_lengths: Iterable[int]) -> int:
     """Return the number of symbols in rules that are written one after another.
 
-    Parameters
-    ----------
-    right_lengths : iterable of int
-        Length of each right side. Each rule also has one left side, and there is one separator
-        between two rules.
+    `right_lengths`: Length of each right side. Each rule also has one left side, and there is one
+    separator between two rules.
 
     >>> sequence_length([5, 1, 1])
     12
@@ -82,13 +66,6 @@ def tree_bits(grammar: Grammar, tree: Tree) -> float:
     """Return the bits that name the rules of a tree.
 
     Each node costs log2 of the number of rules of its nonterminal.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar of the tree.
-    tree : Tree
-        A parse of one sentence.
     """
     lefts = (grammar.rules[number].left for number in choices_of(tree))
     return sum(math.log2(len(grammar.rules_of[left])) for left in lefts)
@@ -98,18 +75,6 @@ def most_economical_tree(grammar: Grammar, sentence: Sentence) -> Tree:
     """Return the parse of a sentence that costs the fewest bits.
 
     It is the most probable parse when all rules of each nonterminal are equally probable.
-
-    Parameters
-    ----------
-    grammar : Grammar
-        Its rule probabilities are not used.
-    sentence : tuple of str
-        Names of terminals.
-
-    Raises
-    ------
-    GrammarError
-        The sentence is not in the language.
     """
     return parse(grammar.with_probabilities([1.0] * len(grammar.rules)), sentence)
 
@@ -119,19 +84,8 @@ def description_length(
 ) -> DescriptionLength:
     """Return the description length of sentences under a grammar.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        Its rule probabilities are not used.
-    sentences : iterable of tuple of str, optional
-        Sentences to parse; for each, the cheapest parse is used. Ignored if `trees` is given.
-    trees : sequence of Tree, optional
-        Parses of the sentences, used instead of the cheapest ones.
-
-    Raises
-    ------
-    GrammarError
-        A sentence is not in the language.
+    `sentences`: Sentences to parse; for each, the cheapest parse is used. Ignored if `trees` is
+    given.
     """
     if trees is None:
         known: dict[Sentence, float] = {}

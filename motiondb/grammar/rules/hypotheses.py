@@ -34,49 +34,24 @@ SELECTIONS: tuple[Selection, ...] = ("first", "leaf", "branch")
 
 @dataclass(frozen=True, order=True)
 class Place:
-    """A span of a sentence.
+    """A span of a sentence."""
 
-    Attributes
-    ----------
-    sentence : int
-        Number of the sentence, from 0.
-    start : int
-        First word of the span.
-    end : int
-        The word after the last one of the span.
-    """
-
-    sentence: int
-    start: int
-    end: int
+    sentence: int  # Number of the sentence, from 0
+    start: int  # First word of the span
+    end: int  # The word after the last one of the span
 
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """The hypotheses of a set of sentences.
+    """The hypotheses of a set of sentences."""
 
-    Attributes
-    ----------
-    sentences : tuple of Words
-        Words of each sentence, as numbers.
-    types : dict of Place to int
-        Type of each hypothesis, in the order in which the hypotheses were proposed.
-    pairs : Counter of (Place, Place)
-        How many slots proposed each pair of hypotheses.
-    """
-
-    sentences: tuple[Words, ...]
+    sentences: tuple[Words, ...]  # Words of each sentence, as numbers
+    # Type of each hypothesis, in the order in which the hypotheses were proposed
     types: dict[Place, int]
-    pairs: Counter[tuple[Place, Place]]
+    pairs: Counter[tuple[Place, Place]]  # How many slots proposed each pair of hypotheses
 
     def words(self, place: Place) -> Words:
-        """Return the words of a place.
-
-        Parameters
-        ----------
-        place : Place
-            A span of one of the sentences.
-        """
+        """Return the words of a place."""
         return self.sentences[place.sentence][place.start : place.end]
 
 
@@ -86,13 +61,6 @@ def propose(
     """Return the hypotheses that slots propose, with merged types.
 
     A whole sentence is not a hypothesis, because it already has the type of the start symbol.
-
-    Parameters
-    ----------
-    sentences : sequence of Words
-        Words of each sentence, as numbers.
-    slots : iterable of (int, int, sequence of Slot)
-        Numbers of two sentences, and the slots of their alignment.
     """
     group = _Groups()
     pairs: Counter[tuple[Place, Place]] = Counter()
@@ -136,25 +104,7 @@ class _Groups:
 
 
 def select(hypotheses: Hypotheses, selection: Selection) -> tuple[tuple[Place, ...], ...]:
-    """Select hypotheses that do not cross.
-
-    Parameters
-    ----------
-    hypotheses : Hypotheses
-        The candidates.
-    selection : {"first", "leaf", "branch"}
-        Rule of preference; see the module.
-
-    Returns
-    -------
-    tuple of tuple of Place
-        For each sentence the selected places, by start; at the same start the longest comes first.
-
-    Raises
-    ------
-    KeyError
-        The selection is not one of these.
-    """
+    """Select hypotheses that do not cross."""
     belief = _BELIEFS[selection](hypotheses)
     of_sentence: list[list[Place]] = [[] for _ in hypotheses.sentences]
     for place in hypotheses.types:

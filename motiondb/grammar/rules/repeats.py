@@ -40,21 +40,11 @@ SHORTEST_REPEAT = 2
 
 @dataclass(frozen=True, eq=False)
 class Repeats:
-    """Maximal repeats of a string.
+    """Maximal repeats of a string."""
 
-    Attributes
-    ----------
-    starts : array (repeats,)
-        Start of one occurrence of each repeat.
-    lengths : array (repeats,)
-        Number of symbols of each repeat.
-    counts : array (repeats,)
-        Number of occurrences of each repeat.
-    """
-
-    starts: IntArray
-    lengths: IntArray
-    counts: IntArray
+    starts: IntArray  # (repeats,): start of one occurrence of each repeat
+    lengths: IntArray  # (repeats,): number of symbols of each repeat
+    counts: IntArray  # (repeats,): number of occurrences of each repeat
 
 
 def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntArray]:
@@ -62,18 +52,6 @@ def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntAr
 
     The K symbols become 0..K-1 in the order of their names; the separators are K, K+1, ... A repeat
     cannot hold a separator, because each occurs once. So no repeat crosses the end of a string.
-
-    Parameters
-    ----------
-    strings : sequence of sequence of hashable
-        The symbols of each string.
-
-    Returns
-    -------
-    symbols : array (N + strings,)
-        Symbols and separators.
-    bounds : array (strings + 1,)
-        Start of each string, and the length of `symbols`.
 
     >>> join_strings(["ab", "ba"])
     (array([0, 1, 2, 1, 0, 3]), array([0, 3, 6]))
@@ -92,15 +70,7 @@ def join_strings(strings: Sequence[Sequence[Hashable]]) -> tuple[IntArray, IntAr
 def suffix_array(symbols: npt.ArrayLike) -> IntArray:
     """Return the starts of the suffixes in sorted order.
 
-    Parameters
-    ----------
-    symbols : array (N,)
-        Numbers 0..K-1. The time is linear in N + K.
-
-    Returns
-    -------
-    array (N,)
-        The suffix array.
+    Shapes: `symbols`, result (N,).
 
     >>> suffix_array([1, 0, 2, 0, 2, 0])  # banana
     array([5, 3, 1, 0, 4, 2])
@@ -115,17 +85,7 @@ def suffix_array(symbols: npt.ArrayLike) -> IntArray:
 def common_prefixes(symbols: npt.ArrayLike, suffixes: IntArray) -> IntArray:
     """Return the lengths of the prefixes that neighbouring suffixes share (LCP).
 
-    Parameters
-    ----------
-    symbols : array (N,)
-        Numbers 0..K-1.
-    suffixes : array (N,)
-        The suffix array of the symbols.
-
-    Returns
-    -------
-    array (N,)
-        Entry r belongs to the suffixes of rank r - 1 and r; entry 0 is 0.
+    Shapes: `symbols`, `suffixes` (N,).
 
     >>> common_prefixes([1, 0, 2, 0, 2, 0], suffix_array([1, 0, 2, 0, 2, 0]))
     array([0, 1, 3, 0, 0, 2])
@@ -134,15 +94,7 @@ def common_prefixes(symbols: npt.ArrayLike, suffixes: IntArray) -> IntArray:
 
 
 def maximal_repeats(symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT) -> Repeats:
-    """Return the maximal repeats of a string; there are at most N.
-
-    Parameters
-    ----------
-    symbols : array (N,)
-        Numbers 0..K-1.
-    shortest : int, optional
-        Least number of symbols of a repeat.
-    """
+    """Return the maximal repeats of a string; there are at most N; `symbols` (N,)."""
     text = np.asarray(symbols, dtype=np.int64)
     suffixes = suffix_array(text)
     lcp = common_prefixes(text, suffixes)
@@ -157,19 +109,7 @@ def cover_repeats(
     Each selected occurrence equals another substring that it does not overlap. No symbol outside
     the cover can begin a further occurrence of `shortest` symbols or more.
 
-    Parameters
-    ----------
-    symbols : array (N,)
-        Numbers 0..K-1.
-    shortest : int, optional
-        Least number of symbols of an occurrence.
-
-    Returns
-    -------
-    starts : array (occurrences,)
-        First symbol of each occurrence, ascending.
-    lengths : array (occurrences,)
-        Number of symbols of each occurrence.
+    Shapes: `symbols` (N,); result (occurrences,).
 
     >>> cover_repeats([0, 1, 4, 2, 3, 0, 1, 5, 2, 3, 0, 1, 4, 2, 3])  # abxcdabycdabxcd
     (array([ 0,  5,  8, 10]), array([5, 2, 2, 5]))

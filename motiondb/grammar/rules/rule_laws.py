@@ -28,11 +28,6 @@ def components(rules: Rules) -> list[list[int]]:
     Nonterminals that derive each other are in one component. Each component comes after those that
     its rules use. Within a component nonterminals are in ascending order.
 
-    Parameters
-    ----------
-    rules : Rules
-        The rules.
-
     >>> components({3: {(4, 5): 1}, 4: {(3, 0): 1, (0,): 1}, 5: {(1,): 1}})
     [[5], [3, 4]]
     """
@@ -139,15 +134,7 @@ def derives_itself_alone(rules: Rules) -> bool:
 
 
 def empty_beside_itself(rules: Rules, nullable: frozenset[int]) -> bool:
-    """Whether a nonterminal that derives the empty string occurs next to itself.
-
-    Parameters
-    ----------
-    rules : Rules
-        The rules.
-    nullable : frozenset of int
-        The nonterminals that derive the empty string.
-    """
+    """Whether a nonterminal that derives the empty string occurs next to itself."""
     return bool(nullable) and any(
         one == other and one in nullable
         for right in _rights(rules)
@@ -158,19 +145,7 @@ def empty_beside_itself(rules: Rules, nullable: frozenset[int]) -> bool:
 def keeps_constants(
     rules: Rules, n_terminals: int, start: int, constants: Mapping[int, int]
 ) -> bool:
-    """Whether every string holds each constant terminal the required number of times.
-
-    Parameters
-    ----------
-    rules : Rules
-        Rules of which every nonterminal derives a string.
-    n_terminals : int
-        Number of terminals.
-    start : int
-        The start symbol.
-    constants : mapping of int to int
-        Terminals, each with its number in every string.
-    """
+    """Whether every string holds each constant terminal the required number of times."""
     if not constants:
         return True
     numbers: dict[int, Right] = {
@@ -194,17 +169,7 @@ def keeps_constants(
 
 
 def keeps_singles(rules: Rules, n_terminals: int, singles: frozenset[int]) -> bool:
-    """Whether no string can hold a single terminal twice.
-
-    Parameters
-    ----------
-    rules : Rules
-        The rules.
-    n_terminals : int
-        Number of terminals.
-    singles : frozenset of int
-        Terminals that no string may hold twice.
-    """
+    """Whether no string can hold a single terminal twice."""
     if not singles:
         return True
     held = {symbol: frozenset({symbol} & singles) for symbol in range(n_terminals)}

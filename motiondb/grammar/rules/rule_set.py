@@ -39,38 +39,21 @@ from motiondb.grammar.rules import rule_laws
 from motiondb.grammar.rules.rule_laws import Right, Rules
 
 ENOUGH = 10
-"""Sentences that must hold a terminal, none of them twice, before it counts as single.
-
-At 10 the bound of :func:`single_terminals` is 3 / 10. Chosen by hand; not tuned.
-"""
+"""Sentences that must hold a terminal, none of them twice, before it counts as single. At 10 the
+bound of :func:`single_terminals` is 3 / 10."""
 
 
 @dataclass
 class RuleSet:
-    """Rules with counts, and the laws that they must keep.
+    """Rules with counts, and the laws that they must keep."""
 
-    Attributes
-    ----------
-    n_terminals : int
-        Number of terminals, T; this is also the number of the start symbol.
-    rules : dict of int to dict of Right to int
-        ``rules[left][right]`` is the number of nodes that use the rule.
-    constants : mapping of int to int
-        Terminals that occur equally often in every string, each with this number.
-    empties : bool
-        Whether right sides may be empty.
-    singles : frozenset of int
-        Terminals that no string may hold twice.
-    loops : bool
-        Whether a nonterminal may derive a string that holds itself.
-    """
-
-    n_terminals: int
-    rules: Rules
+    n_terminals: int  # Number of terminals, T; this is also the number of the start symbol
+    rules: Rules  # ``rules[left][right]`` is the number of nodes that use the rule
+    # Terminals that occur equally often in every string, each with this number
     constants: Mapping[int, int] = field(default_factory=dict)
-    empties: bool = True
-    singles: frozenset[int] = frozenset()
-    loops: bool = False
+    empties: bool = True  # Whether right sides may be empty
+    singles: frozenset[int] = frozenset()  # Terminals that no string may hold twice
+    loops: bool = False  # Whether a nonterminal may derive a string that holds itself
 
     @property
     def start(self) -> int:
@@ -82,13 +65,7 @@ class RuleSet:
         return self.with_rules({left: dict(rights) for left, rights in self.rules.items()})
 
     def with_rules(self, rules: Rules) -> RuleSet:
-        """Return a rule set of other rules with the same laws.
-
-        Parameters
-        ----------
-        rules : Rules
-            The other rules; they are not copied.
-        """
+        """Return a rule set of other rules with the same laws."""
         return replace(self, rules=rules)
 
     def bits(self) -> float:
@@ -105,17 +82,7 @@ class RuleSet:
         return (symbols + 2 * n_rules - 1) * math.log2(alphabet) + sentences
 
     def add(self, left: int, right: Right, count: int) -> None:
-        """Add nodes to a rule; create the rule if it is new.
-
-        Parameters
-        ----------
-        left : int
-            The nonterminal.
-        right : tuple of int
-            Right side of the rule.
-        count : int
-            Number of nodes to add.
-        """
+        """Add nodes to a rule; create the rule if it is new."""
         rights = self.rules.setdefault(left, {})
         rights[right] = rights.get(right, 0) + count
 
@@ -134,11 +101,6 @@ class RuleSet:
 
         Rules that become equal are merged and their counts added. A rule that becomes X -> X is
         removed.
-
-        Parameters
-        ----------
-        names : mapping of int to int
-            The new symbol for each symbol that changes.
         """
         old, self.rules = self.rules, {}
         for left, rights in old.items():
@@ -172,13 +134,7 @@ class RuleSet:
                 del self.rules[left]
 
     def order(self) -> list[int] | None:
-        """Sort the nonterminals topologically, each before those in its rules.
-
-        Returns
-        -------
-        list of int or None
-            None if a nonterminal derives a string that holds itself.
-        """
+        """Sort the nonterminals topologically, each before those in its rules."""
         waiting = dict.fromkeys(self.rules, 0)
         for _, right in self.uses():
             for symbol in right:
@@ -223,16 +179,6 @@ class RuleSet:
 def constant_terminals(sentences: Mapping[Right, int]) -> dict[int, int]:
     """Return the terminals that occur equally often, at least once, in every sentence.
 
-    Parameters
-    ----------
-    sentences : mapping of Right to int
-        Different sentences as terminal numbers, each with how often it occurs.
-
-    Returns
-    -------
-    dict of int to int
-        Each such terminal with its number. Empty for fewer than two different sentences.
-
     >>> constant_terminals({(0, 1, 2): 1, (0, 1, 1): 3})
     {0: 1}
     """
@@ -254,11 +200,8 @@ def single_terminals(sentences: Mapping[Right, int]) -> frozenset[int]:
     search stores these terminals as the bits of one integer, so only the 62 most frequent ones are
     returned.
 
-    Parameters
-    ----------
-    sentences : mapping of Right to int
-        Different sentences as terminal numbers, each with how often it occurs. Repeated sentences
-        count each time.
+    `sentences`: Different sentences as terminal numbers, each with how often it occurs. Repeated
+    sentences count each time.
 
     >>> sorted(single_terminals({(0, 1, 2): 4, (0, 1, 1): 6, (0, 2): 5}))
     [0]
@@ -278,20 +221,8 @@ def flat_rules(
 ) -> RuleSet:
     """Return a rule set with one rule for each different sentence.
 
-    Parameters
-    ----------
-    sentences : mapping of Right to int
-        Different sentences as terminal numbers, each with how often it occurs. The laws are taken
-        from them.
-    n_terminals : int
-        Number of terminals.
-    empties : bool, optional
-        Whether right sides may be empty.
-
-    Returns
-    -------
-    RuleSet
-        Its rules are in ascending order of the sentences.
+    `sentences`: Different sentences as terminal numbers, each with how often it occurs. The laws
+    are taken from them.
     """
     rights = {sentence: sentences[sentence] for sentence in sorted(sentences)}
     constants, singles = constant_terminals(sentences), single_terminals(sentences)
@@ -303,13 +234,6 @@ def as_grammar(rule_set: RuleSet, names: Sequence[str]) -> Grammar:
 
     Nonterminals are S, A, B, ... in breadth-first order from the start symbol. The rules of a
     nonterminal are ordered by decreasing use, then by their symbols.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        The rules; their counts decide the order only.
-    names : sequence of str
-        Names of the terminals.
     """
     labels = nonterminal_names(names)
     called: dict[int, str] = {rule_set.start: next(labels)}
@@ -340,11 +264,6 @@ def nonterminal_names(terminals: Sequence[str]) -> Iterator[str]:
     """Yield S, then A to Z without S, then A1, B1, ...; names of terminals are skipped.
 
     Where S itself is the name of a terminal, primes are added to it.
-
-    Parameters
-    ----------
-    terminals : sequence of str
-        Names that are taken.
 
     >>> names = nonterminal_names(["a", "B"])
     >>> [next(names) for _ in range(4)]

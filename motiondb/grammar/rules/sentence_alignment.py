@@ -35,20 +35,6 @@ _BIAS = 0.999
 def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) -> tuple[Slot, ...]:
     """Return the slots of two sentences.
 
-    Parameters
-    ----------
-    one : tuple of int
-        Symbol numbers of a sentence.
-    other : tuple of int
-        Symbol numbers of the other sentence.
-    biased : bool, optional
-        Whether links also cost the relative distance of their places.
-
-    Returns
-    -------
-    tuple of Slot
-        From left to right; each slot is a half-open span of `one` and a half-open span of `other`.
-
     >>> align((0, 1, 2, 3), (0, 4, 5, 3))
     (((1, 3), (1, 3)),)
     >>> align((0, 1, 3), (0, 3))
@@ -61,17 +47,7 @@ def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) ->
 
 
 def slots_between(links: IntArray, length: int, other_length: int) -> tuple[Slot, ...]:
-    """Return the unequal parts between the links of two sentences.
-
-    Parameters
-    ----------
-    links : array (links, 2)
-        Places of the linked symbols in both sentences; both columns ascend.
-    length : int
-        Number of symbols of the first sentence.
-    other_length : int
-        Number of symbols of the second sentence.
-    """
+    """Return the unequal parts between the links of two sentences; `links` (links, 2)."""
     slots = []
     i = j = 0
     for next_i, next_j in [*links.tolist(), (length, other_length)]:

@@ -32,16 +32,6 @@ IntArray = npt.NDArray[np.int64]
 def align_all(sentences: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], tuple[Slot, ...]]:
     """Return the slots of every pair of sentences that begin or end alike.
 
-    Parameters
-    ----------
-    sentences : sequence of tuple of int
-        Symbol numbers of each sentence.
-
-    Returns
-    -------
-    dict of (int, int) to tuple of Slot
-        For sentences i < j, their slots in ascending order.
-
     >>> align_all([(0, 1, 3), (0, 2, 3)])
     {(0, 1): (((0, 2), (0, 2)), ((1, 2), (1, 2)), ((1, 3), (1, 3)))}
     """

@@ -53,34 +53,24 @@ from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 COARSEST, FINEST = 0.2, 0.02
 """Bounds of delta, as shares of the root mean square distance of poses from the mean pose. Above
 the upper bound, different actions would be taken as equal; below the lower bound is the noise of
-capture. Chosen by hand; not tuned."""
+capture."""
 
 _WINDOW, _COMPARED = 15, 3
 """Frames of a window (half a second at 30 frames a second), and the step in frames: from window to
-window, and between the frames of a window that are compared. Chosen by hand; not tuned."""
+window, and between the frames of a window that are compared."""
 
 _MOST_WINDOWS = 1500
-"""Approximate number of evenly spaced windows whose nearest neighbour is searched; never twice
-as many. It limits the time. Chosen by hand; not tuned."""
+"""Approximate number of evenly spaced windows whose nearest neighbour is searched; never twice as
+many. It limits the time."""
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Description length in its three parts, in bits.
+    """Description length in its three parts, in bits."""
 
-    Attributes
-    ----------
-    motion : float
-        Bits of the frames given the terminals.
-    string : float
-        Bits of the sentences given the rules.
-    grammar : float
-        Bits of the rules.
-    """
-
-    motion: float
-    string: float
-    grammar: float
+    motion: float  # Bits of the frames given the terminals
+    string: float  # Bits of the sentences given the rules
+    grammar: float  # Bits of the rules
 
     @property
     def total(self) -> float:
@@ -98,30 +88,8 @@ def motion_bits(
 ) -> float:
     """Return the bits of all frames given the string of terminals.
 
-    Parameters
-    ----------
-    values : array (frames of all takes, axes)
-        Poses on principal axes, in metres.
-    starts : array (segments,)
-        First row of ``values`` of each segment.
-    ends : array (segments,)
-        Row after the last of each segment.
-    labels : array (segments,)
-        Terminal of each segment.
-    medoids : array (K,)
-        Segment that is the medoid of each terminal.
-    precision : float
-        Delta, in the unit of ``values``.
-
-    Returns
-    -------
-    float
-        Bits; only those of the lengths of segments if nothing moves.
-
-    Raises
-    ------
-    GrammarError
-        The precision is not positive.
+    Shapes: `values` (frames of all takes, axes); `starts`, `ends`, `labels` (segments,); `medoids`
+    (K,).
     """
     if not precision > 0.0:
         raise GrammarError(
@@ -152,17 +120,7 @@ def motion_bits(
 def rate(variances: FloatArray, precision: float) -> float:
     """Return R(v), the bits of a sample of Gaussian axes at a given root mean square error.
 
-    Parameters
-    ----------
-    variances : array (axes,)
-        Variance of each axis, in the unit of ``precision``, squared.
-    precision : float
-        Delta, the root mean square error over all axes together.
-
-    Returns
-    -------
-    float
-        Bits a sample.
+    Shapes: `variances` (axes,).
 
     >>> rate(np.array([16.0, 0.0]), 1.0), rate(np.array([0.5, 0.25]), 1.0)
     (2.0, 0.0)
@@ -185,18 +143,7 @@ def performance_noise(values: Float32Array | FloatArray, bounds: IntArray) -> fl
     The nearest neighbour of a window is searched among the windows that begin at least a second
     away or in another take. The distance is the root mean square over the compared frames.
 
-    Parameters
-    ----------
-    values : array (frames of all takes, axes)
-        Poses on principal axes, in metres.
-    bounds : array (takes + 1,)
-        First row of each take, as in ``Poses``; the last entry is the number of rows.
-
-    Returns
-    -------
-    float
-        Metres, limited by ``FINEST`` and ``COARSEST``; 0 if nothing moves; the upper limit if the
-        takes are too short for any comparison.
+    Shapes: `values` (frames of all takes, axes); `bounds` (takes + 1,).
     """
     poses = np.asarray(values, dtype=np.float64)
     spread = float(np.sqrt(poses.var(axis=0).sum()))
@@ -219,15 +166,7 @@ def performance_noise(values: Float32Array | FloatArray, bounds: IntArray) -> fl
 def samples_a_frame(poses: FloatArray) -> float:
     """Return the number of independent samples a frame, (1 - rho) / (1 + rho).
 
-    Parameters
-    ----------
-    poses : array (frames, axes)
-        Poses. Rho is the correlation of poses one frame apart, at least 0.
-
-    Returns
-    -------
-    float
-        From 0 to 1; 0 if nothing moves or there is only one frame.
+    Shapes: `poses` (frames, axes).
 
     >>> samples_a_frame(np.array([[0.0], [1.0]] * 8))
     1.0
@@ -258,29 +197,7 @@ def make_ledger(
     sentences: Sentences,
     precision: float | None = None,
 ) -> Ledger:
-    """Return the ledger of the terminals of takes and of the grammar of their strings.
-
-    Parameters
-    ----------
-    takes : sequence of Motion
-        The takes in which the terminals were found, in the same order.
-    terminals : Terminals
-        Segments and groups.
-    sentences : Sentences
-        Sentences and grammar learned from the strings of the terminals.
-    precision : float, optional
-        Delta, metres; by default it is measured by :func:`performance_noise`.
-
-    Returns
-    -------
-    Ledger
-        Bits of the three parts.
-
-    Raises
-    ------
-    GrammarError
-        The precision is negative or not a number.
-    """
+    """Return the ledger of the terminals of takes and of the grammar of their strings."""
     poses = make_poses(takes)
     if precision is None:
         precision = performance_noise(poses.values, poses.bounds)
@@ -288,29 +205,7 @@ def make_ledger(
 
 
 def ledger_of(poses: Poses, terminals: Terminals, sentences: Sentences, precision: float) -> Ledger:
-    """Return the ledger of terminals whose poses are already on principal axes.
-
-    Parameters
-    ----------
-    poses : Poses
-        Poses of the takes in which the terminals were found.
-    terminals : Terminals
-        Segments and groups.
-    sentences : Sentences
-        Sentences and grammar learned from the strings of the terminals.
-    precision : float
-        Delta, metres; 0 if nothing moves, and then the motion costs no bits.
-
-    Returns
-    -------
-    Ledger
-        Bits of the three parts.
-
-    Raises
-    ------
-    GrammarError
-        The precision is negative or not a number.
-    """
+    """Return the ledger of terminals whose poses are already on principal axes."""
     if precision == 0.0:
         return Ledger(0.0, sentences.bits.sentences, sentences.bits.grammar)
     offsets = poses.bounds[terminals.takes]

@@ -41,15 +41,13 @@ from motiondb.records import Motion
 
 CANDIDATES = (4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 30, 36, 44, 52, 60)
 """Numbers of terminals, each about a fifth above the one before. Every fourth is tried, then those
-near the best. Chosen by hand; not tuned."""
+near the best."""
 
 _STEPS, _FIRST = (4, 2, 1), 2
 """Steps of the search in ``CANDIDATES``, coarse to fine, and the place of the first number that is
-tried. Chosen by hand; not tuned."""
-_TRIES = 2
-"""How often the best number and the next smaller one are tried. Chosen by hand; not tuned."""
-_TRIED = 12
-"""Usual number of tries, for the progress bar only."""
+tried."""
+_TRIES = 2  # How often the best number and the next smaller one are tried
+_TRIED = 12  # Usual number of tries, for the progress bar only
 
 _FEWEST_FITTED = 5
 """Fewest numbers to which the curve is fitted. It has three parameters, so that two degrees of
@@ -64,39 +62,20 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """The result of one try with a number of terminals.
-
-    Attributes
-    ----------
-    terminals : Terminals
-        The terminals.
-    sentences : Sentences
-        Sentences and grammar learned from their strings.
-    ledger : Ledger
-        Description length of all, in bits.
-    """
+    """The result of one try with a number of terminals."""
 
     terminals: Terminals
-    sentences: Sentences
-    ledger: Ledger
+    sentences: Sentences  # Sentences and grammar learned from their strings
+    ledger: Ledger  # Description length of all, in bits
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The chosen number of terminals, and the better try of every number that was tried.
-
-    Attributes
-    ----------
-    number : int
-        The chosen number.
-    trials : dict of int to Trial
-        The better try of each number, by ascending number.
-    noise : float
-        s, the standard deviation of the totals by chance, in bits; 0 if too few numbers were tried.
-    """
+    """The chosen number of terminals, and the better try of every number that was tried."""
 
     number: int
-    trials: dict[int, Trial]
+    trials: dict[int, Trial]  # The better try of each number, by ascending number
+    # s, the standard deviation of the totals by chance, in bits; 0 if too few numbers were tried
     noise: float
 
     @property
@@ -118,16 +97,6 @@ class Choice:
 def search_noise(bits: Mapping[int, float]) -> float:
     """Return the standard deviation of bits about b_0 + b_1 log K + b_2 K, fitted by least squares.
 
-    Parameters
-    ----------
-    bits : mapping of int to float
-        Total of bits for each number of terminals.
-
-    Returns
-    -------
-    float
-        s, in bits; 0 for fewer than five numbers.
-
     >>> curve = {k: 900.0 - 200.0 * float(np.log(k)) + 30.0 * k for k in (4, 6, 8, 12, 24)}
     >>> round(search_noise(curve), 6)
     0.0
@@ -141,35 +110,12 @@ def search_noise(bits: Mapping[int, float]) -> float:
 
 
 def standard_error(noise: float) -> float:
-    """Return the standard error of the mean of two tries.
-
-    Parameters
-    ----------
-    noise : float
-        s, the standard deviation of one try, in bits.
-
-    Returns
-    -------
-    float
-        Bits.
-    """
+    """Return the standard error of the mean of two tries."""
     return noise / _TRIES**0.5
 
 
 def choose_number(bits: Mapping[int, float], noise: float) -> int:
     """Return the smallest number within one standard error of the fewest bits.
-
-    Parameters
-    ----------
-    bits : mapping of int to float
-        Least total of the tries of each number of terminals, in bits.
-    noise : float
-        s, the standard deviation of one try, in bits.
-
-    Returns
-    -------
-    int
-        Number of terminals.
 
     >>> choose_number({6: 520.0, 8: 503.0, 12: 500.0}, 10.0)
     8
@@ -189,32 +135,12 @@ def choose_terminals(
 ) -> Choice:
     """Choose the number of terminals by description length, and learn with it.
 
-    Parameters
-    ----------
-    takes : sequence of Motion
-        The takes, at 30 frames a second.
-    rng : numpy.random.Generator
-        Draws the searches for terminals and sentences.
-    candidates : sequence of int, optional
-        Numbers of terminals, all of which are tried. By default about ten of ``CANDIDATES`` are
-        tried, coarse to fine. Numbers for which the takes are too short are left out.
-    settings : TerminalSettings, optional
-        Settings of the search for terminals.
-    learn : callable, optional
-        Learns the sentences of terminals; by default
-        :func:`motiondb.grammar.sentences.partition.find_sentences`, with classes of like motion.
-    progress : callable, optional
-        Called before each try with the number of tries done, their expected number, and a text.
+    `candidates`: Numbers of terminals, all of which are tried. By default about ten of
+    ``CANDIDATES`` are tried, coarse to fine. Numbers for which the takes are too short are left
+    out.
 
-    Returns
-    -------
-    Choice
-        The chosen number, and the better try of every number that was tried.
-
-    Raises
-    ------
-    GrammarError
-        No candidate is given, or the takes are too short for every candidate.
+    `progress`: Called before each try with the number of tries done, their expected number, and a
+    text.
     """
     learn = learn or partial(_learn, takes)
     poses = make_poses(takes)

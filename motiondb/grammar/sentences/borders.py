@@ -31,45 +31,22 @@ Kind = tuple[str, ...]
 Places = dict[Kind, list[tuple[int, int]]]
 """Borders of each kind, as number of the string and place in it."""
 
-_FARTHEST = 3
-"""Largest number of symbols by which cuts are moved. Chosen by hand; not tuned."""
+_FARTHEST = 3  # Largest number of symbols by which cuts are moved
 
-_UNITED = 12
-"""Partitions of united kinds. Chosen by hand, to bound the time; not tuned."""
+_UNITED = 12  # Partitions of united kinds. Chosen by hand, to bound the time; not tuned
 
 
 def kinds_at(string: Sentence, place: int) -> tuple[Kind, Kind, Kind]:
     """Return the three kinds of a border.
 
-    Parameters
-    ----------
-    string : sequence of str
-        Symbols.
-    place : int
-        The border is before the symbol at this place, which is not the first.
-
-    Returns
-    -------
-    tuple of Kind
-        The kinds before, after and between.
+    `place`: The border is before the symbol at this place, which is not the first.
     """
     before, after = string[place - 1], string[place]
     return ("before", after), ("after", before), ("between", before, after)
 
 
 def border_places(strings: Sequence[Sentence]) -> Places:
-    """Return all borders between symbols of strings, grouped by kind.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-
-    Returns
-    -------
-    dict of Kind to list of pairs
-        Number of the string and place of each border; the kinds are sorted.
-    """
+    """Return all borders between symbols of strings, grouped by kind."""
     places: Places = {}
     for k, string in enumerate(strings):
         for i in range(1, len(string)):
@@ -84,19 +61,8 @@ def recurring_splits(strings: Sequence[Sentence], shortest: int, longest: int) -
     A cut that would make a sentence too short is left out. Partitions are kept only if the mean
     length of their sentences is within the limits.
 
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    shortest : int
-        Shortest sentence, in symbols.
-    longest : int
-        Limit of the mean length of the sentences, in symbols. Single sentences can be longer.
-
-    Returns
-    -------
-    list of Cuts
-        Different partitions, each with at least one inner cut.
+    `longest`: Limit of the mean length of the sentences, in symbols. Single sentences can be
+    longer.
     """
     total = sum(map(len, strings))
     splits: dict[Cuts, None] = {}
@@ -117,20 +83,6 @@ def united_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> l
     Where takes show a movement in different ways, no single kind of border is in all of them. Of
     all pairs of kinds of one side, those are taken that give sentences of the most even lengths,
     and a third kind is added where it makes them more even.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    shortest : int
-        Shortest sentence, in symbols.
-    longest : int
-        Longest sentence, in symbols, where it can be cut shorter.
-
-    Returns
-    -------
-    list of Cuts
-        Different partitions, those of the most even sentences first.
     """
     places = {kind: p for kind, p in border_places(strings).items() if kind[0] != "between"}
 
@@ -156,13 +108,6 @@ def united_splits(strings: Sequence[Sentence], shortest: int, longest: int) -> l
 def unevenness(strings: Sequence[Sentence], cuts: Cuts) -> float:
     """Return the standard deviation of the lengths of sentences, as a share of their mean.
 
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    cuts : Cuts
-        Inner cuts of each string.
-
     >>> unevenness(["abcdef", "abc"], ((2,), ()))
     0.2721655269759087
     """
@@ -174,20 +119,6 @@ def unevenness(strings: Sequence[Sentence], cuts: Cuts) -> float:
 
 def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest: int) -> Cuts:
     """Remove cuts that would make a sentence too short, from left to right.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    cuts : sequence of sequences of int
-        Places of cuts for each string, in any order.
-    shortest : int
-        Shortest sentence, in symbols.
-
-    Returns
-    -------
-    Cuts
-        The cuts that remain.
 
     >>> spaced(["abcdefgh"], [[1, 3, 5, 7]], 3)
     ((3,),)
@@ -207,20 +138,6 @@ def spaced(strings: Sequence[Sentence], cuts: Sequence[Sequence[int]], shortest:
 
 def too_long(strings: Sequence[Sentence], cuts: Cuts, lengths: tuple[int, int]) -> bool:
     """Return whether a sentence is too long in a string that can be cut into allowed lengths.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    cuts : Cuts
-        Inner cuts of each string.
-    lengths : tuple of int
-        Shortest and longest sentence, in symbols.
-
-    Returns
-    -------
-    bool
-        Whether there is such a sentence. Five symbols cannot be cut into sentences of 3 or 4:
 
     >>> too_long(["abcde"], ((),), (3, 4)), too_long(["abcdef"], ((),), (3, 4))
     (False, True)
@@ -245,23 +162,7 @@ def change_alike(
 
     The probabilities of the changes were chosen by hand; they are not tuned.
 
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    places : Places
-        Borders of the strings by kind, from :func:`border_places`.
-    cuts : Cuts
-        The current cuts.
-    shortest : int
-        Shortest sentence, in symbols; cuts that would make a shorter one are left out.
-    rng : numpy.random.Generator
-        Draws the change.
-
-    Returns
-    -------
-    Cuts
-        The changed cuts; they may equal the current ones.
+    `shortest`: Shortest sentence, in symbols; cuts that would make a shorter one are left out.
     """
     made = [set(inner) for inner in cuts]
     present = [(k, i) for k, inner in enumerate(cuts) for i in inner]

@@ -42,13 +42,6 @@ the sample grammars: with them the rules of fights were found in terms of the ri
 def present(classes: Classes, strings: Sequence[Sentence]) -> Classes | None:
     """Return the classes of the names that strings hold; None if none has two names.
 
-    Parameters
-    ----------
-    classes : Classes
-        A partition of names.
-    strings : sequence of sequences of str
-        Strings of these names.
-
     >>> present((("a", "b"), ("c", "d")), [("a", "c"), ("b",)])
     (('a', 'b'), ('c',))
     """
@@ -60,13 +53,6 @@ def present(classes: Classes, strings: Sequence[Sentence]) -> Classes | None:
 
 def by_class(strings: Sequence[Sentence], classes: Classes) -> list[Sentence]:
     """Replace each name by the first name of its class.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of names.
-    classes : Classes
-        A partition of the names.
 
     >>> by_class([("a", "b", "c")], (("a", "c"), ("b",)))
     [('a', 'b', 'a')]
@@ -83,20 +69,7 @@ def occurrences(strings: Sequence[Sentence]) -> Counter[str]:
 def spelled_out(rules: RuleSet, classes: Classes, counts: Mapping[str, int]) -> RuleSet:
     """Return rules over classes as rules over terminals.
 
-    Parameters
-    ----------
-    rules : RuleSet
-        Rules whose terminals are the classes, numbered in the order of their first names.
-    classes : Classes
-        The classes; every name occurs.
-    counts : mapping of str to int
-        How often each name occurs in the sentences.
-
-    Returns
-    -------
-    RuleSet
-        Rules whose terminals are numbered in the order of their names. Each class of two names or
-        more is a nonterminal.
+    `rules`: Rules whose terminals are the classes, numbered in the order of their first names.
     """
     number_of = {name: k for k, name in enumerate(sorted(counts))}
     ordered = sorted(classes, key=lambda members: members[0])
@@ -124,19 +97,7 @@ def induce_in_classes(
 ) -> Induction:
     """Learn the grammar of fewest bits, with classes of terminals where they save bits.
 
-    Parameters
-    ----------
-    sentences : sequence of sequences of str
-        The examples; equal ones count as often as they occur.
-    levels : sequence of Classes, optional
-        Partitions of the names into classes.
-    known : sequence of RuleSet, optional
-        Rules found for these sentences before, terminals numbered in the order of their names.
-
-    Raises
-    ------
-    GrammarError
-        There is no sentence, or a sentence is empty.
+    `known`: Rules found for these sentences before, terminals numbered in the order of their names.
     """
     classed = class_rules(sentences, levels)
     return induce_with_bits(sentences, known=[*known, *([] if classed is None else [classed])])
@@ -147,19 +108,6 @@ def class_rules(sentences: Sequence[Sentence], levels: Sequence[Classes]) -> Rul
 
     Each partition is judged by a few annealings, and the rules of the best one are searched in
     full.
-
-    Parameters
-    ----------
-    sentences : sequence of sequences of str
-        The examples.
-    levels : sequence of Classes
-        Partitions of the names.
-
-    Returns
-    -------
-    RuleSet or None
-        Rules over terminals, numbered in the order of their names; None if no partition has a class
-        of two names that occur.
     """
     rng = Generator(PCG64(_SEED))  # a fixed seed: the result depends on the sentences only
     counts = occurrences(sentences)
@@ -183,13 +131,7 @@ def class_rules(sentences: Sequence[Sentence], levels: Sequence[Classes]) -> Rul
 
 
 def flat_of(sentences: Sequence[Sentence]) -> RuleSet:
-    """Return flat rules of sentences, whose terminals are numbered in the order of their names.
-
-    Parameters
-    ----------
-    sentences : sequence of sequences of str
-        The sentences.
-    """
+    """Return flat rules of sentences, whose terminals are numbered in the order of their names."""
     names = sorted({name for sentence in sentences for name in sentence})
     number_of = {name: k for k, name in enumerate(names)}
     counted: Counter[Right] = Counter(tuple(number_of[s] for s in one) for one in sentences)

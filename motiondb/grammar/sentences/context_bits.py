@@ -51,53 +51,23 @@ class _Cover(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CoveredString:
-    """Joined strings with the cover of their repeats; made once and used for many partitions.
+    """Joined strings with the cover of their repeats; made once and used for many partitions."""
 
-    Attributes
-    ----------
-    symbols : array (N,)
-        Symbols, with a separator at the end of each string.
-    n_terminals : int
-        Number of terminals.
-    repeat_at : array (N,)
-        Number of the repeat of which a chosen occurrence begins here, or -1.
-    repeat_starts : array (R,)
-        Place of one chosen occurrence of each repeat.
-    repeat_lengths : array (R,)
-        Length of each repeat, in symbols.
-    inside : array (N,)
-        Whether a cut before this symbol would divide a chosen occurrence.
-    hashes : array (N + 1,)
-        Hashes of all prefixes. They give the hash of any substring in constant time.
-    powers : array (N + 1,)
-        Powers of the multiplier of the hash.
-    """
-
-    symbols: IntArray
+    symbols: IntArray  # (N,): symbols, with a separator at the end of each string
     n_terminals: int
+    # (N,): number of the repeat of which a chosen occurrence begins here, or -1
     repeat_at: IntArray
-    repeat_starts: IntArray
-    repeat_lengths: IntArray
+    repeat_starts: IntArray  # (R,): place of one chosen occurrence of each repeat
+    repeat_lengths: IntArray  # (R,): length of each repeat, in symbols
+    # (N,): whether a cut before this symbol would divide a chosen occurrence
     inside: npt.NDArray[np.bool_]
+    # (N + 1,): hashes of all prefixes. They give the hash of any substring in constant time
     hashes: npt.NDArray[np.uint64]
-    powers: npt.NDArray[np.uint64]
+    powers: npt.NDArray[np.uint64]  # (N + 1,): powers of the multiplier of the hash
 
 
 def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
-    """Find the cover of joined strings by repeats.
-
-    Parameters
-    ----------
-    symbols : array (N,)
-        Joined strings, from :func:`motiondb.grammar.rules.repeats.join_strings`.
-    n_terminals : int
-        Number of terminals; greater numbers are separators.
-
-    Returns
-    -------
-    CoveredString
-        The strings with their cover.
-    """
+    """Find the cover of joined strings by repeats; `symbols` (N,)."""
     starts, lengths = cover_repeats(symbols)
     inside = np.zeros(symbols.size, dtype=np.bool_)
     for start, length in zip(starts, lengths, strict=True):
@@ -121,19 +91,7 @@ def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
 def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> float:
     """Return the description length of sentences by the grammar of their contexts.
 
-    Parameters
-    ----------
-    covered : CoveredString
-        The strings with their cover.
-    starts : array (sentences,)
-        First symbol of each sentence; it is never inside a chosen occurrence.
-    ends : array (sentences,)
-        One past the last symbol of each sentence, separators left out.
-
-    Returns
-    -------
-    float
-        Bits of the rules and of the sentences given the rules.
+    Shapes: `starts`, `ends` (sentences,).
     """
     n = _rights_at_most(starts)
     table = np.empty((n, 4), dtype=np.int64)

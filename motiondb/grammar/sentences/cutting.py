@@ -39,76 +39,32 @@ IntArray = npt.NDArray[np.int64]
 Progress = Callable[[int, int], None]
 """Called with the number of steps done, and the number of all steps."""
 
-SHORTEST = 3
-"""Shortest sentence, in symbols, unless given. Chosen by hand; not tuned."""
-LONGEST = 20
-"""Longest sentence, in symbols, unless given. Chosen by hand; not tuned."""
-_DRAWN = 0.25
-"""Share of the evaluations that are spent on random candidates. Chosen by hand; not tuned."""
-_SINGLE = 0.3
-"""Share of the changes that change one cut. Chosen by hand; not tuned."""
+SHORTEST = 3  # Shortest sentence, in symbols, unless given
+LONGEST = 20  # Longest sentence, in symbols, unless given
+_DRAWN = 0.25  # Share of the evaluations that are spent on random candidates
+_SINGLE = 0.3  # Share of the changes that change one cut
 
-_WARMTH = 0.004
-"""First temperature of the annealing, as a share of the bits of the best candidate. Chosen by hand;
-not tuned."""
+_WARMTH = 0.004  # First temperature of the annealing, as a share of the bits of the best candidate
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Strings with the places where cuts are allowed, and the limits of sentence lengths.
+    """Strings with the places where cuts are allowed, and the limits of sentence lengths."""
 
-    Attributes
-    ----------
-    covered : CoveredString
-        The joined strings with their cover.
-    bounds : tuple of int
-        Start of each string, and the length of the joined strings.
-    allowed : tuple of int
-        Places in the joined strings where inner cuts are allowed, ascending.
-    shortest : int
-        Shortest sentence, in symbols.
-    longest : int
-        Longest sentence, in symbols.
-    """
-
-    covered: CoveredString
-    bounds: tuple[int, ...]
-    allowed: tuple[int, ...]
-    shortest: int
-    longest: int
+    covered: CoveredString  # The joined strings with their cover
+    bounds: tuple[int, ...]  # Start of each string, and the length of the joined strings
+    allowed: tuple[int, ...]  # Places in the joined strings where inner cuts are allowed, ascending
+    shortest: int  # Shortest sentence, in symbols
+    longest: int  # Longest sentence, in symbols
 
     def spans(self, cuts: Sequence[int]) -> tuple[IntArray, IntArray]:
-        """Return the spans of the sentences between cuts.
-
-        Parameters
-        ----------
-        cuts : sequence of int
-            Inner cuts, as places in the joined strings.
-
-        Returns
-        -------
-        starts : array (sentences,)
-            First symbol of each sentence.
-        ends : array (sentences,)
-            One past the last symbol, the separators at the ends of strings left out.
-        """
+        """Return the spans of the sentences between cuts; result (sentences,)."""
         starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(self.bounds[:-1]))
         ends = np.append(starts[1:], self.bounds[-1])
         return starts, ends - np.isin(ends, self.bounds)
 
     def bits(self, cuts: Sequence[int]) -> float:
-        """Return the description length of a partition.
-
-        Parameters
-        ----------
-        cuts : sequence of int
-            Inner cuts, as places in the joined strings.
-
-        Returns
-        -------
-        float
-            Bits, as :func:`.context_bits.context_bits` counts them.
-        """
+        """Return the description length of a partition."""
         return context_bits(self.covered, *self.spans(cuts))
 
 
@@ -119,30 +75,7 @@ def cutting_room(
     *,
     free: bool = False,
 ) -> Room:
-    """Find the places of strings where cuts are allowed.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of symbols.
-    shortest : int, optional
-        Shortest sentence, in symbols.
-    longest : int, optional
-        Longest sentence, in symbols.
-    free : bool, optional
-        Whether cuts are allowed inside repeats.
-
-    Returns
-    -------
-    Room
-        The strings with the allowed places.
-
-    Raises
-    ------
-    GrammarError
-        There is no string, a string is empty, the lengths are not 1 <= shortest <= longest, or the
-        strings have fewer than two different symbols.
-    """
+    """Find the places of strings where cuts are allowed."""
     if not 1 <= shortest <= longest:
         raise GrammarError(
             f"sentence lengths: expected 1 <= shortest <= longest, found {shortest} and {longest}."
@@ -186,26 +119,7 @@ def _uncovered(covered: CoveredString) -> CoveredString:
 def search_cuts(
     room: Room, rng: np.random.Generator, evaluations: int, progress: Progress | None = None
 ) -> tuple[tuple[int, ...], float]:
-    """Search for the cuts of fewest bits: first at random, then by simulated annealing.
-
-    Parameters
-    ----------
-    room : Room
-        Strings with the allowed places.
-    rng : numpy.random.Generator
-        Draws candidates and changes.
-    evaluations : int
-        Number of partitions that are judged.
-    progress : callable, optional
-        Called after each evaluation.
-
-    Returns
-    -------
-    cuts : tuple of int
-        The best cuts, as places in the joined strings.
-    bits : float
-        Their description length.
-    """
+    """Search for the cuts of fewest bits: first at random, then by simulated annealing."""
     drawn = max(1, round(_DRAWN * evaluations))
     best, best_bits = draw_best(room, rng, drawn, progress, evaluations)
     current, bits = best, best_bits
@@ -230,28 +144,7 @@ def draw_best(
     progress: Progress | None = None,
     of: int = 0,
 ) -> tuple[tuple[int, ...], float]:
-    """Return the best of many random candidates: the search of the paper.
-
-    Parameters
-    ----------
-    room : Room
-        Strings with the allowed places.
-    rng : numpy.random.Generator
-        Draws the candidates.
-    evaluations : int
-        Number of candidates.
-    progress : callable, optional
-        Called after each evaluation.
-    of : int, optional
-        Number of all steps that ``progress`` is called with; ``evaluations`` if 0.
-
-    Returns
-    -------
-    cuts : tuple of int
-        The best cuts, as places in the joined strings.
-    bits : float
-        Their description length.
-    """
+    """Return the best of many random candidates: the search of the paper."""
     best: tuple[int, ...] = ()
     best_bits = math.inf
     for number in range(evaluations):
@@ -269,18 +162,6 @@ def draw_cuts(room: Room, rng: np.random.Generator) -> tuple[int, ...]:
 
     A typical length is drawn for the candidate, and for each sentence a length of 0.5 to 1.5 times
     that. The next cut is at the allowed place that is nearest to this length.
-
-    Parameters
-    ----------
-    room : Room
-        Strings with the allowed places.
-    rng : numpy.random.Generator
-        Draws the lengths.
-
-    Returns
-    -------
-    tuple of int
-        Inner cuts, as places in the joined strings.
     """
     cuts: list[int] = []
     typical = int(rng.integers(room.shortest, room.longest + 1))

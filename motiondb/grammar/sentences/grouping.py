@@ -20,55 +20,30 @@ from motiondb.records import FloatArray, IntArray
 
 _SHARED = 16
 """Pairs of lengths (p, q) below this are counted once for each right side; longer ones may be
-counted again. It affects only the time. Chosen by hand; not tuned."""
+counted again. It affects only the time."""
 
-_LEAST_SAVED = 1e-9
-"""Bits that a group must save. Smaller savings can be rounding errors."""
+_LEAST_SAVED = 1e-9  # Bits that a group must save. Smaller savings can be rounding errors
 
 
 class Size(NamedTuple):
-    """Size of a grammar.
+    """Size of a grammar."""
 
-    Attributes
-    ----------
-    n_rights : int
-        Number of right sides.
-    n_text : int
-        Number of symbols in the text.
-    length : int
-        Number of symbols of all rules written one after the other, with left sides and separators.
-    n_nonterminals : int
-        Number of nonterminals.
-    """
-
-    n_rights: int
-    n_text: int
+    n_rights: int  # Number of right sides
+    n_text: int  # Number of symbols in the text
+    # Number of symbols of all rules written one after the other, with left sides and separators
     length: int
     n_nonterminals: int
 
 
 class _Rights(NamedTuple):
-    """Right sides, and the lengths of the beginnings and ends that they share.
+    """Right sides, and the lengths of the beginnings and ends that they share."""
 
-    Attributes
-    ----------
-    table : array (rights, 4)
-        Rows (left, offset, length, count).
-    text : array (symbols,)
-        The right sides.
-    begins : array (rights, rights)
-        Length of the common beginning of two right sides i < j of one left side.
-    closes : array (rights, rights)
-        Length of their common end.
-    slot : array (rights,)
-        Number of the left side among the arrays of :class:`_Lefts`.
-    """
-
-    table: IntArray
-    text: IntArray
+    table: IntArray  # (rights, 4): rows (left, offset, length, count)
+    text: IntArray  # (symbols,): the right sides
+    # (rights, rights): length of the common beginning of two right sides i < j of one left side
     begins: IntArray
-    closes: IntArray
-    slot: IntArray
+    closes: IntArray  # (rights, rights): length of their common end
+    slot: IntArray  # (rights,): number of the left side among the arrays of :class:`_Lefts`
 
 
 class _Lefts(NamedTuple):
@@ -119,9 +94,12 @@ def group_by_contexts(
     n_rights, end, length, n_nonterminals = size
     n_most = table.shape[0]
     rights = _Rights(
-        table, text, np.zeros((n_most, n_most), np.int64), np.zeros((n_most, n_most), np.int64),
+        table,
+        text,
+        np.zeros((n_most, n_most), np.int64),
+        np.zeros((n_most, n_most), np.int64),
         np.zeros(n_most, np.int64),
-    )  # fmt: skip
+    )
     for i in range(n_rights):
         for j in range(i + 1, n_rights):
             _compare(rights, i, j)

@@ -37,10 +37,8 @@ _FIRST_ANNEALINGS = 6
 _FRESH, _WARM, _AGAIN = 1, 1, 4
 """Number of annealings for a change: from sentences, from perturbed rules, and the same if the
 cuts stay."""
-_WARMTH = 0.01
-"""First temperature of the changes, as a share of the bits. Chosen by hand; not tuned."""
-_BY_RULES, _BY_KINDS = 0.4, 0.4
-"""Shares of changes by the rules and by kinds; others keep the cuts. Chosen by hand; not tuned."""
+_WARMTH = 0.01  # First temperature of the changes, as a share of the bits
+_BY_RULES, _BY_KINDS = 0.4, 0.4  # Shares of changes by the rules and by kinds; others keep the cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,22 +53,7 @@ class Judged:
 def race(
     strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
 ) -> list[Judged]:
-    """Select the candidates for which annealing finds the fewest bits.
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of terminals.
-    candidates : sequence of Cuts
-        Partitions of the strings; equal ones count once.
-    rng : numpy.random.Generator
-        Draws the annealings.
-
-    Returns
-    -------
-    list of Judged
-        Finalists, best first; those with different numbers of sentences before others.
-    """
+    """Select the candidates for which annealing finds the fewest bits."""
     number = _numbers(strings)
     live = [
         _judged(cuts, _flat(strings, cuts, number), rng, (_FIRST_ANNEALINGS, 0))
@@ -113,28 +96,7 @@ def improve(
     *,
     loops: bool = False,
 ) -> Judged:
-    """Improve a partition by random changes (simulated annealing).
-
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of terminals.
-    begun : Judged
-        The initial partition.
-    lengths : tuple of int
-        Shortest and longest sentence, in symbols.
-    rng : numpy.random.Generator
-        Draws changes and annealings.
-    changes : int
-        Number of changes that are tried.
-    loops : bool, optional
-        Whether nonterminals may derive themselves where the sentences support it.
-
-    Returns
-    -------
-    Judged
-        The partition of fewest bits that was found; at worst ``begun``.
-    """
+    """Improve a partition by random changes (simulated annealing)."""
     number, places = _numbers(strings), border_places(strings)
     current = best = begun
     seen = {begun.cuts}

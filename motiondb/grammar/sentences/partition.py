@@ -66,8 +66,7 @@ from motiondb.grammar.terminals.likeness import Classes
 EVALUATIONS = 4000
 """Default number of evaluations. The numbers of evaluations, annealings and changes in this
 module were chosen by hand on strings of known grammars (docs/grammar.md)."""
-_SEARCHES = 3
-"""Searches for candidates: one that respects repeats, and two that do not."""
+_SEARCHES = 3  # Searches for candidates: one that respects repeats, and two that do not
 _FULLY_SEARCHED = 200
 """Number of symbols of all strings up to which all evaluations are made; for more symbols fewer,
 to limit the time."""
@@ -83,21 +82,11 @@ _WITH_LOOPS = 0.5
 
 @dataclass(frozen=True)
 class Sentences:
-    """A partition of strings, and the grammar learned from it.
+    """A partition of strings, and the grammar learned from it."""
 
-    Attributes
-    ----------
-    cuts : tuple of tuples of int
-        Places of the inner cuts of each string, ascending.
-    sentences : tuple of tuples of str
-        All sentences, string by string.
-    induction : Induction
-        The grammar, how it was found, and the description length.
-    """
-
-    cuts: tuple[tuple[int, ...], ...]
-    sentences: tuple[Sentence, ...]
-    induction: Induction
+    cuts: tuple[tuple[int, ...], ...]  # Places of the inner cuts of each string, ascending
+    sentences: tuple[Sentence, ...]  # All sentences, string by string
+    induction: Induction  # The grammar, how it was found, and the description length
 
     @property
     def grammar(self) -> Grammar:
@@ -121,25 +110,8 @@ def find_sentences(
 ) -> Sentences:
     """Cut strings of terminals into sentences and learn their grammar.
 
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of terminals.
-    rng : numpy.random.Generator
-        Draws candidates, changes and annealings.
-    lengths : tuple of int, optional
-        Shortest and longest sentence, in symbols.
-    evaluations : int, optional
-        Effort: evaluations of candidates, and changes in proportion; fewer for long strings.
-    levels : sequence of Classes, optional
-        Partitions of the terminals into classes of like motion. They are used where they save bits.
-    progress : callable, optional
-        Called with the number of steps done and the number of all steps.
-
-    Raises
-    ------
-    GrammarError
-        See :func:`motiondb.grammar.sentences.cutting.cutting_room`.
+    `levels`: Partitions of the terminals into classes of like motion. They are used where they save
+    bits.
     """
     steps = _STEPS + (_STEPS_IN_CLASSES if levels else 0)
     tell = progress or (lambda _done, _of: None)
@@ -272,19 +244,10 @@ def sentences_between(
 ) -> Sentences:
     """Learn the grammar of a given partition.
 
-    Parameters
-    ----------
-    strings : sequence of sequences of str
-        Strings of terminals.
-    cuts : sequence of sequences of int
-        Inner cuts of each string: the place of the symbol that begins a sentence, from 0 on.
-    levels : sequence of Classes, optional
-        Partitions of the terminals into classes of like motion. They are used where they save bits.
+    `cuts`: Inner cuts of each string: the place of the symbol that begins a sentence, from 0 on.
 
-    Raises
-    ------
-    GrammarError
-        The cuts of a string are not ascending places inside it, or a string is empty.
+    `levels`: Partitions of the terminals into classes of like motion. They are used where they save
+    bits.
     """
     for number, (string, inner) in enumerate(zip(strings, cuts, strict=True), start=1):
         edges = [0, *inner, len(string)]

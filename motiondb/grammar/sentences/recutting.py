@@ -25,15 +25,12 @@ FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 _TOO_LONG = 1e3
 """Cost, in symbols, of each symbol above the longest sentence: more than many cuts cost."""
-_MOST_SHARED = 6
-"""Largest number of symbols that are compared at a beginning or an end. Chosen by hand; not
-tuned."""
-_LOCAL = 0.7
-"""Share of recuts that change cuts only in one part of the strings. Chosen by hand; not tuned."""
+_MOST_SHARED = 6  # Largest number of symbols that are compared at a beginning or an end
+_LOCAL = 0.7  # Share of recuts that change cuts only in one part of the strings
 
 _PRICE = 2.6
 """Approximate cost of a sentence in symbols: its left side, a separator, and its number among the
-alternatives. Chosen by hand; not tuned."""
+alternatives."""
 
 
 def recut(
@@ -49,25 +46,7 @@ def recut(
     A cut costs ``_PRICE`` symbols, less a random share of the symbols that the sentences there
     would have in common with current ones, less a random number of symbols.
 
-    Parameters
-    ----------
-    symbols : array (N,)
-        Joined strings.
-    allowed : sequence of int
-        Places where cuts are allowed.
-    bounds : sequence of int
-        Start of each string, and N.
-    lengths : tuple of int
-        Shortest and longest sentence, in symbols.
-    cuts : sequence of int
-        The current cuts.
-    rng : numpy.random.Generator
-        Draws the part and the costs.
-
-    Returns
-    -------
-    tuple of int
-        The new inner cuts, ascending.
+    Shapes: `symbols` (N,).
     """
     shortest, longest = lengths
     places = np.union1d(np.array(allowed, dtype=np.int64), np.array(bounds))

@@ -54,26 +54,12 @@ def cut_by_rules(
 ) -> tuple[tuple[int, ...], ...]:
     """Return the inner cuts of least price for each string.
 
-    Parameters
-    ----------
-    symbols : array (N,)
-        Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
-    bounds : array (strings + 1,)
-        Start of each string, and N; the last symbol of each string is a separator.
-    rule_set : RuleSet
-        Rules over the same terminals, of which no nonterminal derives itself alone.
-    lengths : tuple of int
-        Shortest and longest sentence, in symbols. A string that cannot be cut into such sentences
-        stays whole.
-    novelty : float, optional
-        Factor of the price of new rules. A lower factor gives more new sentences.
-    shaken : array (N,), optional
-        Bits that are added to the price of a sentence that begins at each symbol.
+    Shapes: `symbols`, `shaken` (N,); `bounds` (strings + 1,).
 
-    Returns
-    -------
-    tuple of tuples of int
-        Places of the inner cuts of each string, ascending.
+    `lengths`: Shortest and longest sentence, in symbols. A string that cannot be cut into such
+    sentences stays whole.
+
+    `novelty`: Factor of the price of new rules. A lower factor gives more new sentences.
 
     >>> rules = RuleSet(3, {3: {(0, 4): 3}, 4: {(1,): 2, (2,): 1}})  # S -> a A, A -> b | c
     >>> symbols, bounds = np.array([0, 1, 0, 2, 0, 1, 3]), np.array([0, 7])
@@ -97,21 +83,7 @@ def sentence_prices(
 ) -> FloatArray:
     """Return the price of each part of the strings as a sentence.
 
-    Parameters
-    ----------
-    symbols : array (N,)
-        Joined strings, see :func:`motiondb.grammar.rules.repeats.join_strings`.
-    rule_set : RuleSet
-        Rules over the same terminals, of which no nonterminal derives itself alone.
-    longest : int
-        Length of the longest part, in symbols.
-    novelty : float, optional
-        Factor of the price of new rules.
-
-    Returns
-    -------
-    array (N, longest + 1)
-        Bits by first symbol and length; infinite if the part contains a separator.
+    Shapes: `symbols` (N,); result (N, longest + 1).
     """
     groups = components(rule_set.rules)
     order = [left for group in groups for left in group]

@@ -23,30 +23,18 @@ from numpy.typing import NDArray
 from motiondb.grammar.terminals.pose_distance import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-_HALVINGS = 60
-"""Number of bisection steps for the price, more than the precision of a double."""
+_HALVINGS = 60  # Number of bisection steps for the price, more than the precision of a double
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """All segments between candidate cuts, ordered by their end, then start.
+    """All segments between candidate cuts, ordered by their end, then start."""
 
-    Attributes
-    ----------
-    cuts : array (cuts,)
-        Frames of all takes in a row, ascending; begins and ends of takes are among them.
-    firsts : array (cells,)
-        Number of the cut at which each cell begins.
-    lasts : array (cells,)
-        Number of the cut at which each cell ends.
-    pointers : array (cuts + 1,)
-        Cells ``pointers[j]`` to ``pointers[j + 1]`` end at cut j.
-    """
-
+    # (cuts,): frames of all takes in a row, ascending; begins and ends of takes are among them
     cuts: IntArray
-    firsts: IntArray
-    lasts: IntArray
-    pointers: IntArray
+    firsts: IntArray  # (cells,): number of the cut at which each cell begins
+    lasts: IntArray  # (cells,): number of the cut at which each cell ends
+    pointers: IntArray  # (cuts + 1,): cells ``pointers[j]`` to ``pointers[j + 1]`` end at cut j
 
     @cached_property
     def starts(self) -> IntArray:
@@ -94,19 +82,7 @@ def candidate_cuts(poses: Poses, grid: int, shortest: int) -> IntArray:
 
     Rests nearer than half of ``shortest`` to an end of their take are left out.
 
-    Parameters
-    ----------
-    poses : Poses
-        The takes.
-    grid : int
-        Frames, the largest gap between neighbouring cuts.
-    shortest : int
-        Smallest number of frames of a segment.
-
-    Returns
-    -------
-    array (cuts,)
-        Frames, with begins and ends of takes.
+    Shapes: result (cuts,).
     """
     cuts = [np.array([0])]
     for first, last in zip(poses.bounds, poses.bounds[1:]):
@@ -128,18 +104,7 @@ def make_cells(
     A take shorter than ``shortest`` is one cell. ``longest`` is raised to twice ``shortest`` and a
     gap of the cuts, so that there is always a path.
 
-    Parameters
-    ----------
-    cuts : array (cuts,)
-        Candidate cuts in thinned frames, ascending.
-    bounds : array (bounds,)
-        The ends of takes among the cuts, in thinned frames.
-    frames : array (cuts,)
-        The cuts in frames of the takes, in which lengths are measured.
-    shortest : int
-        Smallest number of frames of a cell.
-    longest : int
-        Largest number of frames of a cell.
+    Shapes: `cuts`, `frames` (cuts,); `bounds` (bounds,).
     """
     is_bound = np.isin(cuts, bounds)
     longest = max(longest, 2 * shortest + int(np.diff(frames).max()))
@@ -202,24 +167,7 @@ def path_costs(
 def cheapest_path(
     cells: Cells, costs: FloatArray | Float32Array, cut_costs: FloatArray
 ) -> tuple[float, IntArray]:
-    """Return the segmentation of least cost.
-
-    Parameters
-    ----------
-    cells : Cells
-        The segments that are allowed.
-    costs : array (cells,)
-        Cost of every cell.
-    cut_costs : array (cuts,)
-        Paid for every cell at its end.
-
-    Returns
-    -------
-    float
-        The cost.
-    array (segments,)
-        The cells in order of time.
-    """
+    """Return the segmentation of least cost; `costs` (cells,); `cut_costs` (cuts,)."""
     least = np.empty(len(cells.cuts))
     before = np.empty(len(cells.cuts), dtype=np.int64)
     total = path_costs(cells.firsts, cells.pointers, costs, cut_costs, least, before)
@@ -239,18 +187,7 @@ def bounded_path(
 ) -> IntArray:
     """Return the cheapest path of ``fewest`` to ``most`` cells that a price per cell leads to.
 
-    Parameters
-    ----------
-    cells : Cells
-        The segments that are allowed.
-    costs : array (cells,)
-        Cost of every cell.
-    cut_costs : array (cuts,)
-        Paid for every cell at its end.
-    fewest : int
-        Smallest number of cells of the path.
-    most : int or None
-        Largest number of cells of the path; no bound if None.
+    Shapes: `costs` (cells,); `cut_costs` (cuts,).
     """
     paid = np.asarray(costs, dtype=np.float64)
     size = float(np.abs(paid).sum() + np.abs(cut_costs).sum()) + 1.0

@@ -34,20 +34,7 @@ candidate cut at the right frame. Chosen by hand, to bound the time; not tuned."
 
 
 def divide(task: Task, state: State) -> State:
-    """Divide medoids as long as that lowers G.
-
-    Parameters
-    ----------
-    task : Task
-        The search problem.
-    state : State
-        Where to begin.
-
-    Returns
-    -------
-    State
-        A state that no division improves; the given one if there is none.
-    """
+    """Divide medoids as long as that lowers G."""
     while True:
         divided = (  # one at a time: each holds a table of distances
             one
@@ -71,15 +58,7 @@ def _cells_of(task: Task, state: State, k: int) -> list[int]:
 
 
 def parts_of(task: Task, medoid: int) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of cells into which a cell can be cut, in order of the cut.
-
-    Parameters
-    ----------
-    task : Task
-        The search problem.
-    medoid : int
-        A cell.
-    """
+    """Yield the pairs of cells into which a cell can be cut, in order of the cut."""
     cells = task.cells
     first, last = int(cells.firsts[medoid]), int(cells.lasts[medoid])
     for cut in range(first + 1, last):

@@ -53,42 +53,25 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 LEAST_GAIN = 1e-9
 """Smallest relative decrease of G by an exchange; smaller ones are rounding errors."""
 
-WARMEST = 0.015
-"""First temperature, as a share of G. Chosen on one take of each sample grammar."""
+WARMEST = 0.015  # First temperature, as a share of G. Chosen on one take of each sample grammar
 
-N_TEMPERATURES = 8
-"""Number of temperatures from the first to 0. Chosen by hand."""
+N_TEMPERATURES = 8  # Number of temperatures from the first to 0
 
-_NEAR = 2
-"""Largest number of cuts by which a neighbour of a medoid differs. Chosen by hand."""
+_NEAR = 2  # Largest number of cuts by which a neighbour of a medoid differs
 
 _FROM_PATH, _ANYWHERE = 0.5, 0.25
 """Shares of tried cells from the current segmentation, and of any cells; the others are neighbours
-of medoids. Chosen by hand."""
+of medoids."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """The search problem.
+    """The search problem."""
 
-    Attributes
-    ----------
-    poses : Poses
-        Poses at the rate of the cells' frames.
-    cells : Cells
-        The segments that are allowed.
-    cut_costs : array (cuts,)
-        Cost of each cut.
-    medoid_price : float
-        Cost of a medoid's frame.
-    n_groups : int
-        K.
-    """
-
-    poses: Poses
-    cells: Cells
-    cut_costs: FloatArray
-    medoid_price: float
+    poses: Poses  # Poses at the rate of the cells' frames
+    cells: Cells  # The segments that are allowed
+    cut_costs: FloatArray  # (cuts,): cost of each cut
+    medoid_price: float  # Cost of a medoid's frame
     n_groups: int
 
     @cached_property
@@ -107,33 +90,15 @@ class Task:
 
 @dataclass(eq=False)
 class State:
-    """Medoids and the segmentation that they give.
+    """Medoids and the segmentation that they give."""
 
-    Attributes
-    ----------
-    medoids : array (K,)
-        The medoids, cells.
-    table : array (K, cells)
-        Cost of each cell to each medoid.
-    path : array (segments,)
-        The cheapest path, cells.
-    cost : float
-        G.
-    least : array (cells,)
-        Least cost of each cell to a medoid.
-    second : array (cells,)
-        Second least cost of each cell to a medoid.
-    nearest : array (cells,)
-        Medoid of least cost for each cell.
-    """
-
-    medoids: IntArray
-    table: Float32Array
-    path: IntArray
+    medoids: IntArray  # (K,): the medoids, cells
+    table: Float32Array  # (K, cells): cost of each cell to each medoid
+    path: IntArray  # (segments,): the cheapest path, cells
     cost: float
-    least: Float32Array
-    second: Float32Array
-    nearest: IntArray
+    least: Float32Array  # (cells,): least cost of each cell to a medoid
+    second: Float32Array  # (cells,): second least cost of each cell to a medoid
+    nearest: IntArray  # (cells,): medoid of least cost for each cell
 
 
 def exchange_search(
@@ -145,24 +110,8 @@ def exchange_search(
 ) -> list[State]:
     """Search from several starts.
 
-    Parameters
-    ----------
-    task : Task
-        The search problem.
-    rng : numpy.random.Generator
-        Each start gets a separate generator, so the result does not depend on the number of
-        threads.
-    n_starts : int
-        Number of starts.
-    n_trials : int
-        Cells that are tried, divided among the starts.
-    advance : callable, optional
-        Called with the share that is done.
-
-    Returns
-    -------
-    list of State
-        The best state of every start, the cheapest first.
+    `rng`: Each start gets a separate generator, so the result does not depend on the number of
+    threads.
     """
     each = -(-n_trials // n_starts)
 
@@ -236,24 +185,8 @@ def improve(
 ) -> tuple[State, State]:
     """Try cells as medoids.
 
-    Parameters
-    ----------
-    task : Task
-        The search problem.
-    state : State
-        The initial state.
-    rng : numpy.random.Generator
-        Draws the cells.
-    n_trials : int
-        Number of cells that are tried.
-    temperature : float
-        As a share of G: an exchange that raises G by x is accepted with probability
-        exp(-x / (temperature G)).
-
-    Returns
-    -------
-    tuple of State
-        The last and the best state.
+    `temperature`: As a share of G: an exchange that raises G by x is accepted with probability
+    exp(-x / (temperature G)).
     """
     best = state
     tried = np.empty(len(task.cells.firsts), dtype=np.float32)
@@ -276,18 +209,7 @@ def improve(
 def exchange_of(task: Task, state: State, cell: int, tried: Float32Array, bound: float) -> int:
     """Return the medoid whose exchange for a cell gives the least G; -1 if none is below a bound.
 
-    Parameters
-    ----------
-    task : Task
-        The search problem.
-    state : State
-        The present medoids; its path and cost are not used.
-    cell : int
-        The cell that becomes a medoid.
-    tried : array (cells,)
-        Costs of all cells to it.
-    bound : float
-        G that the exchange must stay below.
+    Shapes: `tried` (cells,).
     """
     cells = task.cells
     lengths = cells.ends - cells.starts

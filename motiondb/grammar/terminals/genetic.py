@@ -31,24 +31,12 @@ Bits = np.ndarray
 
 @dataclass(frozen=True)
 class GeneticSettings:
-    """Settings of the genetic algorithm, chosen by hand.
+    """Settings of the genetic algorithm, chosen by hand."""
 
-    Attributes
-    ----------
-    population : int
-        Number of solutions in the population.
-    generations : int
-        Number of generations.
-    mutation : float
-        Mean number of flipped bits of a solution.
-    part : int
-        Length of a part, frames.
-    """
-
-    population: int = 60
+    population: int = 60  # Number of solutions in the population
     generations: int = 120
-    mutation: float = 1.5
-    part: int = 1000
+    mutation: float = 1.5  # Mean number of flipped bits of a solution
+    part: int = 1000  # Length of a part, frames
 
 
 def genetic_cuts(
@@ -61,25 +49,9 @@ def genetic_cuts(
 ) -> IntArray:
     """Search cuts by the genetic algorithm.
 
-    Parameters
-    ----------
-    candidates : array (cuts,)
-        Frames, with begins and ends of takes (``costs.fixed``).
-    costs : Costs
-        The cost of a grouping.
-    n_groups : int
-        K of the whole; a part of T' of T frames is grouped into K sqrt(T' / T).
-    rng : numpy.random.Generator
-        Draws the solutions.
-    settings : GeneticSettings, optional
-        The defaults unless given.
-    advance : callable, optional
-        Called with the share of parts that are done.
+    Shapes: `candidates` (cuts,).
 
-    Returns
-    -------
-    array
-        The cuts, begins and ends of takes among them.
+    `n_groups`: K of the whole; a part of T' of T frames is grouped into K sqrt(T' / T).
     """
     settings = settings or GeneticSettings()
     parts = split(candidates, costs.fixed, settings.part)

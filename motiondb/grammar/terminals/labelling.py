@@ -45,85 +45,50 @@ if TYPE_CHECKING:
 
 SLACK = 0.1
 """Tolerance of the length of a segment, as a share of the shortest and longest segment of its
-terminal. Chosen by hand; not tuned."""
+terminal."""
 
 WITHIN, DEVIATIONS = 0.95, 2.5
 """Share of the members within the first bound of the reach, and standard deviations of log D above
 its median for the second: 19 of 20 by convention, and 2.5 after Rousseeuw and Leroy."""
 
-FEWEST_MEMBERS = 5
-"""Smallest number of members, without medoids, for which a reach is estimated. Chosen by hand; not
-tuned."""
+FEWEST_MEMBERS = 5  # Smallest number of members, without medoids, for which a reach is estimated
 
-_LEAST_DISTANCE = 1e-3
-"""Metres. Smaller distances are set to this before the logarithm. Chosen by hand; not tuned."""
+_LEAST_DISTANCE = 1e-3  # Metres. Smaller distances are set to this before the logarithm
 
-_HALVINGS = 7
-"""Bisection steps for the price. Chosen by hand: more steps change few segments."""
+_HALVINGS = 7  # Bisection steps for the price. Chosen by hand: more steps change few segments
 
 _LONGEST_PRICE = 120.0
-"""Upper bound of the price: the cost of this many frames (four seconds) at the mean least distance.
-Chosen by hand; not tuned."""
+"""Upper bound of the price: the cost of this many frames (four seconds) at the mean least
+distance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reader:
-    """Terminals in the form for reading: medoids, allowed lengths, price and reach.
-
-    Attributes
-    ----------
-    names : tuple of str
-        The terminals.
-    poses : array (frames of all medoids, 70)
-        Poses of the medoids, one medoid after the other, from
-        :func:`motiondb.grammar.terminals.pose_distance.pose_vectors`.
-    bounds : array (K + 1,)
-        First row of each medoid; the last entry is the number of rows.
-    shortest : array (K,)
-        Fewest frames of a segment of each terminal.
-    longest : array (K,)
-        Most frames of a segment of each terminal.
-    price : float
-        c, the price of a segment, metres times frames.
-    reach : float
-        Distance within which members usually are of their medoids, metres; NaN if there are too
-        few members.
-    """
+    """Terminals in the form for reading: medoids, allowed lengths, price and reach."""
 
     names: tuple[str, ...]
+    # (frames of all medoids, 70): poses of the medoids, one medoid after the other, from
+    # :func:`motiondb.grammar.terminals.pose_distance.pose_vectors`
     poses: FloatArray
-    bounds: IntArray
-    shortest: IntArray
-    longest: IntArray
-    price: float = 0.0
+    bounds: IntArray  # (K + 1,): first row of each medoid; the last entry is the number of rows
+    shortest: IntArray  # (K,): fewest frames of a segment of each terminal
+    longest: IntArray  # (K,): most frames of a segment of each terminal
+    price: float = 0.0  # c, the price of a segment, metres times frames
+    # Distance within which members usually are of their medoids, metres; NaN if there are too few
+    # members
     reach: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """A motion as a string of terminals.
+    """A motion as a string of terminals."""
 
-    Attributes
-    ----------
-    starts : array (segments,)
-        First frame of each segment; the segments tile the motion.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    labels : array (segments,)
-        Terminal of each segment, as index of ``names``.
-    distances : array (segments,)
-        D of each segment to the medoid of its terminal, metres.
-    names : tuple of str
-        Names of the terminals.
-    reach : float
-        Reach of the reader, metres. A segment that is farther is unlike any terminal.
-    """
-
-    starts: IntArray
-    ends: IntArray
-    labels: IntArray
-    distances: FloatArray
-    names: tuple[str, ...]
+    starts: IntArray  # (segments,): first frame of each segment; the segments tile the motion
+    ends: IntArray  # (segments,): one past the last frame of each segment
+    labels: IntArray  # (segments,): terminal of each segment, as index of ``names``
+    distances: FloatArray  # (segments,): d of each segment to the medoid of its terminal, metres
+    names: tuple[str, ...]  # Names of the terminals
+    # Reach of the reader, metres. A segment that is farther is unlike any terminal
     reach: float = np.nan
 
     @property
@@ -137,23 +102,6 @@ def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
 
     If the take of a medoid is missing, the medoid is replaced by the member from an available take
     whose length is nearest. If there is none, the terminal is left out.
-
-    Parameters
-    ----------
-    terminals : Terminals
-        Segments and groups.
-    motions : mapping of int to Motion
-        Take number to motion, for the takes that are available.
-
-    Returns
-    -------
-    Reader
-        The reader.
-
-    Raises
-    ------
-    QueryError
-        There is no take.
     """
     if not motions:
         raise QueryError(
@@ -180,15 +128,7 @@ def make_reader(terminals: Terminals, motions: Mapping[int, Motion]) -> Reader:
 def find_reach(distances: FloatArray) -> float:
     """Return the distance within which members usually are of their medoids; see the module.
 
-    Parameters
-    ----------
-    distances : array (members,)
-        D of members to the medoids of their terminals, metres; medoids are left out.
-
-    Returns
-    -------
-    float
-        The reach, metres; NaN if there are fewer than ``FEWEST_MEMBERS`` members.
+    Shapes: `distances` (members,).
 
     >>> round(find_reach(np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.5])), 6)
     0.1
@@ -250,25 +190,7 @@ def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int) -> float:
 
 
 def read_string(reader: Reader, motion: Motion) -> Reading:
-    """Read a motion as a string of terminals, with least cost.
-
-    Parameters
-    ----------
-    reader : Reader
-        The terminals.
-    motion : Motion
-        The motion, at 30 frames a second.
-
-    Returns
-    -------
-    Reading
-        Segments with their terminals and distances.
-
-    Raises
-    ------
-    QueryError
-        No segments of the allowed lengths tile the motion; it is too short.
-    """
+    """Read a motion as a string of terminals, with least cost."""
     values = pose_vectors(motion)
     starts, ends, labels, distances = _read(reader, _table(reader, values), reader.price)
     if not len(starts):

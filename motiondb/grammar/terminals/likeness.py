@@ -22,17 +22,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from motiondb.body import retarget
 from motiondb.grammar.terminals.pose_distance import make_poses
 from motiondb.grammar.terminals.segment_distance import distances_to
 from motiondb.grammar.terminals.terminals import Terminals
-from motiondb.body import retarget
 from motiondb.records import FloatArray, IntArray, Motion
 
 Classes = tuple[tuple[str, ...], ...]
 """A partition of the names of terminals; every name is in one class."""
 
-PROPOSED = 3
-"""Number of levels that are proposed. Chosen by hand, to bound the time; not tuned."""
+PROPOSED = 3  # Number of levels that are proposed. Chosen by hand, to bound the time; not tuned
 
 FEWEST, FEWEST_SHARE = 3, 0.5
 """Fewest classes of a level, and fewest as a share of the terminals. Chosen by hand: with four
@@ -41,21 +40,7 @@ about as many bits as a list. On takes of fights the proposals are the same with
 
 
 def class_levels(takes: Sequence[Motion], terminals: Terminals) -> tuple[Classes, ...]:
-    """Propose partitions of terminals into classes of like motion.
-
-    Parameters
-    ----------
-    takes : sequence of Motion
-        The takes in which the terminals were found, in the same order.
-    terminals : Terminals
-        Segments and groups.
-
-    Returns
-    -------
-    tuple of Classes
-        At most ``PROPOSED`` partitions, each with a class of two terminals or more; those before
-        the greatest steps of the distance first.
-    """
+    """Propose partitions of terminals into classes of like motion."""
     joined = joinings(terminal_distances(takes, terminals))
     return tuple(
         tuple(tuple(terminals.names[k] for k in members) for members in groups)
@@ -64,20 +49,7 @@ def class_levels(takes: Sequence[Motion], terminals: Terminals) -> tuple[Classes
 
 
 def terminal_distances(takes: Sequence[Motion], terminals: Terminals) -> FloatArray:
-    """Return the distances between terminals, mirror images included.
-
-    Parameters
-    ----------
-    takes : sequence of Motion
-        The takes in which the terminals were found, in the same order.
-    terminals : Terminals
-        Segments and groups.
-
-    Returns
-    -------
-    array (K, K)
-        In the unit of pose distances, symmetric, 0 on the diagonal.
-    """
+    """Return the distances between terminals, mirror images included; result (K, K)."""
     poses = make_poses([*takes, *map(retarget.mirror, takes)])
     offsets = poses.bounds[terminals.takes]
     starts, ends = terminals.starts + offsets, terminals.ends + offsets
@@ -99,15 +71,7 @@ Groups = tuple[tuple[int, ...], ...]
 def joinings(distances: FloatArray) -> list[tuple[float, Groups]]:
     """Join groups by complete linkage, one pair at a time.
 
-    Parameters
-    ----------
-    distances : array (K, K)
-        Symmetric distances.
-
-    Returns
-    -------
-    list of pairs
-        The distance at which two groups were joined, and the groups afterwards.
+    Shapes: `distances` (K, K).
 
     >>> joinings(np.array([[0.0, 1.0, 5.0], [1.0, 0.0, 4.0], [5.0, 4.0, 0.0]]))
     [(1.0, ((0, 1), (2,))), (5.0, ((0, 1, 2),))]
@@ -128,18 +92,6 @@ def joinings(distances: FloatArray) -> list[tuple[float, Groups]]:
 
 def steepest(joined: Sequence[tuple[float, Groups]], most: int) -> list[Groups]:
     """Return the groups before the greatest relative steps of the distance.
-
-    Parameters
-    ----------
-    joined : sequence of pairs
-        From :func:`joinings`.
-    most : int
-        Largest number of levels.
-
-    Returns
-    -------
-    list of Groups
-        The greatest step first.
 
     >>> levels = [(1.0, ((0, 1), (2,), (3,), (4,))), (4.0, ((0, 1), (2, 3), (4,)))]
     >>> steepest([*levels, (5.0, ((0, 1), (2, 3, 4))), (9.0, ((0, 1, 2, 3, 4),))], 2)

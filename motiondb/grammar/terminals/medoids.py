@@ -28,8 +28,7 @@ from numpy.typing import NDArray
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import FloatArray, IntArray
 
-_LEAST_GAIN = 1e-12
-"""Smallest relative decrease of E by a swap; smaller ones are rounding errors."""
+_LEAST_GAIN = 1e-12  # Smallest relative decrease of E by a swap; smaller ones are rounding errors
 
 
 class _Nearest(NamedTuple):
@@ -50,30 +49,7 @@ def group_by_medoids(
 ) -> tuple[IntArray, IntArray]:
     """Choose medoids and group things by the nearest one.
 
-    Parameters
-    ----------
-    distances : array (n, n)
-        Distances, 0 on the diagonal.
-    n_groups : int
-        K, 1 to n.
-    weights : array (n,), optional
-        Weight of the distance of each thing; 1 unless given.
-    prices : array (n,), optional
-        Cost of each thing as a medoid; 0 unless given.
-    initial : array (K,), optional
-        First medoids; the first K things unless given.
-
-    Returns
-    -------
-    medoids : array (K,)
-        Numbers of things.
-    labels : array (n,)
-        Group of every thing.
-
-    Raises
-    ------
-    GrammarError
-        K is not between 1 and n.
+    Shapes: `distances` (n, n); `weights`, `prices` (n,); `initial`, result (K,).
 
     >>> points = np.array([0.0, 0.1, 5.0, 5.2, 5.1])
     >>> group_by_medoids(np.abs(points[:, None] - points), 2)

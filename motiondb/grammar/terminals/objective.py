@@ -41,18 +41,9 @@ def score(
 ) -> Score:
     """Compute R, E' and F.
 
-    Parameters
-    ----------
-    lengths : array (segments,)
-        Frames of every segment.
-    medoids : array (K,)
-        Segment numbers.
-    to_medoid : array (segments,)
-        D of every segment to its group's medoid.
-    largest : float
-        d_max. Where it is 0 all poses are the same, and E' is 0.
-    weight : float
-        w.
+    Shapes: `lengths`, `to_medoid` (segments,); `medoids` (K,).
+
+    `largest`: d_max. Where it is 0 all poses are the same, and E' is 0.
 
     >>> import numpy as np
     >>> ends = np.array([2, 2, 4])

@@ -26,50 +26,44 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.body import body, features, retarget, rotation
+from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, IntArray, Motion
 
 COMPARED = (
-    "pelvis", "chest", "head",
-    "l_elbow", "l_wrist", "r_elbow", "r_wrist",
-    "l_knee", "l_ankle", "r_knee", "r_ankle",
-)  # fmt: skip
+    "pelvis",
+    "chest",
+    "head",
+    "l_elbow",
+    "l_wrist",
+    "r_elbow",
+    "r_wrist",
+    "l_knee",
+    "l_ankle",
+    "r_knee",
+    "r_ankle",
+)
 """The joints that d compares, equally weighted."""
 VELOCITY_WEIGHT = 0.6
 """Weight of velocities (metres per third of a second) relative to positions (metres). The value
 that
 features of word search have (``pose.features``)."""
-PELVIS_WEIGHT = 0.5
-"""Weight of the pelvis's velocity and turning relative to the mean over joints. Chosen by hand."""
-VELOCITY_SECONDS = 1.0 / 3.0
-"""Unit of time of velocities: about the length of a short movement. Chosen by hand."""
-KEPT = 0.995
-"""Share of the variance that is kept on the principal axes. Chosen by hand."""
+PELVIS_WEIGHT = 0.5  # Weight of the pelvis's velocity and turning relative to the mean over joints
+VELOCITY_SECONDS = 1.0 / 3.0  # Unit of time of velocities: about the length of a short movement
+KEPT = 0.995  # Share of the variance that is kept on the principal axes
 
 _NUMBERS = np.array([body.INDEX[name] for name in COMPARED])
 
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """The poses of several takes, one after another.
+    """The poses of several takes, one after another."""
 
-    Attributes
-    ----------
-    values : array (frames of all takes, dimensions), float32
-        d is the Euclidean distance of rows.
-    bounds : array (takes + 1,)
-        First row of each take, and the number of frames.
-    largest : float
-        d_max, the largest distance of any two poses.
-    speeds : array (frames,)
-        Mean speed of the joints, metres a second.
-    """
-
+    # (frames of all takes, dimensions), float32: d is the Euclidean distance of rows
     values: Float32Array
-    bounds: IntArray
-    largest: float
-    speeds: FloatArray
+    bounds: IntArray  # (takes + 1,): first row of each take, and the number of frames
+    largest: float  # d_max, the largest distance of any two poses
+    speeds: FloatArray  # (frames,): mean speed of the joints, metres a second
 
     @property
     def n_frames(self) -> int:
@@ -78,13 +72,7 @@ class Poses:
 
 
 def make_poses(takes: Sequence[Motion]) -> Poses:
-    """Describe the poses of takes as vectors.
-
-    Raises
-    ------
-    GrammarError
-        There is no take, a take has no frames, or one contains values that are not numbers.
-    """
+    """Describe the poses of takes as vectors."""
     if not takes:
         raise GrammarError("terminals: expected at least one take, found none. Name a capture.")
     described = [_describe(take, number) for number, take in enumerate(takes)]
@@ -98,10 +86,7 @@ def make_poses(takes: Sequence[Motion]) -> Poses:
 def pose_vectors(motion: Motion) -> FloatArray:
     """Describe the poses of one motion, before principal axes; see the module.
 
-    Returns
-    -------
-    array (frames, 70)
-        11 positions, 11 velocities, velocity and turning of the pelvis, each times its weight.
+    Shapes: result (frames, 70).
     """
     positions, rotations = retarget.motion_positions(motion)
     heading = features.headings(rotations)

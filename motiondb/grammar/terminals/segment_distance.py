@@ -22,8 +22,7 @@ from numba import njit
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-_PARTS = 4
-"""Parts into which a table is divided for two threads, so that both have work to the end."""
+_PARTS = 4  # Parts into which a table is divided for two threads, so that both have work to the end
 
 
 @njit(cache=True, fastmath=True, inline="always")

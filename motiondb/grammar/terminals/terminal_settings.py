@@ -8,8 +8,7 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import genetic, tuning
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
 
-COARSE_STEP = 2
-"""Frames per frame of the coarse search: 15 frames a second."""
+COARSE_STEP = 2  # Frames per frame of the coarse search: 15 frames a second
 
 
 FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
@@ -22,46 +21,23 @@ class TerminalSettings:
     """Settings of the search for terminals.
 
     Prices were chosen on one take of each sample grammar, the other values by hand.
-
-    Attributes
-    ----------
-    shortest : int
-        Smallest number of frames of a segment.
-    longest : int
-        Largest number of frames of a segment.
-    grid : int
-        Largest number of frames between candidate cuts.
-    weight : float
-        w, the share of R.
-    segment_price : float
-        Price of a segment, in mean distances of a pose from the mean pose times frames.
-    rest : float
-        Price of a cut at the mean speed of the takes, in the same unit.
-    most_segments : int, optional
-        N; no bound unless given.
-    method : str
-        "exchange" or "genetic".
-    n_starts : int
-        Number of starts of the exchange search.
-    n_trials : int, optional
-        Number of trials of the exchange search; :func:`trials_for` unless given.
-    genetic : GeneticSettings
-        Settings of the genetic algorithm.
-    tuning : TuningSettings
-        Settings of the tuning of cuts.
     """
 
-    shortest: int = 8
-    longest: int = 75
-    grid: int = 10
-    weight: float = REPETITION_WEIGHT
+    shortest: int = 8  # Smallest number of frames of a segment
+    longest: int = 75  # Largest number of frames of a segment
+    grid: int = 10  # Largest number of frames between candidate cuts
+    weight: float = REPETITION_WEIGHT  # w, the share of R
+    # Price of a segment, in mean distances of a pose from the mean pose times frames
     segment_price: float = 2.0
-    rest: float = 3.0
-    most_segments: int | None = None
+    rest: float = 3.0  # Price of a cut at the mean speed of the takes, in the same unit
+    most_segments: int | None = None  # N; no bound unless given
     method: str = "exchange"
-    n_starts: int = 16
+    n_starts: int = 16  # Number of starts of the exchange search
+    # Number of trials of the exchange search; :func:`trials_for` unless given
     n_trials: int | None = None
+    # Settings of the genetic algorithm
     genetic: genetic.GeneticSettings = field(default_factory=genetic.GeneticSettings)
+    # Settings of the tuning of cuts
     tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
 
 

@@ -42,8 +42,7 @@ from motiondb.grammar.terminals.terminal_settings import (
 from motiondb.grammar.terminals.tuning_steps import Costs
 from motiondb.records import BoolArray, IntArray, Motion, SegmentTable
 
-TUNED = 4
-"""Number of the best starts that are tuned; the best of them is kept. Chosen by hand."""
+TUNED = 4  # Number of the best starts that are tuned; the best of them is kept
 
 Progress = Callable[[int, int, str], None]
 """Called with the amount done, the total amount, and the name of the step."""
@@ -51,32 +50,16 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Terminals:
-    """Segments of takes and their terminals.
+    """Segments of takes and their terminals."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        K names, numbered as ``labels`` number them.
-    takes : array (segments,)
-        Number of the take, in the order given.
-    starts : array (segments,)
-        First frame of each segment in the canonical motion; the segments of a take tile it.
-    ends : array (segments,)
-        Frame after the last of each segment.
-    labels : array (segments,)
-        Number of the terminal; every terminal is used.
-    medoids : array (K,)
-        The most central segment of every terminal.
-    objective : float
-        F.
-    """
-
-    names: tuple[str, ...]
-    takes: IntArray
+    names: tuple[str, ...]  # K names, numbered as ``labels`` number them
+    takes: IntArray  # (segments,): number of the take, in the order given
+    # (segments,): first frame of each segment in the canonical motion; the segments of a take tile
+    # it
     starts: IntArray
-    ends: IntArray
-    labels: IntArray
-    medoids: IntArray
+    ends: IntArray  # (segments,): frame after the last of each segment
+    labels: IntArray  # (segments,): number of the terminal; every terminal is used
+    medoids: IntArray  # (K,): the most central segment of every terminal
     objective: float
 
 
@@ -88,26 +71,7 @@ def find_terminals(
     settings: TerminalSettings | None = None,
     progress: Progress | None = None,
 ) -> Terminals:
-    """Find segments and terminals of takes.
-
-    Parameters
-    ----------
-    takes : sequence of Motion
-        On the canonical body, 30 frames a second.
-    n_terminals : int
-        K.
-    rng : numpy.random.Generator
-        The same seed gives the same terminals for any number of threads.
-    settings : TerminalSettings, optional
-        The defaults unless given.
-    progress : callable, optional
-        Called with (done, 100, name of the step).
-
-    Raises
-    ------
-    GrammarError
-        Takes or settings cannot be used, or the takes are too short for K.
-    """
+    """Find segments and terminals of takes."""
     settings = settings or TerminalSettings()
     tell = progress or _silent
     check_settings(n_terminals, settings)
@@ -149,30 +113,7 @@ def terminals_from_symbols(
     segments: SegmentTable,
     weight: float = REPETITION_WEIGHT,
 ) -> Terminals:
-    """Use the segments and symbols of a learned database as terminals.
-
-    Parameters
-    ----------
-    takes : sequence of Motion
-        Motions of the captures.
-    capture_ids : sequence of int
-        The capture of every take, as ``segments`` number them.
-    segments : SegmentTable
-        Segments of the database.
-    weight : float
-        w, the share of R.
-
-    Returns
-    -------
-    Terminals
-        The K symbols that the takes show, named s0, s1, ... as the symbols are numbered; the medoid
-        of a terminal is the segment nearest to all its segments, frame by frame.
-
-    Raises
-    ------
-    GrammarError
-        The segments of a capture do not tile its take.
-    """
+    """Use the segments and symbols of a learned database as terminals."""
     poses = make_poses(takes)
     rows = [np.flatnonzero(segments.capture_ids == number) for number in capture_ids]
     for number, (take_rows, take) in enumerate(zip(rows, takes, strict=True)):

@@ -46,49 +46,25 @@ from motiondb.records import IntArray
 
 @dataclass(frozen=True)
 class TuningSettings:
-    """Settings of the tuning of cuts. All values were chosen on one take of each sample grammar.
+    """Settings of the tuning of cuts. All values were chosen on one take of each sample grammar."""
 
-    Attributes
-    ----------
-    largest_step : int
-        First d, in frames.
-    smallest_step : int
-        Last d, in frames.
-    patience : float
-        Steps without gain before d is halved, as a multiple of the number of segments.
-    temperature : float
-        First temperature, as a share of the cost per segment; 0 accepts better steps only.
-    cooling : float
-        Factor of the temperature for as many steps as there are segments.
-    most_steps : int
-        Largest number of steps.
-    """
-
-    largest_step: int = 8
-    smallest_step: int = 1
+    largest_step: int = 8  # First d, in frames
+    smallest_step: int = 1  # Last d, in frames
+    # Steps without gain before d is halved, as a multiple of the number of segments
     patience: float = 2.0
+    # First temperature, as a share of the cost per segment; 0 accepts better steps only
     temperature: float = 0.02
-    cooling: float = 0.8
-    most_steps: int = 20_000
+    cooling: float = 0.8  # Factor of the temperature for as many steps as there are segments
+    most_steps: int = 20_000  # Largest number of steps
 
 
 @dataclass(frozen=True, eq=False)
 class Grouping:
-    """A segmentation with its groups.
+    """A segmentation with its groups."""
 
-    Attributes
-    ----------
-    cuts : array (segments + 1,)
-        Frames of all takes in a row.
-    labels : array (segments,)
-        Group of each segment.
-    medoids : array (K,)
-        Medoid of each group, a segment.
-    """
-
-    cuts: IntArray
-    labels: IntArray
-    medoids: IntArray
+    cuts: IntArray  # (segments + 1,): frames of all takes in a row
+    labels: IntArray  # (segments,): group of each segment
+    medoids: IntArray  # (K,): medoid of each group, a segment
 
 
 def tune(
@@ -98,28 +74,7 @@ def tune(
     settings: TuningSettings | None = None,
     advance: Callable[[float], None] | None = None,
 ) -> tuple[Grouping, int]:
-    """Move cuts at random as long as the cost falls.
-
-    Parameters
-    ----------
-    grouping : Grouping
-        The initial grouping.
-    costs : Costs
-        The cost of a grouping.
-    rng : numpy.random.Generator
-        Draws the steps.
-    settings : TuningSettings, optional
-        The defaults unless given.
-    advance : callable, optional
-        Called with the share of the steps that are done.
-
-    Returns
-    -------
-    Grouping
-        The best that was visited, never worse than the given one.
-    int
-        Number of steps.
-    """
+    """Move cuts at random as long as the cost falls."""
     settings = settings or TuningSettings()
     n, lengths = len(grouping.labels), np.diff(grouping.cuts)
     state = _begin(grouping, costs)

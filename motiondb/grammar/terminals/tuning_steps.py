@@ -15,57 +15,25 @@ _RELATIVE_GAIN = 1e-12
 
 
 class Costs(NamedTuple):
-    """The cost of a grouping.
+    """The cost of a grouping."""
 
-    Attributes
-    ----------
-    values : array (frames, dimensions)
-        The poses.
-    fixed : array (frames + 1,)
-        Whether each cut is fixed.
-    rest : array (frames + 1,)
-        Cost of a cut.
-    price : float
-        Cost of a medoid's frame, w / T.
-    weight : float
-        Cost of a frame's distance, (1 - w) / (T d_max).
-    shortest : int
-        Smallest number of frames of a segment.
-    """
-
-    values: Float32Array
-    fixed: BoolArray
-    rest: FloatArray
-    price: float
-    weight: float
-    shortest: int
+    values: Float32Array  # (frames, dimensions): the poses
+    fixed: BoolArray  # (frames + 1,): whether each cut is fixed
+    rest: FloatArray  # (frames + 1,): cost of a cut
+    price: float  # Cost of a medoid's frame, w / T
+    weight: float  # Cost of a frame's distance, (1 - w) / (T d_max)
+    shortest: int  # Smallest number of frames of a segment
 
 
 class State(NamedTuple):
-    """The grouping during the search, with the data from which its cost is updated.
+    """The grouping during the search, with the data from which its cost is updated."""
 
-    Attributes
-    ----------
-    cuts : array (segments + 1,)
-        Frames of all takes in a row.
-    labels : array (segments,)
-        Group of each segment.
-    medoids : array (K,)
-        Medoid of each group, a segment.
-    distances : array (segments, segments)
-        D, valid within groups.
-    sums : array (segments,)
-        Distances of the frames of its group to each segment, summed.
-    errors : array (K,)
-        Cost of the distances of each group.
-    """
-
-    cuts: IntArray
-    labels: IntArray
-    medoids: IntArray
-    distances: Float32Array
-    sums: FloatArray
-    errors: FloatArray
+    cuts: IntArray  # (segments + 1,): frames of all takes in a row
+    labels: IntArray  # (segments,): group of each segment
+    medoids: IntArray  # (K,): medoid of each group, a segment
+    distances: Float32Array  # (segments, segments): d, valid within groups
+    sums: FloatArray  # (segments,): distances of the frames of its group to each segment, summed
+    errors: FloatArray  # (K,): cost of the distances of each group
 
 
 class Best(NamedTuple):

@@ -25,32 +25,18 @@ from motiondb.errors import SheetError
 from motiondb.records import FloatArray
 
 HEADING = "motiondb nearby words 1"
-UNIT = 1.0 / 200.0
-"""Step of the stored probabilities: one byte holds 0 to 1.275."""
+UNIT = 1.0 / 200.0  # Step of the stored probabilities: one byte holds 0 to 1.275
 
 
 @dataclass(frozen=True, eq=False)
 class NearbyTable:
-    """The table of replacements of words.
+    """The table of replacements of words."""
 
-    Attributes
-    ----------
-    words : tuple of str
-        Words with an entry, sorted.
-    starts : array (words + 1,)
-        Index of the first pair of each word.
-    targets : array (pairs,)
-        Numbers of words; the likeliest of a word first.
-    chances : array (pairs,)
-        Probability of each replacement.
-    silent : array (silent words,)
-        Sorted CRC-32 sums of English words without an entry.
-    """
-
-    words: tuple[str, ...]
-    starts: NDArray[np.uint32]
-    targets: NDArray[np.uint16]
-    chances: FloatArray
+    words: tuple[str, ...]  # Words with an entry, sorted
+    starts: NDArray[np.uint32]  # (words + 1,): index of the first pair of each word
+    targets: NDArray[np.uint16]  # (pairs,): numbers of words; the likeliest of a word first
+    chances: FloatArray  # (pairs,): probability of each replacement
+    # (silent words,): sorted CRC-32 sums of English words without an entry
     silent: NDArray[np.uint32]
 
     def entry(self, word: str) -> tuple[tuple[str, float], ...]:
@@ -81,43 +67,27 @@ class NearbyTable:
 def write_table(pairs: Mapping[str, Sequence[tuple[str, int]]], silent: Sequence[int]) -> bytes:
     """The bytes of a table.
 
-    Parameters
-    ----------
-    pairs : mapping of str to sequence of (str, int)
-        Word -> replacements, with probabilities in units of 1/200. Words that only occur as
-        replacements have an empty entry.
-    silent : sequence of int
-        CRC-32 sums of further English words, sorted.
+    `pairs`: Word -> replacements, with probabilities in units of 1/200. Words that only occur as
+    replacements have an empty entry.
     """
     words = sorted(pairs)
     number = {word: n for n, word in enumerate(words)}
     lengths = [len(pairs[word]) for word in words]
     flat = [pair for word in words for pair in pairs[word]]
     heading = f"{HEADING} {len(words)} {len(flat)} {len(silent)}"
-    return b"".join([
-        "\n".join([heading, *words, ""]).encode("ascii"),
-        np.cumsum([0, *lengths]).astype("<u4").tobytes(),
-        np.array([number[target] for target, _ in flat], dtype="<u2").tobytes(),
-        np.array([share for _, share in flat], dtype="u1").tobytes(),
-        np.array(silent, dtype="<u4").tobytes(),
-    ])  # fmt: skip
+    return b"".join(
+        [
+            "\n".join([heading, *words, ""]).encode("ascii"),
+            np.cumsum([0, *lengths]).astype("<u4").tobytes(),
+            np.array([number[target] for target, _ in flat], dtype="<u2").tobytes(),
+            np.array([share for _, share in flat], dtype="u1").tobytes(),
+            np.array(silent, dtype="<u4").tobytes(),
+        ]
+    )
 
 
 def read_table(data: bytes, source: str = "words.table") -> NearbyTable:
-    """Read a table from bytes.
-
-    Parameters
-    ----------
-    data : bytes
-        As :func:`write_table` makes them.
-    source : str
-        Name of the table in messages.
-
-    Raises
-    ------
-    SheetError
-        The bytes are not a table, or the table is incomplete.
-    """
+    """Read a table from bytes."""
     heading, _, rest = data.partition(b"\n")
     parts = heading.decode("ascii", "replace").rsplit(" ", 3)
     if parts[0] != HEADING or len(parts) != 4 or not all(p.isdigit() for p in parts[1:]):

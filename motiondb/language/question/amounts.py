@@ -24,14 +24,12 @@ _TENS_TEXT = "twenty thirty forty fifty sixty seventy eighty ninety"
 _ONES, _TENS = _ONES_TEXT.split(), _TENS_TEXT.split()
 _NUMBERS = {word: n for n, word in enumerate(_ONES)} | {
     word: 10 * n for n, word in enumerate(_TENS, start=2)
-}
-"""Value of each number word."""
+}  # Value of each number word
 NUMBER = (
     r"(?:(?<![\d.])[0-9]{1,6}(?:[.,][0-9]{1,6})?(?!\d)"
     rf"|\b(?:(?:a|one)[ -]hundred|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
     rf"|{'|'.join(sorted(_ONES, key=len, reverse=True))})\b)"
-)
-"""Pattern of a number of at most six digits, or in words up to a hundred."""
+)  # Pattern of a number of at most six digits, or in words up to a hundred
 
 _HALVES = (
     rf"(?:{NUMBER}\ and\ a\ half|{NUMBER}\ 1/2|(?:one|a)?\ ?half(?:\ of)?(?:\ an?)?"

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from motiondb.language.vocabulary import MODIFIERS
 from motiondb.language.question.tree import (
     LIMBS,
     SIDES,
@@ -29,6 +28,7 @@ from motiondb.language.question.tree import (
     map_actions,
     without,
 )
+from motiondb.language.vocabulary import MODIFIERS
 
 
 def is_bare(node: Node) -> bool:

@@ -35,17 +35,7 @@ class Chain:
         self.list_start = 0  # part with which the present list, separated by commas alone, begins
 
     def add(self, node: Node, separator: str, closing: str = "") -> None:
-        """Put a part at the end.
-
-        Parameters
-        ----------
-        node : Node
-            The part.
-        separator : str
-            The separator before it: "comma", "then", "stop" or nothing.
-        closing : str
-            Connective that closes a list with this part, "or", "and" or nothing.
-        """
+        """Put a part at the end."""
         if is_bare(node) and self._add_bare(node, separator):
             return
         for bare in self.waiting if actions_of(node) else ():
@@ -57,8 +47,9 @@ class Chain:
             return
         if not listed:
             self.list_start = len(self.parts)
-        self.parts.extend(node.parts if closing == "and" and listed and isinstance(node, Both)
-                          else [node])  # fmt: skip
+        self.parts.extend(
+            node.parts if closing == "and" and listed and isinstance(node, Both) else [node]
+        )
         if isinstance(node, Anything):
             self.list_start = len(self.parts)
 

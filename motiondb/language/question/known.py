@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from motiondb.errors import UnknownWordsError
-from motiondb.language.vocabulary import nearest_words, nothing_known
 from motiondb.language.question.manner import adverb_of, known_manner
 from motiondb.language.question.say import say
 from motiondb.language.question.tree import (
@@ -24,6 +23,7 @@ from motiondb.language.question.tree import (
     walk,
     without,
 )
+from motiondb.language.vocabulary import nearest_words, nothing_known
 
 
 @dataclass(frozen=True)
@@ -76,18 +76,6 @@ class KnownQuestion:
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
-    Parameters
-    ----------
-    question : Question
-        The parsed question.
-    counts : mapping of str to int
-        Number of captions with each known word.
-
-    Raises
-    ------
-    UnknownWordsError
-        No word of the question is known; the message names the nearest known ones.
-
     >>> from motiondb.language.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
     >>> known.understood, known.unknown
@@ -119,26 +107,12 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
 
 
 def reason_unknown(near: tuple[str, ...]) -> str:
-    """Why an unknown word is not used, with the known words that may be meant.
-
-    Parameters
-    ----------
-    near : tuple of str
-        Known words.
-    """
+    """Why an unknown word is not used, with the known words that may be meant."""
     return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
 
 
 def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
-    """A question whose unknown words have other hints than the known words of like spelling.
-
-    Parameters
-    ----------
-    question : KnownQuestion
-        The question.
-    hints : mapping of str to tuple of str
-        Unknown words -> known words that may be meant; empty where none may.
-    """
+    """A question whose unknown words have other hints than the known words of like spelling."""
     return replace(
         question,
         unknown={word: hints.get(word, near) for word, near in question.unknown.items()},

@@ -14,8 +14,7 @@ from motiondb.language.lemmas import FORMS
 SPEEDS = (
     ("slow", "slowly"),
     ("fast", "quick", "quickly", "rapid", "rapidly", "brisk", "briskly", "speedy", "speedily"),
-)
-"""Words of speed that mean the same, adjectives and adverbs."""
+)  # Words of speed that mean the same, adjectives and adverbs
 _SPEED_WORDS = frozenset(word for group in SPEEDS for word in group)
 _NO_ADVERBS_TEXT = """
 ally anomaly apply assembly belly bully butterfly comply curly daily doily dolly early elderly
@@ -23,21 +22,13 @@ family filly firefly fly folly friendly gully holly homely imply jelly jolly lik
 lovely lively monthly multiply only rally rely reply silly sly supply tally ugly weekly wobbly
 woolly yearly
 """
-_NO_ADVERBS = frozenset(_NO_ADVERBS_TEXT.split())
-"""Words in -ly that are not adverbs of manner."""
+_NO_ADVERBS = frozenset(_NO_ADVERBS_TEXT.split())  # Words in -ly that are not adverbs of manner
 _LOST_LE = frozenset(("gent", "humb", "simp", "nimb", "subt", "doub", "trip", "amp"))
 """Stems of adverbs whose adjective ends in -le."""
 
 
 def manner_of(word: str, base: str | None = None) -> str | None:
     """The adjective of a word that says how something is done, or None for any other word.
-
-    Parameters
-    ----------
-    word : str
-        As written.
-    base : str, optional
-        Its lemma; the word itself where none is given.
 
     >>> [manner_of(w) for w in ("slowly", "happily", "gently", "belly", "laterally")]
     ['slow', 'happy', 'gentle', None, None]

@@ -60,24 +60,6 @@ def parse(
 ) -> Question:
     """Understand a question.
 
-    Parameters
-    ----------
-    text : str
-        The question.
-    synonyms : mapping of str to str
-        From lemma to canonical lemma.
-    lemmas : mapping of str to str
-        Lemmas that the dictionary gave earlier (``words.lemmas.lemma``).
-
-    Returns
-    -------
-    question : Question
-
-    Raises
-    ------
-    QueryError
-        The question has no motion word, is too long, or has parentheses that do not match.
-
     >>> from motiondb.language.question.say import say
     >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
     'walk, then (run or jump), not sit down'
@@ -126,8 +108,10 @@ class _Parser(Pieces):
         if tree is not None:
             tree, dropped = drop_empty(tree)
             left_over += dropped
-        self.not_used += [NotUsed(say(bare).strip(), "there is no action that it belongs to")
-                          for bare in left_over]  # fmt: skip
+        self.not_used += [
+            NotUsed(say(bare).strip(), "there is no action that it belongs to")
+            for bare in left_over
+        ]
         return tree
 
     def _element(self, chain: Chain, separator: str) -> None:

@@ -26,13 +26,7 @@ _PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild"
 
 
 class Pieces(ABC):
-    """A place in a list of tokens, and the rules that read pieces there.
-
-    Parameters
-    ----------
-    tokens : sequence of Token
-        The tokens of a question.
-    """
+    """A place in a list of tokens, and the rules that read pieces there."""
 
     def __init__(self, tokens: Sequence[Token]) -> None:
         self.tokens = tokens

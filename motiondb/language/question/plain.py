@@ -42,8 +42,10 @@ def _plain(node: Node, left: list[NotUsed]) -> list[tuple[str, ...]]:
         case Anything():
             return [()]
         case AnyOf():
-            left += [NotUsed(f"or {say(p)}", "only the first alternative is used")
-                     for p in node.parts[1:]]  # fmt: skip
+            left += [
+                NotUsed(f"or {say(p)}", "only the first alternative is used")
+                for p in node.parts[1:]
+            ]
             return _plain(node.parts[0], left)
         case Without():
             left += [NotUsed(f"not {say(one)}", "nothing can be excluded") for one in node.excluded]
@@ -55,8 +57,9 @@ def _plain(node: Node, left: list[NotUsed]) -> list[tuple[str, ...]]:
             left.append(NotUsed(say_duration(node.least, node.most), "no duration can be set"))
             return _plain(node.part, left)
         case AtOnce():
-            words = [word for part in node.parts for action in _plain(part, left)
-                     for word in action]  # fmt: skip
+            words = [
+                word for part in node.parts for action in _plain(part, left) for word in action
+            ]
             return [tuple(words)]
         case _:
             return [action for part in node.parts for action in _plain(part, left)]

@@ -38,29 +38,17 @@ from motiondb.language.question.tree import (
     walk,
 )
 
-MOST_READINGS = 64
-"""Largest number of readings of a question: each is searched in every capture. Chosen by hand."""
-MOST_PARTS = 128
-"""Largest number of parts of a reading, counting repeats. Chosen by hand."""
+MOST_READINGS = 64  # Largest number of readings of a question: each is searched in every capture
+MOST_PARTS = 128  # Largest number of parts of a reading, counting repeats
 
 
 @dataclass(frozen=True)
 class Part:
-    """The actions of one interval.
+    """The actions of one interval."""
 
-    Attributes
-    ----------
-    actions : tuple of tuple of str
-        Words of every action, all at once; none for anything.
-    seconds : float
-        Least length of the interval.
-    repeat_of : int
-        Number of the first equal part, for repeats; its own number otherwise.
-    """
-
-    actions: tuple[tuple[str, ...], ...]
-    seconds: float = 0.0
-    repeat_of: int = 0
+    actions: tuple[tuple[str, ...], ...]  # Words of every action, all at once; none for anything
+    seconds: float = 0.0  # Least length of the interval
+    repeat_of: int = 0  # Number of the first equal part, for repeats; its own number otherwise
 
 
 @dataclass(frozen=True)
@@ -82,11 +70,6 @@ class Reading:
 
 def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
     """The readings of a tree, and its unused parts.
-
-    Raises
-    ------
-    QueryError
-        There are too many readings or too many parts.
 
     >>> walk, run, sit = (Action((word,)) for word in ("walk", "run", "sit"))
     >>> found, _ = readings(Without(InOrder((walk, AnyOf((run, sit)))), (Action(("jump",)),)))

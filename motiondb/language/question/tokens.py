@@ -25,7 +25,6 @@ from itertools import groupby
 
 from motiondb.errors import QueryError
 from motiondb.language.lemmas import VERBS
-from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 from motiondb.language.question.amounts import (
     match_count,
     match_duration,
@@ -35,11 +34,10 @@ from motiondb.language.question.amounts import (
 from motiondb.language.question.connectives import match_connective
 from motiondb.language.question.manner import manner_of
 from motiondb.language.question.tree import LIMBS, NotUsed
+from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
-MOST_CHARACTERS = 5_000
-"""Longest question; captions have some 100 characters. Chosen by hand."""
-MOST_TOKENS = 250
-"""Largest number of words and connectives of a question; captions have up to 40. Chosen by hand."""
+MOST_CHARACTERS = 5_000  # Longest question; captions have some 100 characters
+MOST_TOKENS = 250  # Largest number of words and connectives of a question; captions have up to 40
 
 _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _DIGITS = re.compile(r"[0-9]+(?:[.,][0-9]+)*")
@@ -56,27 +54,13 @@ _UNUSED = {
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of a question.
+    """A piece of a question."""
 
-    Attributes
-    ----------
-    kind : str
-        As in the module's table.
-    text : str
-        As written.
-    words : tuple of str
-        Lemmas of a word or a quote; the adjective of a manner.
-    least : float
-        Lower limit of a count or a duration, see ``question.amounts``.
-    most : float or None
-        Upper limit; None if there is none.
-    """
-
-    kind: str
+    kind: str  # As in the module's table
     text: str
-    words: tuple[str, ...] = ()
-    least: float = 0.0
-    most: float | None = None
+    words: tuple[str, ...] = ()  # Lemmas of a word or a quote; the adjective of a manner
+    least: float = 0.0  # Lower limit of a count or a duration, see ``question.amounts``
+    most: float | None = None  # Upper limit; None if there is none
 
 
 def tokenize(
@@ -85,20 +69,6 @@ def tokenize(
     lemmas: Mapping[str, str] | None = None,
 ) -> tuple[list[Token], list[NotUsed]]:
     """The tokens of a question, and its unused parts.
-
-    Parameters
-    ----------
-    text : str
-        The question.
-    synonyms : mapping of str to str
-        From lemma to canonical lemma.
-    lemmas : mapping of str to str
-        Lemmas that the dictionary gave earlier (``words.lemmas.lemma``).
-
-    Raises
-    ------
-    QueryError
-        The question is too long.
 
     >>> [token.kind for token in tokenize("A person walks, but does not wave twice.")[0]]
     ['word', 'but_not', 'word', 'count', 'stop']

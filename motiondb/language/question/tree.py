@@ -31,18 +31,10 @@ LIMBS = frozenset(_LIMBS_TEXT.split())
 
 @dataclass(frozen=True)
 class Action:
-    """One action.
+    """One action."""
 
-    Attributes
-    ----------
-    words : tuple of str
-        Lemmas in the order of the question, sides and limbs among them.
-    manner : tuple of str
-        How it is done, as adjectives: ``slow`` for "slowly".
-    """
-
-    words: tuple[str, ...]
-    manner: tuple[str, ...] = ()
+    words: tuple[str, ...]  # Lemmas in the order of the question, sides and limbs among them
+    manner: tuple[str, ...] = ()  # How it is done, as adjectives: ``slow`` for "slowly"
 
     @property
     def all_words(self) -> tuple[str, ...]:
@@ -141,21 +133,12 @@ class NotUsed:
 
 @dataclass(frozen=True)
 class Question:
-    """A parsed question.
+    """A parsed question."""
 
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    tree : Node
-        The tree of the question.
-    not_used : tuple of NotUsed
-        What the tree leaves out, in the order of the question. Articles, pronouns and other words
-        that do not describe motion are not listed.
-    """
-
-    text: str
-    tree: Node
+    text: str  # As it was written
+    tree: Node  # The tree of the question
+    # What the tree leaves out, in the order of the question. Articles, pronouns and other words
+    # that do not describe motion are not listed
     not_used: tuple[NotUsed, ...] = ()
 
 

@@ -24,45 +24,24 @@ from numba import njit
 
 from motiondb.records import Association, FloatArray, IntArray
 
-Pair = tuple[IntArray, IntArray]
-"""Numbers of the symbols (l,) and of the words (m,) of one capture."""
+Pair = tuple[IntArray, IntArray]  # Numbers of the symbols (l,) and of the words (m,) of one capture
 
 
 @dataclass(frozen=True, eq=False)
 class PairTable:
-    """All pairs, one after another, and the place of the alignment table of each.
+    """All pairs, one after another, and the place of the alignment table of each."""
 
-    Attributes
-    ----------
-    sources : array
-        Positions of NULL and symbols: NULL is 0, symbol s is s + 1.
-    source_starts : array (pairs + 1,)
-        Pair p has sources[source_starts[p]:source_starts[p + 1]].
-    words : array
-        Word numbers of all pairs.
-    word_starts : array (pairs + 1,)
-        Pair p has words[word_starts[p]:word_starts[p + 1]].
-    shapes : tuple[tuple[int, int], ...]
-        The (l, m) that occur, sorted.
-    table_starts : array (shapes,)
-        Start of the table of each shape in the flat array of alignment probabilities.
-    n_cells : int
-        Length of that array.
-    tables : array (pairs,)
-        Start of the table of each pair.
-    row_sizes : array (rows of all tables,)
-        l + 1 for each row.
-    """
-
-    sources: IntArray
+    sources: IntArray  # Positions of NULL and symbols: NULL is 0, symbol s is s + 1
+    # (pairs + 1,): pair p has sources[source_starts[p]:source_starts[p + 1]]
     source_starts: IntArray
-    words: IntArray
-    word_starts: IntArray
-    shapes: tuple[tuple[int, int], ...]
+    words: IntArray  # Word numbers of all pairs
+    word_starts: IntArray  # (pairs + 1,): pair p has words[word_starts[p]:word_starts[p + 1]]
+    shapes: tuple[tuple[int, int], ...]  # The (l, m) that occur, sorted
+    # (shapes,): start of the table of each shape in the flat array of alignment probabilities
     table_starts: IntArray
-    n_cells: int
-    tables: IntArray
-    row_sizes: IntArray
+    n_cells: int  # Length of that array
+    tables: IntArray  # (pairs,): start of the table of each pair
+    row_sizes: IntArray  # (rows of all tables,): l + 1 for each row
 
 
 def fit_association(
@@ -76,25 +55,10 @@ def fit_association(
 ) -> Association:
     """Learn t and a from captures with words.
 
-    Parameters
-    ----------
-    pairs : sequence of Pair
-        Symbols (l,) and word numbers (m,) of every described capture; empty ones are allowed.
-    n_symbols : int
-        Number of motion symbols.
-    vocabulary : sequence of str
-        The words, in the order of their numbers.
-    model1_iterations : int, optional
-        Largest number of EM steps of Model 1.
-    model2_iterations : int, optional
-        Largest number of EM steps of Model 2.
-    tolerance : float, optional
-        The EM steps of a model end when the log-likelihood per word grows by less than this.
+    `pairs`: Symbols (l,) and word numbers (m,) of every described capture; empty ones are allowed.
 
-    Raises
-    ------
-    ValueError
-        A symbol number or word number is out of range.
+    `tolerance`: The EM steps of a model end when the log-likelihood per word grows by less than
+    this.
 
     >>> pairs = [(np.array([0]), np.array([0])), (np.array([0, 1]), np.array([0, 1]))]
     >>> fit_association(pairs, 2, ["walk", "sit"]).translation[2].round(2)
@@ -119,13 +83,7 @@ def fit_association(
 
 
 def lay_out(pairs: Sequence[Pair]) -> PairTable:
-    """Put all pairs with words into arrays, one pair after another.
-
-    Parameters
-    ----------
-    pairs : sequence of Pair
-        Symbols and words of captures; those without words are left out.
-    """
+    """Put all pairs with words into arrays, one pair after another."""
     kept = [(symbols, words) for symbols, words in pairs if len(words)]
     each = [(len(symbols), len(words)) for symbols, words in kept]
     shapes = sorted(set(each))
@@ -155,21 +113,7 @@ def lay_out(pairs: Sequence[Pair]) -> PairTable:
 def uniform_start(table: PairTable, n_symbols: int, n_words: int) -> tuple[FloatArray, FloatArray]:
     """Start of Model 1: all words equally likely under every symbol, all positions equally likely.
 
-    Parameters
-    ----------
-    table : PairTable
-        The pairs.
-    n_symbols : int
-        Number of motion symbols.
-    n_words : int
-        Number of words of the vocabulary.
-
-    Returns
-    -------
-    t : array (words, symbols + 1)
-        Zero in columns of symbols that never occur with words.
-    a : array (n_cells,)
-        1 / (l + 1).
+    Shapes: result (words, symbols + 1).
     """
     t = np.zeros((n_words, n_symbols + 1))
     t[:, np.unique(table.sources)] = 1.0 / max(n_words, 1)
@@ -179,26 +123,19 @@ def uniform_start(table: PairTable, n_symbols: int, n_words: int) -> tuple[Float
 def em_step(
     table: PairTable, t: FloatArray, a: FloatArray, *, learn_a: bool
 ) -> tuple[FloatArray, FloatArray, float]:
-    """One step of EM.
-
-    Parameters
-    ----------
-    t : array (words, symbols + 1)
-        Columns sum to 1 or 0.
-    a : array (n_cells,)
-        The alignment tables.
-    learn_a : bool
-        Whether a is updated too (Model 2).
-
-    Returns
-    -------
-    The new t, the new a, and the log-likelihood under the *old* ones.
-    """
+    """One step of EM; `t` (words, symbols + 1); `a` (n_cells,)."""
     t_counts, a_counts = np.zeros_like(t), np.zeros_like(a)
     log_likelihood = expected_counts(
-        table.sources, table.source_starts, table.words, table.word_starts, table.tables,
-        t, a, t_counts, a_counts,
-    )  # fmt: skip
+        table.sources,
+        table.source_starts,
+        table.words,
+        table.word_starts,
+        table.tables,
+        t,
+        a,
+        t_counts,
+        a_counts,
+    )
     totals = t_counts.sum(axis=0)
     t = np.where(totals > 0, t_counts / np.where(totals > 0, totals, 1.0), t)
     return t, _normalise_tables(table, a_counts) if learn_a else a, log_likelihood

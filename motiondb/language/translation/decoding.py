@@ -32,10 +32,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import Association, FloatArray, IntArray
 from motiondb.language.translation.decoding_kernels import search_sequences
 from motiondb.language.translation.decoding_problem import pose_problem
 from motiondb.language.translation.explanation import DIAGONAL_TENSION, alignment_table
+from motiondb.records import Association, FloatArray, IntArray
 
 NODE_LIMIT = 5_000
 """Largest number of nodes that a search expands. Chosen by hand: it bounds the time of a
@@ -46,27 +46,13 @@ OPEN_LIMIT = 100_000
 
 @dataclass(frozen=True)
 class Decoding:
-    """The most probable sequence found, with a certificate.
-
-    Attributes
-    ----------
-    symbols : tuple of int
-        The sequence.
-    log_probability : float
-        Log P(l | m) + log P(symbols) + log P(words | symbols), nats.
-    nodes_expanded : int
-        Nodes that A* expanded.
-    certificate : str
-        "optimal", or "beam-limited" where the search ran into its limit.
-    bound : float
-        No sequence has a larger log-probability than this; equal to it where optimal.
-    """
+    """The most probable sequence found, with a certificate."""
 
     symbols: tuple[int, ...]
-    log_probability: float
-    nodes_expanded: int
-    certificate: str
-    bound: float
+    log_probability: float  # Log P(l | m) + log P(symbols) + log P(words | symbols), nats
+    nodes_expanded: int  # Nodes that A* expanded
+    certificate: str  # "optimal", or "beam-limited" where the search ran into its limit
+    bound: float  # No sequence has a larger log-probability than this; equal to it where optimal
 
 
 def decode_words(
@@ -80,30 +66,7 @@ def decode_words(
 ) -> Decoding | None:
     """Decode words to the most probable sequence of motion symbols.
 
-    Parameters
-    ----------
-    words : sequence of int
-        Word numbers (m,), at least one.
-    association : Association
-        t and a.
-    log_transitions : array (symbols + 1, symbols + 1)
-        From ``words.transition``.
-    log_lengths : array (longest length + 1,)
-        log P(l | m), see :func:`log_length_prior`.
-    tension : float, optional
-        Tension of alignment tables that were never learned, see ``words.explanation``.
-    node_limit : int, optional
-        Largest number of nodes to expand.
-
-    Returns
-    -------
-    Decoding or None
-        None if every sequence has probability 0, or where none was found within the limit.
-
-    Raises
-    ------
-    ValueError
-        If there are no words, or if the arrays do not fit together.
+    Shapes: `log_transitions` (symbols + 1, symbols + 1); `log_lengths` (longest length + 1,).
     """
     numbers = np.asarray(words, dtype=np.int64)
     n_symbols = len(association.translation) - 1
@@ -136,19 +99,6 @@ def log_length_prior(
 
     A capture with m' words has the weight exp(-|m' - m|); one count is spread evenly over all
     lengths. Captures longer than the limit are left out.
-
-    Parameters
-    ----------
-    shapes : mapping of (l, m) to float
-        Number of captures of each shape.
-    n_words : int
-        m.
-    longest : int, optional
-        The largest l, by default 2 m, at least 4.
-
-    Returns
-    -------
-    array (longest + 1,); entry 0 is -inf, the others' exponentials sum to 1.
 
     >>> np.exp(log_length_prior({(1, 1): 3, (2, 1): 1}, 1, 2))
     array([0. , 0.7, 0.3])

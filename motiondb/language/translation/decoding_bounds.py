@@ -16,7 +16,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.language.translation.decoding_problem import (
     LEAST,
     Problem,
@@ -24,6 +23,7 @@ from motiondb.language.translation.decoding_problem import (
     offer,
     sums_along,
 )
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 ROUNDS = 3
 """Largest number of Frank-Wolfe steps per length. Chosen by hand; any number gives a valid

@@ -1,4 +1,4 @@
-"""The A* search of decoding over the bounds of :mod:`motiondb.language.translation.decoding_bounds`.
+"""The A* search of decoding, over the bounds of :mod:`.decoding_bounds`.
 
 A node holds the first k symbols of a sequence of length l, their log-probability so far, and the
 set of words that they have not said.
@@ -9,9 +9,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.language.translation.decoding_bounds import SLACK, relax, said_level, symbol_pays, track
+from motiondb.language.translation.decoding_bounds import (
+    SLACK,
+    relax,
+    said_level,
+    symbol_pays,
+    track,
+)
 from motiondb.language.translation.decoding_problem import LEAST, Problem, offer
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 DIVES = 64
 """Number of nodes, expanded first, that are completed along their bound to find good sequences
@@ -24,28 +30,7 @@ Chosen by hand; it changes the time, not the optimum.
 def search_sequences(
     problem: Problem, node_limit: int, open_limit: int
 ) -> tuple[IntArray, float, float, int]:
-    """Find the sequence of largest log-probability.
-
-    Parameters
-    ----------
-    problem : Problem
-        The arrays of the question.
-    node_limit : int
-        Largest number of nodes to expand.
-    open_limit : int
-        Largest number of nodes to keep.
-
-    Returns
-    -------
-    sequence : array (l,)
-        The best sequence found.
-    value : float
-        Its log-probability, -inf where none was found.
-    bound : float
-        Upper bound on all other sequences; at most ``value`` where the sequence is optimal.
-    expanded : int
-        Number of expanded nodes.
-    """
+    """Find the sequence of largest log-probability; result (l,)."""
     m, longest = problem.t.shape[1], len(problem.lengths) - 1
     n_rows, n_masks = len(problem.end), 1 << len(problem.tracked)
     best = np.zeros(longest + 1, dtype=np.int64)  # best[0] is the length
@@ -98,7 +83,7 @@ def _dive(
 
 
 @njit(cache=True)
-def _best_first(  # noqa: C901, PLR0913  one compiled loop over the heap and its arrays
+def _best_first(  # noqa: C901  one compiled loop over the heap and its arrays
     problem: Problem,
     uppers: FloatArray,
     pays: FloatArray,

@@ -18,53 +18,24 @@ from motiondb.records import FloatArray, IntArray
 TRACKED = 6
 """Largest number of words in the bit mask, for 2^6 masks. Chosen by hand: memory doubles with
 each word."""
-LEAST = 1e-12
-"""The smallest probability whose logarithm is taken to bound or to split."""
+LEAST = 1e-12  # The smallest probability whose logarithm is taken to bound or to split
 
 
 class Problem(NamedTuple):
-    """The arrays of one question; log-probabilities unless stated otherwise.
+    """The arrays of one question; log-probabilities unless stated otherwise."""
 
-    Attributes
-    ----------
-    t : array (S + 1, m), probability
-        Row 0 is NULL.
-    alignments : array (L + 1, m, L + 1)
-        a(i | j, l, m) at [l, j, i].
-    row_of : array (S + 1,)
-        Row of the beginning, then of every symbol.
-    starts : array (rows + 1,)
-        Row r goes to followers[starts[r]:starts[r + 1]] at those costs.
-    followers : array (edges,)
-        Symbol numbers.
-    costs : array (edges,)
-        Log-probabilities of the transitions to the followers.
-    end : array (rows,)
-        Log-probability that the capture ends after a symbol of the row.
-    lengths : array (L + 1,)
-        Log P(l | m).
-    says : array (S,)
-        Bit mask of the tracked words that a symbol says.
-    tracked : array (TRACKED or m,)
-        Words that have the bits 0, 1, ...
-    unsaid : array (m,)
-        Largest probability of word j under a symbol that does not say it.
-    usual : array (m,)
-        Mean probability of word j under symbols that say it.
-    """
-
-    t: FloatArray
-    alignments: FloatArray
-    row_of: IntArray
-    starts: IntArray
-    followers: IntArray
-    costs: FloatArray
-    end: FloatArray
-    lengths: FloatArray
-    says: IntArray
-    tracked: IntArray
-    unsaid: FloatArray
-    usual: FloatArray
+    t: FloatArray  # (S + 1, m), probability: row 0 is NULL
+    alignments: FloatArray  # (L + 1, m, L + 1): a(i | j, l, m) at [l, j, i]
+    row_of: IntArray  # (S + 1,): row of the beginning, then of every symbol
+    starts: IntArray  # (rows + 1,): row r goes to followers[starts[r]:starts[r + 1]] at those costs
+    followers: IntArray  # (edges,): symbol numbers
+    costs: FloatArray  # (edges,): log-probabilities of the transitions to the followers
+    end: FloatArray  # (rows,): log-probability that the capture ends after a symbol of the row
+    lengths: FloatArray  # (L + 1,): log P(l | m)
+    says: IntArray  # (S,): bit mask of the tracked words that a symbol says
+    tracked: IntArray  # (TRACKED or m,): words that have the bits 0, 1,
+    unsaid: FloatArray  # (m,): largest probability of word j under a symbol that does not say it
+    usual: FloatArray  # (m,): mean probability of word j under symbols that say it
 
 
 def pose_problem(
@@ -72,16 +43,8 @@ def pose_problem(
 ) -> Problem:
     """Merge equal rows of transitions, keep the possible ones, split the symbols of each word.
 
-    Parameters
-    ----------
-    t : array (S + 1, m)
-        t(word_j | symbol), row 0 is NULL.
-    alignments : array (L + 1, m, L + 1)
-        a(i | j, l, m) at [l, j, i].
-    log_transitions : array (S + 1, S + 1)
-        As in :mod:`motiondb.language.translation.transition`.
-    log_lengths : array (L + 1,)
-        log P(l | m).
+    Shapes: `t` (S + 1, m); `alignments` (L + 1, m, L + 1); `log_transitions` (S + 1, S + 1);
+    `log_lengths` (L + 1,).
     """
     numbers: dict[bytes, int] = {}
     row_of = [numbers.setdefault(row.tobytes(), len(numbers)) for row in log_transitions]

@@ -1,6 +1,7 @@
 """Probabilities of words given symbols, and of alignments, under a learned association.
 
-Notation as in :mod:`motiondb.language.translation.association`. Where a shape (l, m) was never seen,
+Notation as in :mod:`motiondb.language.translation.association`. Where a shape (l, m) was never
+seen,
 a(i | j, l, m) is replaced by a diagonal: NULL with probability p0, position i >= 1 in proportion to
 exp(-tension |(i - 1/2) / l - (j + 1/2) / m|), j from 0, because captions name actions in their
 order.
@@ -22,28 +23,17 @@ import numpy as np
 
 from motiondb.records import Association, FloatArray, IntArray
 
-DIAGONAL_TENSION = 4.0
-"""Value of the source."""
-DIAGONAL_NULL = 0.08
-"""p0, value of the source."""
+DIAGONAL_TENSION = 4.0  # Value of the source
+DIAGONAL_NULL = 0.08  # p0, value of the source
 _GRAIN = 2.0**32  # counts are multiples of its reciprocal, see the module
 
 
 @dataclass(frozen=True, eq=False)
 class ExpectedCounts:
-    """Expected counts of t and a under fixed parameters; additive over captures.
+    """Expected counts of t and a under fixed parameters; additive over captures."""
 
-    Attributes
-    ----------
-    translation : array (symbols + 1, words)
-        Row 0 is NULL.
-    alignment : dict
-        (l, m) -> array (m, l + 1).
-    n_pairs : int
-        Number of captures.
-    """
-
-    translation: FloatArray
+    translation: FloatArray  # (symbols + 1, words): row 0 is NULL
+    # (l, m) -> array (m, l + 1)
     alignment: dict[tuple[int, int], FloatArray] = field(default_factory=dict)
     n_pairs: int = 0
 
@@ -62,16 +52,8 @@ def alignment_table(
 ) -> FloatArray:
     """a(i | j, l, m) as array (m, l + 1), rows sum to 1: learned, or else the diagonal.
 
-    Parameters
-    ----------
-    association : Association
-        What was learned of symbols and words.
-    n_symbols : int
-        l.
-    n_words : int
-        m.
-    tension : float, optional
-        Strength with which the diagonal prefers the order of the words; 0 ignores order (Model 1).
+    `tension`: Strength with which the diagonal prefers the order of the words; 0 ignores order
+    (Model 1).
     """
     learned = association.alignment.get((n_symbols, n_words))
     return diagonal_alignment(n_symbols, n_words, tension) if learned is None else learned
@@ -79,15 +61,6 @@ def alignment_table(
 
 def diagonal_alignment(n_symbols: int, n_words: int, tension: float) -> FloatArray:
     """Alignment probabilities of the diagonal (see the module), array (m, l + 1).
-
-    Parameters
-    ----------
-    n_symbols : int
-        l.
-    n_words : int
-        m.
-    tension : float
-        Strength of the preference for the order of the words.
 
     >>> diagonal_alignment(2, 1, 4.0).round(2)
     array([[0.08, 0.46, 0.46]])
@@ -162,16 +135,7 @@ def smoothed(
     with the diagonal, whose weight is that of ``pseudo_pairs`` captures. Rows still sum to 1. Both
     defaults were chosen by hand.
 
-    Parameters
-    ----------
-    association : Association
-        What was learned of symbols and words.
-    shapes : mapping of (l, m) to float, optional
-        Number of captures from which each alignment table was learned; 1 where not given.
-    share : float, optional
-        Weight of the words' relative frequency, from 0 to 1.
-    pseudo_pairs : float, optional
-        Weight of the diagonal, in captures.
+    `shapes`: Number of captures from which each alignment table was learned; 1 where not given.
     """
     written = (association.counts + 0.5) / (association.counts + 0.5).sum()
     t = association.translation

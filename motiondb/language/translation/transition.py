@@ -28,13 +28,6 @@ def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArr
 
     Counts are additive over captures: a capture is removed by subtracting its counts.
 
-    Parameters
-    ----------
-    sequences : iterable of array
-        Symbols of each capture in order; empty ones do not count.
-    n_symbols : int
-        Number of symbols.
-
     >>> count_transitions([np.array([0, 0, 1])], 2)
     array([[0., 1., 0.],
            [0., 1., 1.],
@@ -51,10 +44,7 @@ def count_transitions(sequences: Iterable[IntArray], n_symbols: int) -> FloatArr
 def log_bigram(counts: FloatArray) -> FloatArray:
     """log P(column | row) of the plain bigram, array (symbols + 1, symbols + 1); -inf where unseen.
 
-    Parameters
-    ----------
-    counts : array (symbols + 1, symbols + 1)
-        See :func:`count_transitions`.
+    Shapes: `counts` (symbols + 1, symbols + 1).
     """
     return _log(_rows_to_one(counts))
 
@@ -62,12 +52,7 @@ def log_bigram(counts: FloatArray) -> FloatArray:
 def log_clustered_bigram(counts: FloatArray, clusters: IntArray) -> FloatArray:
     """log P(column | row) of the clustered bigram, array (symbols + 1, symbols + 1).
 
-    Parameters
-    ----------
-    counts : array (symbols + 1, symbols + 1)
-        See :func:`count_transitions`.
-    clusters : array (symbols,)
-        Cluster of each symbol, any non-negative numbers.
+    Shapes: `counts` (symbols + 1, symbols + 1); `clusters` (symbols,).
 
     >>> walk_to_sit = count_transitions([np.array([0, 2]), np.array([1])], 3)
     >>> np.exp(log_clustered_bigram(walk_to_sit, np.array([0, 0, 1])))[2].round(2)
@@ -90,15 +75,8 @@ def log_interpolated_bigram(counts: FloatArray, clusters: IntArray) -> FloatArra
     the clustered bigram. Rows sum to 1. On held-out captures this gave a larger likelihood than one
     weight for all rows (``docs/quality.md``, "Analogy"), and than other multiples of D.
 
-    Parameters
-    ----------
-    counts : array (symbols + 1, symbols + 1)
-        See :func:`count_transitions`.
-    clusters : array (symbols,)
-        Cluster of each symbol.
+    Shapes: `counts` (symbols + 1, symbols + 1); `clusters` (symbols,).
 
-    References
-    ----------
     Witten and Bell, The zero-frequency problem, 1991.
 
     >>> counts = count_transitions([np.array([0, 0, 0]), np.array([1])], 2)

@@ -21,10 +21,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.meaning.certainty.question_certainty import KindCertainty
 from motiondb.learn.start.checking import checked_certainty
 from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.meaning.certainty.question_certainty import KindCertainty
 
 SPREAD = 2.5
 """In nats. Chosen among 0, 0.5, 1, 1.5, 2, 2.5, 3, 4 and 6 on CMU performers never seen: there the
@@ -37,11 +37,6 @@ def carry(first: Certainties) -> Certainties:
     """The certainty of a start for captures other than its own.
 
     Only the certainty of answers to words is widened; the others are unchanged.
-
-    Parameters
-    ----------
-    first : Certainties
-        Of the start.
     """
     return replace(
         first,
@@ -56,15 +51,6 @@ def join_certainties(own_certainties: Certainties, first: Certainties, n_own: fl
 
     What own captions have not checked is None. So is the certainty of places, which is learned
     later, from own captions alone.
-
-    Parameters
-    ----------
-    own_certainties : Certainties
-        Learned from own captions; a certainty that could not be learned is None.
-    first : Certainties
-        Of the start, as :func:`carry` made it.
-    n_own : float
-        Number of own described intervals.
     """
 
     def kinds(one: KindCertainty, other: KindCertainty) -> KindCertainty:

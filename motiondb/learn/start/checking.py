@@ -26,12 +26,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.meaning.counting import Counted
 from motiondb.learn.start.joining import join_certainty
 from motiondb.learn.start.knowledge import Started
-from motiondb.records import Association
 from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.meaning.counting import Counted
+from motiondb.records import Association
 
 LEAST_CHECKING = 50
 """Own described intervals from which their certainty is used. Among 10, 25, 50 and 100, the
@@ -43,39 +43,20 @@ NO_EXAMPLES_CHECKED = (
     "no probabilities: for examples they are learned from captions that name the same actions for "
     "several performers, and these did not suffice when the database learned; caption more "
     "captures, and run motiondb learn"
-)
-"""The reason where answers to words may have probabilities, but answers to examples have none."""
+)  # The reason where answers to words may have probabilities, but answers to examples have none
 
 
 def checked_certainty(
     own_certainty: Certainty | None, first: Certainty | None, n_own: float
 ) -> Certainty | None:
-    """The certainty of answers of one kind, from own captions and the start; None if unchecked.
-
-    Parameters
-    ----------
-    own_certainty : Certainty or None
-        Learned from own captions; None if they were too few.
-    first : Certainty or None
-        Of the start.
-    n_own : float
-        Number of own described intervals.
-    """
+    """The certainty of answers of one kind, from own captions and the start; None if unchecked."""
     if own_certainty is None or n_own < LEAST_CHECKING:
         return None
     return join_certainty(own_certainty, first, n_own)
 
 
 def given_certainties(learned: Certainties, counted: Counted | None) -> Certainties:
-    """The certainties by which answers are told: none while there are too few own captions.
-
-    Parameters
-    ----------
-    learned : Certainties
-        As the database learned and keeps them.
-    counted : Counted or None
-        Counts of own captions, as they are now.
-    """
+    """The certainties by which answers are told: none while there are too few own captions."""
     too_few = counted is not None and counted.counts.moments.n < LEAST_CHECKING
     return Certainties() if too_few else learned
 
@@ -90,21 +71,7 @@ def checked_words(
 
     Without a start these are all words, or none if there are too few captions.
 
-    Parameters
-    ----------
-    association : Association
-        The association, with the vocabulary.
-    started : Started or None
-        The start.
-    counted : Counted or None
-        Counts of own captions.
-    certainty : Certainty or None
-        Of answers to words, as :func:`given_certainties` gives it.
-
-    Returns
-    -------
-    array (words,)
-        True for words with checked probabilities.
+    Shapes: result (words,).
     """
     if counted is None:  # a version that did not count
         return np.ones(len(association.words), dtype=bool)
@@ -118,15 +85,6 @@ def checked_words(
 
 def say_unchecked(n_own: float, words: Sequence[str], certainty: Certainty | None) -> str:
     """The reason why probabilities are not given.
-
-    Parameters
-    ----------
-    n_own : float
-        Number of own described intervals.
-    words : sequence of str
-        Words that have no checked probabilities.
-    certainty : Certainty or None
-        As in :func:`checked_words`.
 
     >>> say_unchecked(0, ["walk"], None)
     'no probabilities: no caption of this database has checked them'

@@ -16,37 +16,22 @@ from numpy.typing import NDArray
 
 from motiondb.learn.start.joining import join_word_map, start_weight
 from motiondb.learn.start.knowledge import Started
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps.word_map import RIDGES, TOLERANCE, WordMap, calibrate, precision
 from motiondb.meaning.maps.word_moments import WordMoments, word_moments
+from motiondb.records import FloatArray, IntArray
 
-N_FOLDS = 5
-"""Folds of groups that are held out in turn. Chosen by hand; not tuned."""
-LEAST_INTERVALS = 10
-"""Own intervals below which ridge and calibration are the start's. Chosen by hand; not tuned."""
+N_FOLDS = 5  # Folds of groups that are held out in turn
+LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the start's
 
 
 @dataclass(frozen=True, eq=False)
 class OwnRows:
-    """Own described intervals and the start.
+    """Own described intervals and the start."""
 
-    Attributes
-    ----------
-    vectors : array (rows, columns)
-        Score vectors.
-    presence : array (rows, words)
-        Which words of the joint vocabulary were written about each interval.
-    groups : array (rows,)
-        Performers.
-    words : tuple of str
-        The joint vocabulary.
-    started : Started
-        The start.
-    """
-
-    vectors: FloatArray
+    vectors: FloatArray  # (rows, columns): score vectors
+    # (rows, words): which words of the joint vocabulary were written about each interval
     presence: NDArray[np.bool_]
-    groups: IntArray
+    groups: IntArray  # (rows,): performers
     words: tuple[str, ...]
     started: Started
 
@@ -87,9 +72,12 @@ def choose_ridge_and_calibration(own_rows: OwnRows) -> tuple[float, FloatArray]:
         ]
     )
     calibration = calibrate(
-        scores[ridge][:, here], logits[:, here], own_rows.presence[:, here].astype(np.float64),
-        taught.calibration, start_weight(len(own_rows.vectors)) * taught.information,
-    )  # fmt: skip
+        scores[ridge][:, here],
+        logits[:, here],
+        own_rows.presence[:, here].astype(np.float64),
+        taught.calibration,
+        start_weight(len(own_rows.vectors)) * taught.information,
+    )
     return ridge, calibration
 
 

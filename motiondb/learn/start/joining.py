@@ -24,15 +24,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.counting import Counts, Reference, publish_association
+from motiondb.language.translation import explanation
+from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.start.knowledge import Started
-from motiondb.records import Association, FloatArray, SegmentTable
 from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.counting import Counts, Reference, publish_association
 from motiondb.meaning.maps.score_vectors import ScoreSpace
 from motiondb.meaning.maps.word_map import WordMap, word_spreads
 from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map
-from motiondb.language.translation import explanation
-from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.records import Association, FloatArray, SegmentTable
 
 TRUST = 10.0
 """Own captions (captures, for transitions) at which the start weighs half. Chosen among 3, 10 and
@@ -52,33 +52,17 @@ more, it lowered the rank of true words on CMU captures (docs/start.md)."""
 
 @dataclass(frozen=True, eq=False)
 class Published:
-    """The models for questions, from own counts and those of the start.
+    """The models for questions, from own counts and those of the start."""
 
-    Attributes
-    ----------
-    association : Association
-        t and a; ``counts`` are those of own captions plus w times the start's, at least 1.
-    transitions : array (symbols + 1, symbols + 1)
-        Joint counts.
-    lengths : dict
-        (symbols l, words m) -> number of described intervals.
-    word_map : WordMap
-        Joint map.
-    """
-
+    # t and a; ``counts`` are those of own captions plus w times the start's, at least 1
     association: Association
-    transitions: FloatArray
-    lengths: Mapping[tuple[int, int], int]
+    transitions: FloatArray  # (symbols + 1, symbols + 1): joint counts
+    lengths: Mapping[tuple[int, int], int]  # (symbols l, words m) -> number of described intervals
     word_map: WordMap
 
 
 def start_weight(n_own: float) -> float:
     """w of the module's docstring.
-
-    Parameters
-    ----------
-    n_own : float
-        Number of own described intervals (captures, for transitions).
 
     >>> start_weight(0), start_weight(10), round(start_weight(190), 3)
     (1.0, 0.5, 0.05)
@@ -87,39 +71,19 @@ def start_weight(n_own: float) -> float:
 
 
 def strange_share(table: SegmentTable) -> float:
-    """Share of the frames whose segment the best symbol explains worse than the background does.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Own segments, by the symbols of the start.
-    """
+    """Share of the frames whose segment the best symbol explains worse than the background does."""
     frames = (table.ends - table.starts).astype(np.float64)
     strange = table.log_likelihoods < table.backgrounds
     return float(frames[strange].sum() / max(frames.sum(), 1.0))
 
 
 def fits(table: SegmentTable) -> bool:
-    """Whether the symbols of the start explain nearly all of the own motion.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Own segments, by the symbols of the start.
-    """
+    """Whether the symbols of the start explain nearly all of the own motion."""
     return strange_share(table) <= STRANGE
 
 
 def is_set_aside(table: SegmentTable, n_own: float) -> bool:
-    """Whether own captures are learned from alone, because the start's symbols do not fit them.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Own segments, by the symbols of the start.
-    n_own : float
-        Number of own described intervals.
-    """
+    """Whether own captures are learned from alone, because the start's symbols do not fit them."""
     return n_own >= ENOUGH and not fits(table)
 
 
@@ -129,17 +93,7 @@ def join_vocabulary(own_words: tuple[str, ...], started: Started) -> tuple[str, 
 
 
 def adapt_score_space(started: Started, own_space: ScoreSpace, n_segments: int) -> ScoreSpace:
-    """Standardisation for own captures: means and variances of both, weighted.
-
-    Parameters
-    ----------
-    started : Started
-        The start.
-    own_space : ScoreSpace
-        Fitted to the own segments.
-    n_segments : int
-        Number of own segments.
-    """
+    """Standardisation for own captures: means and variances of both, weighted."""
     share = n_segments / (TRUSTED_SEGMENTS + n_segments)
     first = started.knowledge.score_space
     variance = (1.0 - share) * first.spread**2 + share * own_space.spread**2
@@ -153,21 +107,7 @@ def join_word_map(
     ridge: float,
     calibration: FloatArray,
 ) -> WordMap:
-    """The word map of own captions and the start.
-
-    Parameters
-    ----------
-    own_moments : WordMoments
-        Sums over own described intervals.
-    words : tuple of str
-        The joint vocabulary, in the order of the columns.
-    started : Started
-        The start.
-    ridge : float
-        The ridge.
-    calibration : array (3,)
-        a, b and c of the logistic map.
-    """
+    """The word map of own captions and the start; `calibration` (3,)."""
     chosen = started.columns(words)
     taught = started.taught.moments
     first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
@@ -189,9 +129,12 @@ def join_word_map(
 def _weighted(moments: WordMoments, weight: float) -> WordMoments:
     """Sums times a weight, without those for whole captions, which are of own captions alone."""
     return WordMoments(
-        weight * moments.n, weight * moments.vectors, weight * moments.words,
-        weight * moments.gram, weight * moments.cross,
-    )  # fmt: skip
+        weight * moments.n,
+        weight * moments.vectors,
+        weight * moments.words,
+        weight * moments.gram,
+        weight * moments.cross,
+    )
 
 
 def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:
@@ -201,17 +144,7 @@ def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:
 def join_expected(
     own_counts: ExpectedCounts, words: tuple[str, ...], started: Started
 ) -> ExpectedCounts:
-    """Expected counts of own captions plus w times those of the start; no longer exact.
-
-    Parameters
-    ----------
-    own_counts : ExpectedCounts
-        Of the own captions.
-    words : tuple of str
-        The joint vocabulary.
-    started : Started
-        The start.
-    """
+    """Expected counts of own captions plus w times those of the start; no longer exact."""
     weight, taught = start_weight(own_counts.n_pairs), started.taught.expected
     alignment = {shape: weight * table for shape, table in taught.alignment.items()}
     for shape, table in own_counts.alignment.items():
@@ -227,21 +160,7 @@ def publish(
     ridge: float,
     calibration: FloatArray,
 ) -> Published:
-    """The models for questions, from own counts and those of the start.
-
-    Parameters
-    ----------
-    counts : Counts
-        Of the own captures, in the joint vocabulary.
-    reference : Reference
-        What they were counted with.
-    started : Started
-        The start.
-    ridge : float
-        Ridge of the word map.
-    calibration : array (3,)
-        Calibration of the word map.
-    """
+    """The models for questions, from own counts and those of the start; `calibration` (3,)."""
     words, taught = reference.association.words, started.taught
     weight = start_weight(counts.moments.n)
     joint = replace(counts, expected=join_expected(counts.expected, words, started))
@@ -271,17 +190,7 @@ def join_said(
 def join_certainty(
     own_certainty: Certainty | None, first: Certainty | None, n_own: float
 ) -> Certainty | None:
-    """Return the mean of both certainties, the start's with weight w; if one is None, the other.
-
-    Parameters
-    ----------
-    own_certainty : Certainty or None
-        Learned from own captions.
-    first : Certainty or None
-        Of the start.
-    n_own : float
-        Number of own described intervals.
-    """
+    """Return the mean of both certainties, the start's with weight w; if one is None, the other."""
     if own_certainty is None or first is None or len(own_certainty.weights) != len(first.weights):
         return first if own_certainty is None else own_certainty
     share = start_weight(n_own)
@@ -298,17 +207,7 @@ def join_certainty(
 
 
 def join_reference(fitted: Association, counted: ExpectedCounts, started: Started) -> Association:
-    """The association that distributes words among symbols in counting.
-
-    Parameters
-    ----------
-    fitted : Association
-        Of own captions by expectation-maximisation, in the joint vocabulary.
-    counted : ExpectedCounts
-        Expected counts of own captions under it.
-    started : Started
-        The start.
-    """
+    """The association that distributes words among symbols in counting."""
     weight = start_weight(counted.n_pairs)
     empty = replace(
         fitted,

@@ -16,55 +16,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
 from motiondb.meaning.evidence.extents import ContextSpace
 from motiondb.meaning.maps.score_vectors import ScoreSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
-from motiondb.symbols.feature_space import FeatureSpace
 from motiondb.meaning.maps.word_map import WordMap
 from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map
-from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
+from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.symbols.feature_space import FeatureSpace
 
 
 @dataclass(frozen=True)
 class Origin:
-    """The origin of knowledge.
+    """The origin of knowledge."""
 
-    Attributes
-    ----------
-    name : str
-        Name, such as "cmu".
-    version : str
-        Version of motiondb that learned it.
-    captures : int
-        Number of captures that it was learned from.
-    captions : int
-        Number of described intervals from which the words were learned.
-    performers : int
-        Number of performers.
-    seconds : float
-        Duration of the captures.
-    licences : dict
-        Licence of captures -> their number.
-    runs : tuple of dict
-        The runs of ``learn``: kind, version, seed and parameters.
-    credit : str
-        The acknowledgement that the source asks for.
-    digest : str
-        SHA-256 of the file that it was read from; "" before it is written.
-    """
-
-    name: str
-    version: str
-    captures: int
-    captions: int
+    name: str  # Name, such as "cmu"
+    version: str  # Version of motiondb that learned it
+    captures: int  # Number of captures that it was learned from
+    captions: int  # Number of described intervals from which the words were learned
     performers: int
-    seconds: float
-    licences: Mapping[str, int] = field(default_factory=dict)
+    seconds: float  # Duration of the captures
+    licences: Mapping[str, int] = field(default_factory=dict)  # Licence of captures -> their number
+    # The runs of ``learn``: kind, version, seed and parameters
     runs: tuple[Mapping[str, object], ...] = ()
-    credit: str = ""
-    digest: str = ""
+    credit: str = ""  # The acknowledgement that the source asks for
+    digest: str = ""  # SHA-256 of the file that it was read from; "" before it is written
 
     def facts(self) -> dict[str, Any]:
         """The origin as plain facts, for a file or JSON, without the digest of its own file."""
@@ -75,43 +52,19 @@ class Origin:
 
 @dataclass(frozen=True, eq=False)
 class Taught:
-    """The model learned from captions, as sums over captions and captures.
-
-    Attributes
-    ----------
-    words : tuple of str
-        Lemmas, sorted.
-    said : array (words,)
-        Number of captions with each word.
-    seconds : array (words,)
-        Median duration of an action that captions describe with the word.
-    transitions : array (symbols + 1, symbols + 1)
-        As in ``counting.Counts``.
-    shapes : dict
-        (symbols l, words m) -> number of described intervals.
-    expected : ExpectedCounts
-        Of the association.
-    moments : WordMoments
-        Of the word map.
-    ridge : float
-        Of the word map.
-    calibration : array (3,)
-        Of the word map.
-    information : array (3, 3)
-        Fisher information of the calibration, summed over the intervals and words.
-    certainties : Certainties
-        Certainties of answers.
-    """
+    """The model learned from captions, as sums over captions and captures."""
 
     words: tuple[str, ...]
-    said: IntArray
+    said: IntArray  # (words,): number of captions with each word
+    # (words,): median duration of an action that captions describe with the word
     seconds: FloatArray
-    transitions: FloatArray
-    shapes: Mapping[tuple[int, int], int]
+    transitions: FloatArray  # (symbols + 1, symbols + 1): as in ``counting.Counts``
+    shapes: Mapping[tuple[int, int], int]  # (symbols l, words m) -> number of described intervals
     expected: ExpectedCounts
-    moments: WordMoments
-    ridge: float
-    calibration: FloatArray
+    moments: WordMoments  # Of the word map
+    ridge: float  # Of the word map
+    calibration: FloatArray  # (3,): of the word map
+    # (3, 3): fisher information of the calibration, summed over the intervals and words
     information: FloatArray
     certainties: Certainties
 
@@ -166,18 +119,10 @@ class Knowledge:
 
 @dataclass(frozen=True, eq=False)
 class Started:
-    """Knowledge that a database learned with.
+    """Knowledge that a database learned with."""
 
-    Attributes
-    ----------
-    knowledge : Knowledge
-        The knowledge as it was read.
-    names : tuple of str
-        The name of each of its words after the user's synonyms are applied.
-    """
-
-    knowledge: Knowledge
-    names: tuple[str, ...]
+    knowledge: Knowledge  # The knowledge as it was read
+    names: tuple[str, ...]  # The name of each of its words after the user's synonyms are applied
 
     @property
     def taught(self) -> Taught:

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.meaning.certainty.certainties import certainties_from, certainty_arrays
+from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.start.knowledge import Knowledge, Origin, Taught
-from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
+from motiondb.meaning.certainty.certainties import certainties_from, certainty_arrays
 from motiondb.meaning.evidence.extents import ContextSpace
 from motiondb.meaning.maps.score_vectors import ScoreSpace
+from motiondb.meaning.maps.word_moments import WordMoments
+from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
 from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
-from motiondb.meaning.maps.word_moments import WordMoments
-from motiondb.language.translation.explanation import ExpectedCounts
 
 Arrays = Mapping[str, FloatArray]
 
@@ -75,17 +75,7 @@ def _taught_arrays(taught: Taught) -> dict[str, Any]:
 
 
 def knowledge_from(origin: Origin, words: tuple[str, ...], arrays: Arrays) -> Knowledge:
-    """Knowledge from its arrays, its words and its origin.
-
-    Parameters
-    ----------
-    origin : Origin
-        Its origin.
-    words : tuple of str
-        Its words.
-    arrays : mapping of str to array
-        As :func:`knowledge_arrays` makes them.
-    """
+    """Knowledge from its arrays, its words and its origin."""
     switch_cost, shortest = arrays["cutting"]
     symbols = [arrays[f"symbol_{name}"] for name in _SYMBOLS[1:]]
     space = {name: arrays[f"space_{name}"] for name in (*_SPACE, "covars") if name != "clusters"}

@@ -13,39 +13,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import N_FEATURES
-from motiondb.records import FloatArray
 from motiondb.meaning.maps.movement import block_sizes
+from motiondb.records import FloatArray
 
 MOST_SYMBOLS, MOST_STATES, MOST_DIMENSIONS = 1_000, 64, 64
 """Bounds on sizes, so that memory and time stay small. ``learn`` makes at most 240 symbols of 6
 states in 24 dimensions."""
-MOST_WORDS = 5_000
-"""Bound on the number of words. Chosen by hand; not tuned."""
-LONGEST = 400
-"""Bound on symbols and words of a described interval. Chosen by hand; not tuned."""
-LARGEST = 1e9
-"""Bound on every number. Chosen by hand; not tuned."""
+MOST_WORDS = 5_000  # Bound on the number of words
+LONGEST = 400  # Bound on symbols and words of a described interval
+LARGEST = 1e9  # Bound on every number
 
 Arrays = Mapping[str, FloatArray]
 
 OPTIONAL = frozenset(
-    {"context_features", "context_mean", "context_projection",
-     "certainty_words", "certainty_example", "certainty_interval", "certainty_single",
-     "certainty_without", "certainty_without_part", "certainty_either", "certainty_either_part"}
-)  # fmt: skip
+    {
+        "context_features",
+        "context_mean",
+        "context_projection",
+        "certainty_words",
+        "certainty_example",
+        "certainty_interval",
+        "certainty_single",
+        "certainty_without",
+        "certainty_without_part",
+        "certainty_either",
+        "certainty_either_part",
+    }
+)
 """Arrays that knowledge may lack."""
 
 
 def array_faults(arrays: Arrays, n_words: int) -> list[str]:
-    """The faults of the arrays of knowledge; empty for valid ones.
-
-    Parameters
-    ----------
-    arrays : mapping of str to array
-        By name, as ``knowledge_arrays`` makes them.
-    n_words : int
-        Number of words.
-    """
+    """The faults of the arrays of knowledge; empty for valid ones."""
     for step in (_names, _finite, _sizes, _shapes):
         faults = list(step(arrays, n_words))
         if faults:
@@ -173,25 +172,32 @@ def _ranges(arrays: Arrays) -> Iterator[str]:
     whole: Callable[[FloatArray], bool] = lambda v: bool((v == np.rint(v)).all())  # noqa: E731
     said, intervals = arrays["said"], float(arrays["counted"][1])
     rules = [
-        (_within(arrays["symbol_n_states"], 1, states) and whole(arrays["symbol_n_states"]),
-         f"numbers of states from 1 to {states}"),
+        (
+            _within(arrays["symbol_n_states"], 1, states) and whole(arrays["symbol_n_states"]),
+            f"numbers of states from 1 to {states}",
+        ),
         (_within(loops, 0.0, 1.0) and bool((loops < 1.0).all()), "self-loops from 0 to below 1"),
         (_within(covars, 1e-6, LARGEST), "variances of symbols above 0"),
         (_within(arrays["score_spread"], 1e-12, LARGEST), "spreads of scores above 0"),
         (_within(arrays["cutting"], 1, 1e6), "a switch cost and a shortest length of at least 1"),
-        (_within(arrays["space_clusters"], 0, n_clusters - 1)
-         and whole(arrays["space_clusters"]), "clusters that there are"),
+        (
+            _within(arrays["space_clusters"], 0, n_clusters - 1)
+            and whole(arrays["space_clusters"]),
+            "clusters that there are",
+        ),
         (_within(arrays["space_distances"], 0.0, LARGEST), "distances of at least 0"),
         (_within(arrays["transitions"], 0.0, LARGEST), "counts of transitions of at least 0"),
         (_within(arrays["translation"], 0.0, LARGEST), "expected counts of at least 0"),
         (_within(said, 1, LARGEST) and whole(said), "words that some caption holds"),
         (_within(arrays["seconds"], 0.01, 1e5), "durations of actions above 0"),
         (_within(arrays["counted"], 1, LARGEST), "at least one described interval"),
-        (_within(arrays["moment_words"], 0.0, intervals + 0.5),
-         "no word in more intervals than there are"),
+        (
+            _within(arrays["moment_words"], 0.0, intervals + 0.5),
+            "no word in more intervals than there are",
+        ),
         (_within(arrays["ridge"], 1e-3, 1e3), "a ridge from 0.001 to 1000"),
         (_within(arrays["calibration"][:1], 1e-3, 1e3), "a calibration that rises"),
-    ]  # fmt: skip
+    ]
     yield from (f"expected {what}, found others" for sound, what in rules if not sound)
 
 

@@ -26,81 +26,46 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.counting import Described, capture_rows
-from motiondb.records import FloatArray, IntArray, SegmentTable
-from motiondb.meaning.calibration import Certainty, clearest, fit_probability, separate, usual
-from motiondb.meaning.evidence import by_motion
-from motiondb.meaning.evidence.resemblance import emphasis_of
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.maps import score_vectors
 from motiondb.language.vocabulary import MODIFIERS
+from motiondb.meaning.calibration import Certainty, clearest, fit_probability, separate, usual
+from motiondb.meaning.counting import Described, capture_rows
+from motiondb.meaning.evidence import by_motion, by_words
+from motiondb.meaning.evidence.resemblance import emphasis_of
+from motiondb.meaning.maps import score_vectors
 from motiondb.meaning.maps.word_map import WordMap, map_words
 from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map, word_moments
+from motiondb.records import FloatArray, IntArray, SegmentTable
 
-N_FOLDS = 5
-"""Folds of performers. Chosen by hand; not tuned."""
+N_FOLDS = 5  # Folds of performers
 LEAST_SAID = 3
 """Smallest number of intervals of other performers with a word, for the word to be used as a
-question. Chosen by hand."""
+question."""
 LOOKED_AT, LOOKED_BELOW = 10, 5
-"""Answers of a question that are used: the best ones, which a user sees, and some at even
-distances in the rest. Chosen by hand; not tuned."""
-MOST_EXAMPLES, MOST_CAPTURES = 40, 150
-"""Bounds on the duration of this step of learning. Chosen by hand; not tuned."""
-LEAST_ANSWERS = 30
-"""Smallest number of answers for which a probability is fitted. Chosen by hand; not tuned."""
+"""Answers of a question that are used: the best ones, which a user sees, and some at even distances
+in the rest."""
+MOST_EXAMPLES, MOST_CAPTURES = 40, 150  # Bounds on the duration of this step of learning
+LEAST_ANSWERS = 30  # Smallest number of answers for which a probability is fitted
 
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """Described intervals, one row each, and their captures.
+    """Described intervals, one row each, and their captures."""
 
-    Attributes
-    ----------
-    vectors : array (rows, columns)
-        Score vectors.
-    presence : array (rows, words)
-        Which words were written about each interval.
-    names : sequence of str
-        The words.
-    captures : array (rows,)
-        Capture numbers.
-    starts : array (rows,)
-        First frames, 30 a second.
-    ends : array (rows,)
-        Last frames + 1.
-    groups : array (rows,)
-        Number of the performer.
-    table : SegmentTable
-        All segments.
-    standardised : array (segments, columns)
-        Standardised scores and movement.
-    ridge : float
-        Ridge of the word map.
-    calibration : array (3,)
-        Calibration of the word map.
-    margin : int
-        Frames that a window reaches beyond its segment.
-    n_posture_and_travel : int
-        Number of the last columns that are posture and travel.
-    fit_without : callable or None
-        Fits the word map without some rows (array (rows,), bool), if it is learned from more than
-        these rows (``learning.start``).
-    """
-
-    vectors: FloatArray
-    presence: NDArray[np.bool_]
+    vectors: FloatArray  # (rows, columns): score vectors
+    presence: NDArray[np.bool_]  # (rows, words): which words were written about each interval
     names: Sequence[str]
-    captures: IntArray
-    starts: FloatArray
-    ends: FloatArray
-    groups: IntArray
+    captures: IntArray  # (rows,): capture numbers
+    starts: FloatArray  # (rows,): first frames, 30 a second
+    ends: FloatArray  # (rows,): last frames + 1
+    groups: IntArray  # (rows,): number of the performer
     table: SegmentTable
-    standardised: FloatArray
-    ridge: float
-    calibration: FloatArray
-    margin: int = by_words.WINDOW_MARGIN
-    n_posture_and_travel: int = 0
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    ridge: float  # Ridge of the word map
+    calibration: FloatArray  # (3,): calibration of the word map
+    margin: int = by_words.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
+    n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
+    # Fits the word map without some rows (array (rows,), bool), if it is learned from more than
+    # these rows (``learning.start``)
     fit_without: Callable[[NDArray[np.bool_]], WordMap] | None = None
 
     @cached_property
@@ -195,20 +160,12 @@ def example_certainty(written: Written) -> Certainty | None:
 
 @dataclass(frozen=True, eq=False)
 class Gallery:
-    """The best window of every capture for an example, by motion alone.
+    """The best window of every capture for an example, by motion alone."""
 
-    Attributes
-    ----------
-    vectors : array (captures, columns)
-        Score vector of the window most like the example.
-    right : array (captures,)
-        Whether this window shows the example's action, according to captions.
-    shows : array (captures,)
-        Whether any part of the capture does, according to captions.
-    """
-
-    vectors: FloatArray
+    vectors: FloatArray  # (captures, columns): score vector of the window most like the example
+    # (captures,): whether this window shows the example's action, according to captions
     right: NDArray[np.bool_]
+    # (captures,): whether any part of the capture does, according to captions
     shows: NDArray[np.bool_]
 
     def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
@@ -227,16 +184,7 @@ def find_windows(
 ) -> Gallery:
     """Compare an example with the captures of the allowed rows; of many, with evenly chosen ones.
 
-    Parameters
-    ----------
-    written : Written
-        The described intervals.
-    row : int
-        The example.
-    allowed : array (rows,)
-        Rows that may be searched.
-    said : array (rows,)
-        Rows that show the example's action.
+    Shapes: `allowed`, `said` (rows,).
     """
     captures = np.unique(written.captures[allowed])
     some = np.linspace(0, len(captures) - 1, min(len(captures), MOST_CAPTURES)).astype(int)
@@ -245,9 +193,12 @@ def find_windows(
     for capture in captures[some]:
         rows = written.segments[int(capture)]
         window, low, high = best_window(
-            written.vectors[row], written.standardised[rows], written.table.starts[rows],
-            written.table.ends[rows], length,
-        )  # fmt: skip
+            written.vectors[row],
+            written.standardised[rows],
+            written.table.starts[rows],
+            written.table.ends[rows],
+            length,
+        )
         showing = (written.captures == capture) & said
         meets = (written.starts < high) & (written.ends > low)
         vectors.append(window)
@@ -261,23 +212,7 @@ def best_window(
 ) -> tuple[FloatArray, int, int]:
     """The window of a capture that moves most like a vector.
 
-    Parameters
-    ----------
-    vector : array (columns,)
-        Score vector of the example.
-    standardised : array (segments, columns)
-        Standardised scores and movement of the capture.
-    starts : array (segments,)
-        First frames.
-    ends : array (segments,)
-        Last frames + 1.
-    length : int
-        Length of the window, frames.
-
-    Returns
-    -------
-    tuple
-        Score vector of the window, its first frame, and its last frame + 1.
+    Shapes: `vector` (columns,); `standardised` (segments, columns); `starts`, `ends` (segments,).
     """
     low, high = by_motion.window_places(starts, ends, length)
     windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
@@ -319,9 +254,12 @@ def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatAr
     """Log-odds in a capture of every word as the only action: array (words,)."""
     rows = written.segments[capture]
     odds = by_words.motion_log_odds(
-        words, written.standardised[rows], written.table.starts[rows], written.table.ends[rows],
+        words,
+        written.standardised[rows],
+        written.table.starts[rows],
+        written.table.ends[rows],
         written.margin,
-    )  # fmt: skip
+    )
     best: FloatArray = 0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1]
     return best
 

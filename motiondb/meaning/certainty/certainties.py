@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from motiondb.meaning.calibration import Certainty, unpack
 from motiondb.meaning.certainty.asked_certainty import (
     Written,
     example_certainty,
@@ -14,7 +15,6 @@ from motiondb.meaning.certainty.asked_certainty import (
 )
 from motiondb.meaning.certainty.question_certainty import KindCertainty, without_and_either
 from motiondb.records import FloatArray
-from motiondb.meaning.calibration import Certainty, unpack
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 PLACE_NAME = "certainty_interval"
@@ -24,31 +24,19 @@ PLACE_NAME = "certainty_interval"
 
 @dataclass(frozen=True)
 class Certainties:
-    """Certainty of answers; None if there are too few captions.
+    """Certainty of answers; None if there are too few captions."""
 
-    Attributes
-    ----------
-    words : Certainty or None
-        Of an answer to words.
-    example : Certainty or None
-        Of an answer to an example.
-    place : Certainty or None
-        Certainty of the interval of an action, given that the capture shows the action, and
-        several actions (:mod:`motiondb.meaning.certainty.place_certainty`).
-    single : Certainty or None
-        That a capture shows an action throughout, where ``place`` was learned; None in databases of
-        versions in which ``place`` covered this case.
-    without : KindCertainty
-        Of an answer to one action but not another.
-    either : KindCertainty
-        Of an answer to one of several actions.
-    """
-
-    words: Certainty | None = None
-    example: Certainty | None = None
+    words: Certainty | None = None  # Of an answer to words
+    example: Certainty | None = None  # Of an answer to an example
+    # Certainty of the interval of an action, given that the capture shows the action, and several
+    # actions (:mod:`motiondb.meaning.certainty.place_certainty`)
     place: Certainty | None = None
+    # That a capture shows an action throughout, where ``place`` was learned; None in databases of
+    # versions in which ``place`` covered this case
     single: Certainty | None = None
+    # Of an answer to one action but not another
     without: KindCertainty = field(default_factory=KindCertainty)
+    # Of an answer to one of several actions
     either: KindCertainty = field(default_factory=KindCertainty)
 
 
@@ -79,13 +67,7 @@ def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
 
 
 def certainties_from(arrays: Mapping[str, FloatArray]) -> Certainties:
-    """Certainties of answers from arrays by name; a certainty without arrays is None.
-
-    Parameters
-    ----------
-    arrays : mapping of str to array
-        As :func:`certainty_arrays` makes them; others are ignored.
-    """
+    """Certainties of answers from arrays by name; a certainty without arrays is None."""
 
     def one(name: str) -> Certainty | None:
         return unpack(arrays[name]) if name in arrays else None

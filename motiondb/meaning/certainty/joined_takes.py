@@ -18,82 +18,43 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 
 SHORTEST, LONGEST = 2.0, 20.0
 """Largest duration of a capture that is joined, seconds: longer ones often show other actions
-too. Chosen by hand; not tuned."""
+too."""
 FEWEST_PARTS, MOST_PARTS = 3, 6
-"""Number of captures in a joined take, about the number of exercises in a real long take. Chosen
-by hand."""
+"""Number of captures in a joined take, about the number of exercises in a real long take."""
 MOST_OF_PAIR, MOST_PAIRS = 18, 30
-"""Number of captures of two performers that are joined in one draw, and of pairs of performers
-in one draw; bounds on the duration of learning. Chosen by hand."""
+"""Number of captures of two performers that are joined in one draw, and of pairs of performers in
+one draw; bounds on the duration of learning."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShortCapture:
-    """A short capture of one action.
+    """A short capture of one action."""
 
-    Attributes
-    ----------
-    standardised : array (segments, columns)
-        Standardised scores and movement.
-    starts : array (segments,)
-        First frames.
-    ends : array (segments,)
-        Last frames + 1.
-    words : tuple of int
-        Numbers of the words of its action.
-    group : str
-        The performer.
-    """
-
-    standardised: FloatArray
-    starts: IntArray
-    ends: IntArray
-    words: tuple[int, ...]
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    starts: IntArray  # (segments,): first frames
+    ends: IntArray  # (segments,): last frames + 1
+    words: tuple[int, ...]  # Numbers of the words of its action
     group: str
 
 
 @dataclass(frozen=True)
 class JoinedPart:
-    """One capture of a joined take.
-
-    Attributes
-    ----------
-    start : int
-        First frame.
-    end : int
-        Last frame + 1.
-    words : tuple of int
-        Numbers of the words of its action.
-    group : str
-        The performer.
-    """
+    """One capture of a joined take."""
 
     start: int
-    end: int
-    words: tuple[int, ...]
+    end: int  # Last frame + 1
+    words: tuple[int, ...]  # Numbers of the words of its action
     group: str
 
 
 @dataclass(frozen=True, eq=False)
 class JoinedTake:
-    """Joined short captures, and the interval of each.
+    """Joined short captures, and the interval of each."""
 
-    Attributes
-    ----------
-    standardised : array (segments, columns)
-        Standardised scores and movement.
-    starts : array (segments,)
-        First frames.
-    ends : array (segments,)
-        Last frames + 1.
-    parts : tuple of JoinedPart
-        The captures, in order.
-    """
-
-    standardised: FloatArray
-    starts: IntArray
-    ends: IntArray
-    parts: tuple[JoinedPart, ...]
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    starts: IntArray  # (segments,): first frames
+    ends: IntArray  # (segments,): last frames + 1
+    parts: tuple[JoinedPart, ...]  # The captures, in order
 
     @property
     def groups(self) -> frozenset[str]:
@@ -103,21 +64,11 @@ class JoinedTake:
 
 @dataclass(frozen=True)
 class PlaceQuestion:
-    """An action that is searched in a joined take.
+    """An action that is searched in a joined take."""
 
-    Attributes
-    ----------
-    words : tuple of int
-        Numbers of its words.
-    group : str
-        Performer of the first capture of the action.
-    true : tuple of (int, int)
-        Frames [start, end) that show it, neighbours joined.
-    """
-
-    words: tuple[int, ...]
-    group: str
-    true: tuple[tuple[int, int], ...]
+    words: tuple[int, ...]  # Numbers of its words
+    group: str  # Performer of the first capture of the action
+    true: tuple[tuple[int, int], ...]  # Frames [start, end) that show it, neighbours joined
 
 
 def short_captures(
@@ -128,16 +79,7 @@ def short_captures(
 ) -> list[ShortCapture]:
     """Captures whose shortest caption names one action, of a length that can be joined.
 
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement.
-    written : Written
-        Actions that captions list.
-    performers : dict
-        Capture number -> performer.
+    Shapes: `standardised` (segments, columns).
     """
     chosen = []
     for capture, rows in capture_rows(table).items():
@@ -166,9 +108,11 @@ def join(captures: Sequence[ShortCapture]) -> JoinedTake:
         parts.append(JoinedPart(at, behind, capture.words, capture.group))
         at = behind
     return JoinedTake(
-        np.concatenate([capture.standardised for capture in captures]), np.concatenate(starts),
-        np.concatenate(ends), tuple(parts),
-    )  # fmt: skip
+        np.concatenate([capture.standardised for capture in captures]),
+        np.concatenate(starts),
+        np.concatenate(ends),
+        tuple(parts),
+    )
 
 
 def join_captures(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[JoinedTake]:

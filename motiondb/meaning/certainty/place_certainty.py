@@ -54,6 +54,7 @@ from functools import cache
 
 import numpy as np
 
+from motiondb.meaning.calibration import Certainty, fit_probability, probability
 from motiondb.meaning.certainty.joined_takes import (
     JoinedTake,
     ShortCapture,
@@ -64,23 +65,20 @@ from motiondb.meaning.certainty.joined_takes import (
     short_captures,
     union_share,
 )
+from motiondb.meaning.evidence import by_question
+from motiondb.meaning.evidence.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
+from motiondb.meaning.maps.place_map import PlaceMap, fit_places
+from motiondb.meaning.maps.score_vectors import interval_vectors
 from motiondb.meaning.places import place_fitting
 from motiondb.meaning.places.place_fitting import Places, Written
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
-from motiondb.meaning.calibration import Certainty, fit_probability, probability
-from motiondb.meaning.evidence import by_question
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
-from motiondb.meaning.maps.score_vectors import interval_vectors
 from motiondb.symbols.hmm_jobs import one_blas_thread
-from motiondb.meaning.maps.place_map import PlaceMap, fit_places
 
-RIGHT = 0.5
-"""Smallest intersection over union of a right interval, as in ``docs/quality.md``."""
+RIGHT = 0.5  # Smallest intersection over union of a right interval, as in ``docs/quality.md``
 DRAWS = 20
 """Number of draws in which every capture may be joined with others: more draws give more
-combinations of actions, not more weight. Chosen by hand; not tuned."""
-SINGLE = 2
-"""Number of the kind of questions about a capture as it is."""
+combinations of actions, not more weight."""
+SINGLE = 2  # Number of the kind of questions about a capture as it is
 LEAST_QUESTIONS = 30
 """Smallest number of questions in joined takes for which a certainty is fitted, as for answers
 (``asked_certainty``)."""
@@ -88,17 +86,10 @@ LEAST_QUESTIONS = 30
 
 @dataclass(frozen=True, eq=False)
 class Elsewhere:
-    """The evidence of places learned without some performers.
+    """The evidence of places learned without some performers."""
 
-    Attributes
-    ----------
-    without : callable
-        Performers -> the map without their captures.
-    listed : dict
-        Performer -> numbers of the words that captions of this performer's captures hold.
-    """
-
-    without: Callable[[frozenset[str]], PlaceMap]
+    without: Callable[[frozenset[str]], PlaceMap]  # Performers -> the map without their captures
+    # Performer -> numbers of the words that captions of this performer's captures hold
     listed: Mapping[str, Collection[int]]
 
     def support(self, words: Sequence[int], performers: Collection[str]) -> int:
@@ -108,37 +99,20 @@ class Elsewhere:
 
 @dataclass(frozen=True, eq=False)
 class IntervalCues:
-    """Cues of the interval reported for an action, as in the module's docstring.
+    """Cues of the interval reported for an action, as in the module's docstring."""
 
-    Attributes
-    ----------
-    several : array (8,)
-        Cues of p_several.
-    single : array (6,)
-        Cues of s.
-    covers : bool
-        Whether the interval covers at least half of the take.
-    """
-
-    several: FloatArray
-    single: FloatArray
-    covers: bool
+    several: FloatArray  # (8,): cues of p_several
+    single: FloatArray  # (6,): cues of s
+    covers: bool  # Whether the interval covers at least half of the take
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceCertainty:
-    """The two regressions.
-
-    Attributes
-    ----------
-    several : Certainty
-        p_several, from :func:`cues_of`.
-    single : Certainty or None
-        s, from :func:`single_cues`; mostly by the length of the take. None in databases of versions
-        in which the first regression covered both cases.
-    """
+    """The two regressions."""
 
     several: Certainty
+    # s, from :func:`single_cues`; mostly by the length of the take. None in databases of versions
+    # in which the first regression covered both cases
     single: Certainty | None
 
     def probability(self, cues: IntervalCues) -> float:
@@ -168,15 +142,6 @@ def count_performers(
 ) -> int:
     """Number of performers whose captions hold a word; of several words, the fewest.
 
-    Parameters
-    ----------
-    listed : dict
-        Performer -> numbers of words.
-    words : sequence of int
-        At least one word.
-    left_out : collection of str
-        Performers that do not count.
-
     >>> count_performers({"ana": {0, 1}, "ben": {0}, "cai": {0, 1}}, [0, 1], ["cai"])
     1
     """
@@ -187,16 +152,7 @@ def count_performers(
 def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> FloatArray:
     """Cues of the interval of segments [first, behind) reported for an action: array (8,).
 
-    Parameters
-    ----------
-    evidence : array (segments,)
-        Evidence for the action at every segment of the take.
-    first : int
-        First segment of the interval.
-    behind : int
-        Last segment + 1.
-    support : int
-        Number of other performers whose captions hold the words.
+    Shapes: `evidence` (segments,).
     """
     inside = evidence[first:behind]
     outside = np.concatenate([evidence[:first], evidence[behind:]])
@@ -212,12 +168,7 @@ def single_cues(evidence: FloatArray, seconds: float) -> FloatArray:
 
     The length of the take decides mostly, see the docstring of the module.
 
-    Parameters
-    ----------
-    evidence : array (segments,)
-        Evidence for the action at every segment of the take.
-    seconds : float
-        Duration of the take.
+    Shapes: `evidence` (segments,).
     """
     contrast = float(evidence.max()) - lower_quartile(evidence)
     signed = np.array([np.log(len(evidence)), np.log(seconds), contrast])
@@ -229,18 +180,7 @@ def interval_cues(
 ) -> IntervalCues:
     """Cues of the interval of segments [first, behind) reported for an action.
 
-    Parameters
-    ----------
-    evidence : array (segments,)
-        Evidence for the action at every segment of the take.
-    ends : array (segments,)
-        Last frame + 1 of every segment; the first one starts at frame 0.
-    first : int
-        First segment of the interval.
-    behind : int
-        Last segment + 1.
-    support : int
-        Number of other performers whose captions hold the words.
+    Shapes: `evidence`, `ends` (segments,).
     """
     start = int(ends[first - 1]) if first else 0
     return IntervalCues(
@@ -260,20 +200,7 @@ def learn_certainty(
 ) -> PlaceCertainty | None:
     """Certainty of the place of an action; None if there are too few short captures.
 
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    written : Written
-        Captions and the vocabulary.
-    places : Places
-        Where the actions of captions happen.
-    performers : dict
-        Capture number -> performer.
-    rng : numpy.random.Generator
-        Draws the captures that are joined.
+    Shapes: `standardised` (segments, columns).
     """
     short = short_captures(table, standardised, written, performers)
     with one_blas_thread():  # many small systems
@@ -290,18 +217,7 @@ def known_elsewhere(
 ) -> Elsewhere:
     """Maps without some performers, and which words the captions of each performer hold.
 
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    places : Places
-        Where the actions of captions happen.
-    performers : dict
-        Capture number -> performer.
-    n_words : int
-        Size of the vocabulary.
+    Shapes: `standardised` (segments, columns).
     """
     captures, takes, shown = place_fitting.placed_takes(places, table, standardised, n_words)
     owners = np.array([performers[c] for c in captures])[takes.owners]
@@ -317,17 +233,7 @@ def known_elsewhere(
 def fit_certainty(
     captures: Sequence[ShortCapture], known: Elsewhere, rng: np.random.Generator
 ) -> PlaceCertainty | None:
-    """Certainty of the place of an action; None if there are too few questions.
-
-    Parameters
-    ----------
-    captures : sequence of ShortCapture
-        Captures of one action.
-    known : Elsewhere
-        The evidence of places without the performers of a question.
-    rng : numpy.random.Generator
-        Draws the captures that are joined.
-    """
+    """Certainty of the place of an action; None if there are too few questions."""
     judged = [one for each in captures for one in judge(join([each]), known)]
     for _ in range(DRAWS):
         for take in (*join_captures(captures, rng), *join_pairs(captures, rng)):
@@ -372,9 +278,12 @@ def tell_place(
 ) -> tuple[tuple[int, int], IntervalCues]:
     """The interval (frames) reported for an action, and its cues."""
     vectors = interval_vectors(
-        take.standardised, take.starts, take.ends, take.starts - WINDOW_MARGIN,
+        take.standardised,
+        take.starts,
+        take.ends,
+        take.starts - WINDOW_MARGIN,
         take.ends + WINDOW_MARGIN,
-    )  # fmt: skip
+    )
     evidence = fitted.evidence(vectors)
     hit = by_question.search_order(
         TakeScores(take.starts, take.ends, evidence, evidence.max(axis=0)), [list(words)]

@@ -27,6 +27,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.language.question.readings import Exclusion, Part, Reading
+from motiondb.meaning.calibration import Certainty, fit_probability
 from motiondb.meaning.certainty.asked_certainty import (
     LEAST_ANSWERS,
     LEAST_SAID,
@@ -35,55 +37,33 @@ from motiondb.meaning.certainty.asked_certainty import (
     Written,
     performer_folds,
 )
-from motiondb.records import FloatArray, IntArray
-from motiondb.meaning.calibration import Certainty, fit_probability
 from motiondb.meaning.evidence import by_question, by_words
 from motiondb.meaning.evidence.by_words import TakeScores
 from motiondb.meaning.maps.word_map import WordMap
-from motiondb.language.question.readings import Exclusion, Part, Reading
+from motiondb.records import FloatArray, IntArray
 
-LEAST_EACH = 2
-"""Smallest number of captures on each side of the distinction of a question. Chosen by hand; not
-tuned."""
-FIRST = 5
-"""Answers of a question that are used: those that a user reads first. Chosen by hand; not tuned."""
+LEAST_EACH = 2  # Smallest number of captures on each side of the distinction of a question
+FIRST = 5  # Answers of a question that are used: those that a user reads first
 MOST_QUESTIONS = 100
-"""Largest number of questions of a kind and a fold, a bound on the duration of learning. Chosen
-by hand."""
+"""Largest number of questions of a kind and a fold, a bound on the duration of learning."""
 
 
 @dataclass(frozen=True)
 class KindCertainty:
-    """Certainty of answers to one kind of question.
+    """Certainty of answers to one kind of question."""
 
-    Attributes
-    ----------
-    whole : Certainty or None
-        Certainty that all of the question holds.
-    part : Certainty or None
-        Certainty that the capture shows the action that the answer shows.
-    """
-
-    whole: Certainty | None = None
+    whole: Certainty | None = None  # Certainty that all of the question holds
+    # Certainty that the capture shows the action that the answer shows
     part: Certainty | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class MadeQuestion:
-    """A question made from captions.
-
-    Attributes
-    ----------
-    readings : tuple of Reading
-        Its readings.
-    right : array (captures,)
-        Which captures show all of it.
-    shown : array (readings, captures)
-        Which captures show the action that each reading asks for.
-    """
+    """A question made from captions."""
 
     readings: tuple[Reading, ...]
-    right: NDArray[np.bool_]
+    right: NDArray[np.bool_]  # (captures,): which captures show all of it
+    # (readings, captures): which captures show the action that each reading asks for
     shown: NDArray[np.bool_]
 
 
@@ -125,15 +105,7 @@ def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
 
 
 def cues_of(asked: float, excluded: float | None) -> FloatArray:
-    """Cues of an answer: array (1,) or, where something is excluded, array (2,).
-
-    Parameters
-    ----------
-    asked : float
-        Log-odds of the requested action.
-    excluded : float or None
-        Log-odds of the excluded action; None if nothing is.
-    """
+    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
     return np.array([asked] if excluded is None else [asked, -excluded])
 
 
@@ -142,14 +114,7 @@ def without_questions(
 ) -> Iterator[MadeQuestion]:
     """Questions "a but not b" that some captures distinguish.
 
-    Parameters
-    ----------
-    shown : array (captures, words)
-        The words of the captions of each capture.
-    verbs : array (verbs,)
-        Numbers of the words from which questions are made.
-    names : sequence of str
-        The words.
+    Shapes: `shown` (captures, words); `verbs` (verbs,).
     """
     for a in verbs:
         for b in verbs:

@@ -14,17 +14,13 @@ from numba import njit
 
 from motiondb.records import FloatArray, IntArray
 
-GAP = 0.5
-"""Cost of a gap, where a match scores 1. Chosen by hand; not tuned."""
+GAP = 0.5  # Cost of a gap, where a match scores 1
 
 
 def distance_scale(distances: FloatArray) -> float:
     """Distance above which two symbols count as unrelated: the median over pairs.
 
-    Parameters
-    ----------
-    distances : array (symbols, symbols)
-        Distances of the symbols, nats per frame.
+    Shapes: `distances` (symbols, symbols).
     """
     pairs = distances[np.triu_indices(len(distances), 1)]
     return max(float(np.median(pairs)), 1e-9) if len(pairs) else 1.0
@@ -35,27 +31,7 @@ def align(
 ) -> tuple[float, int, int]:
     """Best local alignment of a query with one capture.
 
-    Parameters
-    ----------
-    query : array (l,)
-        Symbols of the query.
-    symbols : array (n,)
-        Symbols of the capture.
-    weights : array (l,)
-        Share of each query segment in the query's duration; the sum is 1.
-    distances : array (symbols, symbols)
-        Distances of the symbols, nats per frame.
-    scale : float
-        Distance above which two symbols count as unrelated.
-
-    Returns
-    -------
-    score : float
-        1 for a perfect match.
-    first : int
-        First aligned position of ``symbols``.
-    last : int
-        One past the last aligned position.
+    Shapes: `query`, `weights` (l,); `symbols` (n,); `distances` (symbols, symbols).
     """
     similarity = 1.0 - distances[np.ix_(query, symbols)] / scale
     return _smith_waterman(similarity * weights[:, None], weights * GAP)

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray, IntArray
-from motiondb.meaning.evidence.by_words import TakeScores, all_hold
 from motiondb.language.question.readings import Reading
+from motiondb.meaning.evidence.by_words import TakeScores, all_hold
+from motiondb.records import FloatArray, IntArray
 
 AT_ONCE = 4096
 """Captures whose log-odds are joined into one array at a time. Chosen by hand: some 10 MB."""
@@ -30,34 +30,16 @@ and far below what separates answers."""
 
 @dataclass(frozen=True, eq=False)
 class TakeExtremes:
-    """The largest and smallest log-odds of every word in every capture.
+    """The largest and smallest log-odds of every word in every capture."""
 
-    Attributes
-    ----------
-    captures : array (captures,)
-        Numbers of the captures.
-    highest : array (captures, words)
-        Largest log-odds over the segments of the capture.
-    lowest : array (captures, words)
-        Smallest log-odds over its segments.
-    whole : array (captures, words)
-        Log-odds of the whole capture.
-    """
-
-    captures: IntArray
-    highest: FloatArray
-    lowest: FloatArray
-    whole: FloatArray
+    captures: IntArray  # (captures,): numbers of the captures
+    highest: FloatArray  # (captures, words): largest log-odds over the segments of the capture
+    lowest: FloatArray  # (captures, words): smallest log-odds over its segments
+    whole: FloatArray  # (captures, words): log-odds of the whole capture
 
 
 def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:
-    """Return the extremes of captures, each of which has at least one segment.
-
-    Parameters
-    ----------
-    takes : mapping of int to TakeScores
-        Log-odds of the words, by number of the capture.
-    """
+    """Return the extremes of captures, each of which has at least one segment."""
     highest, lowest, each = [], [], list(takes.values())
     for first in range(0, len(each), AT_ONCE):
         some = each[first : first + AT_ONCE]
@@ -79,17 +61,7 @@ def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:
 def upper_bounds(
     extremes: TakeExtremes, readings: Sequence[Reading], number: Mapping[str, int]
 ) -> FloatArray:
-    """Return what the log-odds of a question are at most in each capture: array (captures,).
-
-    Parameters
-    ----------
-    extremes : TakeExtremes
-        Of the captures.
-    readings : sequence of Reading
-        Readings of the question; the likeliest one counts.
-    number : mapping of str to int
-        Column of every word.
-    """
+    """Return what the log-odds of a question are at most in each capture: array (captures,)."""
     bounds = np.full(len(extremes.captures), -np.inf)
     for reading in readings:
         np.maximum(bounds, _of_reading(extremes, reading, number), out=bounds)
@@ -107,21 +79,27 @@ def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, i
         -all_hold(
             [
                 _of_action(
-                    extremes.lowest, extremes.whole, action, number,
+                    extremes.lowest,
+                    extremes.whole,
+                    action,
+                    number,
                     1.0 if elsewhere.issuperset(action) else 0.5,
                 )
                 for action in exclusion.actions
             ]
         )
         for exclusion in reading.exclusions
-    ]  # fmt: skip
+    ]
     return all_hold([*asked, *excluded])
 
 
 def _of_action(
-    near: FloatArray, whole: FloatArray, action: Sequence[str], number: Mapping[str, int],
+    near: FloatArray,
+    whole: FloatArray,
+    action: Sequence[str],
+    number: Mapping[str, int],
     share: float,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     columns = [number[word] for word in action]
     inside, outside = near[:, columns].mean(axis=1), whole[:, columns].mean(axis=1)
     bound: FloatArray = share * inside + (1.0 - share) * outside

@@ -30,97 +30,53 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.meaning.evidence import alignment, extents, warping
 from motiondb.meaning.evidence.resemblance import MeaningSpace, resemblance, with_feedback
-from motiondb.meaning.maps.score_vectors import interval_vectors
 from motiondb.meaning.maps.pooled_map import statistics_of_intervals
+from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.records import Float32Array, FloatArray, IntArray
 
-WARP_WEIGHT = 0.5
-"""Weight of the warping distance. Chosen by hand; not tuned."""
+WARP_WEIGHT = 0.5  # Weight of the warping distance
 MOST_CELLS = 50_000_000
 """Largest number of pairs of frames in the third comparison, over all candidates: bounds time."""
 FramesOf = Callable[[int, int, int], Float32Array]
 """Whitened features (frames, D) of a capture from one frame to another: capture, first, end."""
-NEAR = 0.2
-"""Whitened feature distance below which two intervals count as equal up to noise. Chosen by
-hand."""
+NEAR = 0.2  # Whitened feature distance below which two intervals count as equal up to noise
 
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """An example.
+    """An example."""
 
-    Attributes
-    ----------
-    features : array (frames, D)
-        Whitened features, 15 a second.
-    symbols : array (l,)
-        Symbols of its segments.
-    weights : array (l,)
-        Share of each segment in the duration; the sum is 1.
-    vector : array (columns,)
-        Its vector, of length 1.
-    meaning : MeaningSpace, optional
-        What the words of the vectors and of the frames are compared by. None: words are not used in
-        the comparison.
-    """
-
-    features: Float32Array
-    symbols: IntArray
-    weights: FloatArray
-    vector: FloatArray
+    features: Float32Array  # (frames, D): whitened features, 15 a second
+    symbols: IntArray  # (l,): symbols of its segments
+    weights: FloatArray  # (l,): share of each segment in the duration; the sum is 1
+    vector: FloatArray  # (columns,): its vector, of length 1
+    # What the words of the vectors and of the frames are compared by. None: words are not used in
+    # the comparison
     meaning: MeaningSpace | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """A stored capture.
+    """A stored capture."""
 
-    Attributes
-    ----------
-    starts : array (segments,)
-        First feature frame of each segment.
-    ends : array (segments,)
-        One past the last feature frame of each segment.
-    symbols : array (segments,)
-        Symbols of the segments.
-    standardised : array (segments, columns)
-        Standardised scores and movement.
-    """
-
-    starts: IntArray
-    ends: IntArray
-    symbols: IntArray
-    standardised: FloatArray
+    starts: IntArray  # (segments,): first feature frame of each segment
+    ends: IntArray  # (segments,): one past the last feature frame of each segment
+    symbols: IntArray  # (segments,): symbols of the segments
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An interval of a capture, before or after time warping.
+    """An interval of a capture, before or after time warping."""
 
-    Attributes
-    ----------
-    capture : int
-        Number of the capture.
-    start : int
-        First feature frame.
-    end : int
-        One past the last feature frame.
-    rough : float
-        Score of symbols and vectors.
-    score : float
-        Final score; 0 before warping.
-    warp : float
-        Warping distance; infinite before warping.
-    """
-
-    capture: int
+    capture: int  # Number of the capture
     start: int
-    end: int
-    rough: float
-    score: float = 0.0
-    warp: float = float("inf")
+    end: int  # One past the last feature frame
+    rough: float  # Score of symbols and vectors
+    score: float = 0.0  # Final score; 0 before warping
+    warp: float = float("inf")  # Warping distance; infinite before warping
 
 
 def find_candidates(
@@ -133,21 +89,10 @@ def find_candidates(
 ) -> list[Candidate]:
     """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
 
-    Parameters
-    ----------
-    query : Query
-        The example.
-    takes : mapping of int to Take
-        The captures to search.
-    distances : array (symbols, symbols)
-        Distances of the symbols, nats per frame.
-    n_candidates : int, optional
-        Largest number of intervals. Chosen by hand: it bounds the time of warping.
-    per_capture : int, optional
-        Largest number of intervals of one capture. Chosen by hand.
-    frames_of : callable, optional
-        Whitened features of the captures. Without them, the second opinion on the words of the
-        query is not used.
+    Shapes: `distances` (symbols, symbols).
+
+    `frames_of`: Whitened features of the captures. Without them, the second opinion on the words of
+    the query is not used.
     """
     scale = alignment.distance_scale(distances)
     scored = {c: _score_windows(query, take, distances, scale) for c, take in takes.items()}
@@ -220,15 +165,10 @@ def refine(
 ) -> list[Candidate]:
     """Exact intervals and scores by subsequence time warping, best first.
 
-    Parameters
-    ----------
-    query : Query
-        The example.
-    candidates : sequence of Candidate
-        Intervals, best first. For a very long query only the first ones are compared, so that the
-        time is bounded (``MOST_CELLS``).
-    features : mapping of int to array (frames, D)
-        Whitened features of the captures.
+    Shapes: `features` (frames, D).
+
+    `candidates`: Intervals, best first. For a very long query only the first ones are compared, so
+    that the time is bounded (``MOST_CELLS``).
     """
     candidates = candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
     refined: list[Candidate] = []
@@ -274,15 +214,10 @@ def to_activities(
 ) -> list[Candidate]:
     """Extend answers to the interval in which the activity of the example lasts.
 
-    Parameters
-    ----------
-    example : array (frames, axes)
-        Contexts of the query, see :mod:`motiondb.meaning.evidence.extents`.
-    answers : sequence of Candidate
-        Answers, best first. The order is kept, and so is the interval of an answer that nearly
-        agrees with the query frame by frame.
-    takes : mapping of int to array (frames, axes)
-        Contexts of the captures that are long enough to hold more than the answer.
+    Shapes: `example`, `takes` (frames, axes).
+
+    `answers`: Answers, best first. The order is kept, and so is the interval of an answer that
+    nearly agrees with the query frame by frame.
     """
     wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
     placed = []
@@ -299,14 +234,7 @@ def to_activities(
 def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
     """First frame, and one past the last, of windows that begin or end with segments.
 
-    Parameters
-    ----------
-    starts : array (segments,)
-        First frame of each segment; the segments tile one capture.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    length : int
-        Length of the windows, frames.
+    Shapes: `starts`, `ends` (segments,).
 
     >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
     [[0, 10, 18], [12, 22, 30]]
@@ -319,13 +247,6 @@ def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArr
 
 def same_motion(chance: float, warp: float) -> float:
     """Raise a probability where frames nearly agree, since equal motions show the same action.
-
-    Parameters
-    ----------
-    chance : float
-        The probability without regard to the frames.
-    warp : float
-        Warping distance of the interval.
 
     >>> same_motion(0.5, 0.0), same_motion(0.5, 0.1), same_motion(0.5, 0.8)
     (1.0, 0.75, 0.5)

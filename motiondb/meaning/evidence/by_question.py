@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.records import FloatArray, IntArray
+from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.meaning.evidence.by_words import (
     TakeScores,
     all_hold,
@@ -39,85 +39,38 @@ from motiondb.meaning.evidence.by_words import (
     split_segments,
 )
 from motiondb.meaning.evidence.runs import ordered_runs
-from motiondb.language.question.readings import Exclusion, Part, Reading
+from motiondb.records import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
 class Statement:
-    """One requested or excluded action, and the segments of a capture at which it is evaluated.
+    """One requested or excluded action, and the segments of a capture at which it is evaluated."""
 
-    Attributes
-    ----------
-    words : tuple of int
-        Numbers of its words.
-    part : int
-        Number of the part that requests it; of the first one for an exclusion.
-    exclusion : int
-        Number of the exclusion that it belongs to, -1 if it is requested.
-    places : tuple of (int, float)
-        First frames of the segments at which it is evaluated, and their weights, which sum to 1.
-    near : float
-        Share of these segments in its log-odds; the rest is of the whole capture.
-    log_odds : float
-        Log-odds that the capture shows the action there.
-    """
-
-    words: tuple[int, ...]
-    part: int
-    exclusion: int
+    words: tuple[int, ...]  # Numbers of its words
+    part: int  # Number of the part that requests it; of the first one for an exclusion
+    exclusion: int  # Number of the exclusion that it belongs to, -1 if it is requested
+    # First frames of the segments at which it is evaluated, and their weights, which sum to 1
     places: tuple[tuple[int, float], ...]
-    near: float
-    log_odds: float
+    near: float  # Share of these segments in its log-odds; the rest is of the whole capture
+    log_odds: float  # Log-odds that the capture shows the action there
 
 
 @dataclass(frozen=True)
 class QuestionHit:
-    """The best interval of one capture for one reading of a question.
-
-    Attributes
-    ----------
-    start : int
-        First frame.
-    end : int
-        Last frame + 1.
-    log_odds : float
-        Log-odds of the answer, by which answers are ranked.
-    parts : tuple of (int, int)
-        Frames of every part, in order; they do not overlap.
-    statements : tuple of Statement
-        Requested and excluded actions.
-    reading : int
-        Number of the reading.
-    """
+    """The best interval of one capture for one reading of a question."""
 
     start: int
-    end: int
-    log_odds: float
-    parts: tuple[tuple[int, int], ...]
-    statements: tuple[Statement, ...]
-    reading: int = 0
+    end: int  # Last frame + 1
+    log_odds: float  # Log-odds of the answer, by which answers are ranked
+    parts: tuple[tuple[int, int], ...]  # Frames of every part, in order; they do not overlap
+    statements: tuple[Statement, ...]  # Requested and excluded actions
+    reading: int = 0  # Number of the reading
 
 
 def search_take(
     take: TakeScores, readings: Sequence[Reading], number: Mapping[str, int]
 ) -> QuestionHit | None:
-    """The best interval of a capture over all readings of a question.
-
-    Parameters
-    ----------
-    take : TakeScores
-        Log-odds of the words in the capture.
-    readings : sequence of Reading
-        The reading with the largest log-odds is used; of equal ones, the first.
-    number : mapping of str to int
-        Column of every word.
-
-    Returns
-    -------
-    hit : QuestionHit or None
-        None if the capture is too short: fewer frames than parts, fewer segments than
-        repeats, or shorter than a part must last.
-    """
+    """The best interval of a capture over all readings of a question."""
     seen: dict[int, _Seen] = {}
     hits = [_search_reading(seen, take, reading, number) for reading in readings]
     hits = [None if hit is None else replace(hit, reading=n) for n, hit in enumerate(hits)]
@@ -127,18 +80,6 @@ def search_take(
 
 def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> QuestionHit | None:
     """The best interval of a capture for actions in order.
-
-    Parameters
-    ----------
-    take : TakeScores
-        Log-odds of the words in the capture.
-    actions : sequence of sequence of int
-        Columns of the words of each action; an empty action means any motion.
-
-    Returns
-    -------
-    hit : QuestionHit or None
-        None if the capture has fewer frames than there are actions.
 
     >>> take = TakeScores(np.array([0, 10]), np.array([10, 20]), np.diag([4.0, 2.0]), np.ones(2))
     >>> search_order(take, [[0], [1]]).parts
@@ -154,45 +95,22 @@ def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> Question
 
 @dataclass(frozen=True, eq=False)
 class PlacedReading:
-    """Where a capture shows the parts of one reading.
+    """Where a capture shows the parts of one reading."""
 
-    Attributes
-    ----------
-    starts : array (segments,)
-        First frames of the segments; divided if the capture has fewer than there are parts.
-    ends : array (segments,)
-        Last frames + 1.
-    values : array (parts, segments)
-        Mean value of the actions of every part; 0 for a part without any.
-    spans : tuple of (int, int)
-        Segments [a, b) of every part, in order; they do not overlap.
-    """
-
+    # (segments,): first frames of the segments; divided if the capture has fewer than there are
+    # parts
     starts: IntArray
-    ends: IntArray
+    ends: IntArray  # (segments,): last frames + 1
+    # (parts, segments): mean value of the actions of every part; 0 for a part without any
     values: FloatArray
+    # Segments [a, b) of every part, in order; they do not overlap
     spans: tuple[tuple[int, int], ...]
 
 
 def place_reading(
     take: TakeScores, reading: Reading, number: Mapping[str, int]
 ) -> PlacedReading | None:
-    """Where a capture shows the parts of a reading, as :func:`search_take` places them.
-
-    Parameters
-    ----------
-    take : TakeScores
-        Log-odds, or other evidence, for the words in the capture.
-    reading : Reading
-        One reading of a question.
-    number : mapping of str to int
-        Column of every word.
-
-    Returns
-    -------
-    placed : PlacedReading or None
-        None if the capture is too short, as in :func:`search_take`.
-    """
+    """Where a capture shows the parts of a reading, as :func:`search_take` places them."""
     seen = _Seen(split_segments(take, len(reading.parts)), number)
     laid = None if _is_too_short(take, reading) else _lay(seen, reading)
     if laid is None:
@@ -231,8 +149,7 @@ def _search_reading(
         return None
     values, runs, parts = laid
     take = seen.take
-    statements = [*seen.asked(reading.parts, values, runs, parts),
-                  *seen.excluded(reading, parts)]  # fmt: skip
+    statements = [*seen.asked(reading.parts, values, runs, parts), *seen.excluded(reading, parts)]
     frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
     log_odds = joint_statements(*split_statements(statements))
     return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
@@ -251,16 +168,19 @@ def _lay(
     take = seen.take
     values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
     least = np.array([part.seconds for part in reading.parts])
-    apart = [k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
-             for k, part in enumerate(reading.parts)]  # fmt: skip
+    apart = [
+        k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
+        for k, part in enumerate(reading.parts)
+    ]
     runs = ordered_runs(values, take.starts, take.ends, least, apart)
     if runs is None:
         return None
     worded = [
-        bool(part.actions) or part.seconds > 0.0 or any(e.first <= k < e.last
-                                                        for e in reading.exclusions)
+        bool(part.actions)
+        or part.seconds > 0.0
+        or any(e.first <= k < e.last for e in reading.exclusions)
         for k, part in enumerate(reading.parts)
-    ]  # fmt: skip
+    ]
     return values, runs, place_parts(values, runs, worded)
 
 
@@ -315,14 +235,16 @@ class _Seen:
     ) -> list[Statement]:
         """Requested actions; repeats are evaluated at the weakest repeat."""
         looks = [self._look(values[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
-        strength = [sum(weight * values[k][i] for i, weight in look)
-                    for k, look in enumerate(looks)]  # fmt: skip
+        strength = [
+            sum(weight * values[k][i] for i, weight in look) for k, look in enumerate(looks)
+        ]
         statements = []
         for first in sorted({part.repeat_of for part in parts}):
             same = [k for k, part in enumerate(parts) if part.repeat_of == first]
             k = min(same, key=lambda k: strength[k])
-            statements += [self._statement(action, k, -1, looks[k], 0.5)
-                           for action in parts[k].actions]  # fmt: skip
+            statements += [
+                self._statement(action, k, -1, looks[k], 0.5) for action in parts[k].actions
+            ]
         return statements
 
     def excluded(self, reading: Reading, spans: Sequence[tuple[int, int]]) -> list[Statement]:

@@ -21,39 +21,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps.score_vectors import interval_vectors
 from motiondb.meaning.maps.word_map import WordMap
+from motiondb.records import FloatArray, IntArray
 
-WRITTEN = 4.0
-"""Log-odds added by a word written about the interval: captions are rarely wrong. Chosen by
-hand."""
-UNWRITTEN = -1.0
-"""Log-odds added by a word missing from a caption: captions are rarely complete. Chosen by hand."""
-WINDOW_MARGIN = 22
-"""Frames (0.75 s) by which a window extends beyond its segment on both sides. Chosen by hand."""
+WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
+UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
+WINDOW_MARGIN = 22  # Frames (0.75 s) by which a window extends beyond its segment on both sides
 
 
 @dataclass(frozen=True, eq=False)
 class TakeScores:
-    """Log-odds of the vocabulary in one capture.
+    """Log-odds of the vocabulary in one capture."""
 
-    Attributes
-    ----------
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    windows : array (segments, words)
-        log-odds in the window around each segment.
-    whole : array (words,)
-        log-odds of the whole capture.
-    """
-
-    starts: IntArray
-    ends: IntArray
-    windows: FloatArray
-    whole: FloatArray
+    starts: IntArray  # (segments,): first frame of each segment
+    ends: IntArray  # (segments,): one past the last frame of each segment
+    windows: FloatArray  # (segments, words): log-odds in the window around each segment
+    whole: FloatArray  # (words,): log-odds of the whole capture
 
 
 def motion_log_odds(
@@ -63,18 +47,7 @@ def motion_log_odds(
 
     The last row is that of the whole capture.
 
-    Parameters
-    ----------
-    fit : WordMap
-        The word map.
-    standardised : array (segments, columns)
-        Standardised scores and movement of the capture.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    margin : int
-        Frames by which the window of a segment extends beyond it.
+    Shapes: `standardised` (segments, columns); `starts`, `ends` (segments,).
     """
     low = np.concatenate([starts - margin, [0]])
     high = np.concatenate([ends + margin, ends[-1:]])
@@ -90,18 +63,7 @@ def written_evidence(
 ) -> FloatArray:
     """Log-odds added by captions: array (segments, words).
 
-    Parameters
-    ----------
-    n_segments : int
-        Number of segments of the capture.
-    spans : sequence of (int, int, array (words,))
-        First frame, one past the last frame, and words (0 or 1) of every described interval.
-    starts : array (segments,)
-        First frame of each segment.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    n_words : int
-        Number of words of the vocabulary.
+    Shapes: `spans` each (words,); `starts`, `ends` (segments,).
     """
     evidence = np.zeros((n_segments, n_words))
     if not spans:
@@ -120,10 +82,8 @@ def written_evidence(
 def all_hold(log_odds: Sequence[FloatArray]) -> FloatArray:
     """Log-odds that independent statements all hold, element by element.
 
-    Parameters
-    ----------
-    log_odds : sequence of arrays
-        Log-odds of each statement, of one shape; at least one. A single one is returned as it is.
+    `log_odds`: Log-odds of each statement, of one shape; at least one. A single one is returned as
+    it is.
     """
     if len(log_odds) == 1:
         return log_odds[0]
@@ -135,11 +95,6 @@ def all_hold(log_odds: Sequence[FloatArray]) -> FloatArray:
 
 def joint_log_odds(log_odds: Sequence[float]) -> float:
     """Log-odds that several independent statements all hold.
-
-    Parameters
-    ----------
-    log_odds : sequence of float
-        Log-odds of each statement.
 
     >>> joint_log_odds([0.25])
     0.25
@@ -156,13 +111,6 @@ def split_segments(take: TakeScores, n_least: int) -> TakeScores:
     """Divide segments so that there are at least ``n_least``, or as many as there are frames.
 
     Segments are divided into equal parts with the same log-odds.
-
-    Parameters
-    ----------
-    take : TakeScores
-        Log-odds of the words in one capture.
-    n_least : int
-        Least number of segments.
     """
     n_parts = -(-n_least // max(len(take.starts), 1))
     if n_parts < 2:
@@ -177,15 +125,7 @@ def split_segments(take: TakeScores, n_least: int) -> TakeScores:
 def ordered_peaks(values: FloatArray) -> list[int] | None:
     """One segment for each action, each after the one before, of largest total value.
 
-    Parameters
-    ----------
-    values : array (actions, segments)
-        Value of every action in every segment.
-
-    Returns
-    -------
-    list of int or None
-        Segment of each action; None if there are fewer segments than actions.
+    Shapes: `values` (actions, segments).
 
     >>> ordered_peaks(np.array([[0., 5, 1], [9, 1, 2]]))
     [1, 2]
@@ -214,16 +154,7 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
     Height is measured from the capture's lower quartile. If the peak is less than one nat above it,
     the values are nearly constant, and the interval is [low, high).
 
-    Parameters
-    ----------
-    values : array (segments,)
-        Value of an action in every segment.
-    peak : int
-        Segment of the peak.
-    low : int
-        First segment allowed.
-    high : int
-        One past the last segment allowed.
+    Shapes: `values` (segments,).
     """
     floor = lower_quartile(values)
     if values[peak] - floor < 1.0:
@@ -240,10 +171,7 @@ def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
 def lower_quartile(values: FloatArray) -> float:
     """Lower quartile as ``np.quantile`` computes it, faster for short arrays.
 
-    Parameters
-    ----------
-    values : array (n,)
-        At least one value.
+    Shapes: `values` (n,).
 
     >>> lower_quartile(np.array([4.0, 1, 3, 2]))
     1.75
@@ -260,14 +188,9 @@ def place_parts(
 ) -> list[tuple[int, int]]:
     """Segments [a, b) of every part: those with words grow, empty ones fill the gaps.
 
-    Parameters
-    ----------
-    values : array (parts, segments)
-        Values of the parts.
-    runs : sequence of (int, int)
-        Segments [a, b) that every part covers at least, each behind the one before.
-    worded : sequence of bool
-        Whether a part asks for something; at least one does.
+    Shapes: `values` (parts, segments).
+
+    `runs`: Segments [a, b) that every part covers at least, each behind the one before.
     """
     n_actions, n_segments = values.shape
     parts = [(0, 0)] * n_actions

@@ -27,45 +27,26 @@ import numpy as np
 from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols.segmentation import context
 
-WINDOW = 39
-"""Feature frames (2.6 s) of a context."""
-SPREAD_WEIGHT = 1.5
-"""Weight of the standard deviations relative to the means. Chosen by hand."""
-N_AXES = 24
-"""Principal axes that are kept. Chosen by hand."""
-THINNED = 5
-"""Every fifth frame is used to compute the axes, since neighbours hardly differ."""
-SHARE = 0.35
-"""Place of the threshold between ``near`` and the median of d."""
-NEAREST = 5
-"""Number of nearest contexts of the example. Chosen by hand."""
-SHORTEST = 22
-"""Least length of an activity, feature frames (1.5 s). Chosen by hand."""
-NEAR_FRAMES = 30
-"""Feature frames (2 s) over which ``near`` is averaged. Chosen by hand."""
-LEAST_EXAMPLE = 30
-"""Least length of an example with contexts of its own, feature frames (2 s). Chosen by hand."""
+WINDOW = 39  # Feature frames (2.6 s) of a context
+SPREAD_WEIGHT = 1.5  # Weight of the standard deviations relative to the means
+N_AXES = 24  # Principal axes that are kept
+THINNED = 5  # Every fifth frame is used to compute the axes, since neighbours hardly differ
+SHARE = 0.35  # Place of the threshold between ``near`` and the median of d
+NEAREST = 5  # Number of nearest contexts of the example
+SHORTEST = 22  # Least length of an activity, feature frames (1.5 s)
+NEAR_FRAMES = 30  # Feature frames (2 s) over which ``near`` is averaged
+LEAST_EXAMPLE = 30  # Least length of an example with contexts of its own, feature frames (2 s)
 LONG = 1.5
-"""Least length of a take that is searched for whole activities, relative to that of the example.
-Chosen by hand."""
+"""Least length of a take that is searched for whole activities, relative to that of the example."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContextSpace:
-    """A whitening projection of contexts.
+    """A whitening projection of contexts."""
 
-    Attributes
-    ----------
-    features : array (n,)
-        Mean of the features.
-    mean : array (2 n,)
-        Mean of their contexts.
-    projection : array (2 n, axes)
-        Principal axes as columns, each divided by the standard deviation along it.
-    """
-
-    features: FloatArray
-    mean: FloatArray
+    features: FloatArray  # (n,): mean of the features
+    mean: FloatArray  # (2 n,): mean of their contexts
+    # (2 n, axes): principal axes as columns, each divided by the standard deviation along it
     projection: FloatArray
 
     def view(self, features: FloatArray | Float32Array) -> FloatArray:
@@ -74,13 +55,7 @@ class ContextSpace:
 
 
 def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextSpace:
-    """Whitened principal axes of the contexts of all captures.
-
-    Parameters
-    ----------
-    captures : sequence of array (frames, n)
-        Recognition features of each capture, 15 a second.
-    """
+    """Whitened principal axes of the contexts of all captures; `captures` each (frames, n)."""
     total = sum(len(c) for c in captures)
     centre = sum(c.sum(axis=0, dtype=np.float64) for c in captures) / max(total, 1)
     rows = np.concatenate([_contexts(c - centre)[::THINNED] for c in captures])
@@ -94,21 +69,7 @@ def fit_context_space(captures: Sequence[FloatArray | Float32Array]) -> ContextS
 def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
     """Interval of a take in which the activity of an example lasts.
 
-    Parameters
-    ----------
-    example : array (frames, axes)
-        Contexts of the example, from :meth:`ContextSpace.view`.
-    take : array (frames, axes)
-        Contexts of the take.
-
-    Returns
-    -------
-    distance : float
-        Mean distance to the example inside the interval.
-    start : int
-        First frame.
-    end : int
-        One past the last frame. A take shorter than an activity is returned whole.
+    Shapes: `example`, `take` (frames, axes).
     """
     margin = min(WINDOW // 4, (len(example) - 1) // 2)
     inner = example[margin : len(example) - margin]
@@ -123,12 +84,7 @@ def extent(example: FloatArray, take: FloatArray) -> tuple[float, int, int]:
 def longest_gain(gains: FloatArray, shortest: int) -> tuple[int, int]:
     """Interval of largest sum among those of at least ``shortest`` frames (ties: the first).
 
-    Parameters
-    ----------
-    gains : array (frames,)
-        Gain of each frame.
-    shortest : int
-        Least length.
+    Shapes: `gains` (frames,).
 
     >>> longest_gain(np.array([-1.0, 2.0, -0.5, 2.0, -3.0, 3.0]), 2)
     (1, 4)

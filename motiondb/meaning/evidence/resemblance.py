@@ -1,8 +1,8 @@
 """Resemblance of intervals: similarity of their motion, and of the words it suggests.
 
 Notation: v the vector of an interval (:mod:`motiondb.meaning.maps.score_vectors`), e(v) the
-evidence for every word by the word map (:mod:`motiondb.meaning.maps.word_map`), v' the vector without
-posture and travel. The resemblance of two intervals is
+evidence for every word by the word map (:mod:`motiondb.meaning.maps.word_map`), v' the vector
+without posture and travel. The resemblance of two intervals is
 
     MEANING_SHARE cos(e(v), e(w)) + (1 - MEANING_SHARE) cos(v', w')
 
@@ -34,11 +34,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import DTypeLike
 
-from motiondb.records import Float32Array, FloatArray
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning.maps.pooled_map import PooledMap
 from motiondb.meaning.maps.unit_length import unit
 from motiondb.meaning.maps.word_map import WordMap
+from motiondb.records import Float32Array, FloatArray
 
 MEANING_SHARE = 0.8
 """Weight of the words in a resemblance, where words were learned.
@@ -58,9 +58,7 @@ Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query
 FEEDBACK = 10
 """Number of captures that are assumed to be right answers, but at most one in ``FEWEST_OTHERS``.
 Chosen among 0, 5, 10 and 20 in the CMU training parts."""
-FEWEST_OTHERS = 5
-"""Smallest number of captures for each one that is assumed to be a right answer. Chosen by hand;
-not tuned."""
+FEWEST_OTHERS = 5  # Smallest number of captures for each one that is assumed to be a right answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,35 +67,21 @@ class MeaningSpace:
 
     Made by :func:`meaning_space` once for many comparisons. All arrays have one precision, which is
     also that of the rows.
-
-    Attributes
-    ----------
-    weights : array (columns, words)
-        u of the word map, times the weights of the words.
-    offsets : array (words,)
-        c of the word map, times the weights of the words.
-    n_moving : int
-        Number of the first columns of a vector that are neither posture nor travel.
-    pooled : PooledMap or None
-        Second opinion on the words, its u times the weights of the words.
     """
 
+    # (columns, words): u of the word map, times the weights of the words
     weights: FloatArray | Float32Array
+    # (words,): c of the word map, times the weights of the words
     offsets: FloatArray | Float32Array
-    n_moving: int
-    pooled: PooledMap | None
+    n_moving: int  # Number of the first columns of a vector that are neither posture nor travel
+    pooled: PooledMap | None  # Second opinion on the words, its u times the weights of the words
 
     def rows(
         self, vectors: FloatArray, statistics: FloatArray | None = None
     ) -> FloatArray | Float32Array:
         """Rows whose dot products are resemblances: array (..., columns of a row).
 
-        Parameters
-        ----------
-        vectors : array (..., columns)
-            Vectors of length 1.
-        statistics : array (..., 5 D), optional
-            Pooled statistics of the same intervals. Without them, the second opinion takes no part.
+        Shapes: `vectors` (..., columns); `statistics` (..., 5 D).
         """
         vectors = vectors.astype(self.weights.dtype, copy=False)
         evidence = vectors @ self.weights + self.offsets
@@ -119,19 +103,10 @@ def meaning_space(
 ) -> MeaningSpace:
     """Prepare the rows of many intervals.
 
-    Parameters
-    ----------
-    words : WordMap
-        The word map.
-    n_posture_and_travel : int, optional
-        Number of the last columns of vectors that are posture and travel.
-    emphasis : array (words,), optional
-        Weights of the words (:func:`emphasis_of`); 1 where they are not given.
-    pooled : PooledMap, optional
-        Second opinion on the words.
-    dtype : data type, optional
-        Precision. Single precision halves the memory that a comparison reads, which is most of its
-        time; resemblances then differ from those in double precision by some 1e-7.
+    Shapes: `emphasis` (words,).
+
+    `dtype`: Precision. Single precision halves the memory that a comparison reads, which is most of
+    its time; resemblances then differ from those in double precision by some 1e-7.
     """
     weights = np.ones(len(words.offsets)) if emphasis is None else emphasis
     second = None
@@ -160,18 +135,7 @@ def resemblance(
     they are used only through the words. The cosines are sums over symbols and over columns of
     movement.
 
-    Parameters
-    ----------
-    vector : array (columns,)
-        Vector of the interval, of length 1.
-    vectors : array (n, columns)
-        Vectors of the others, rows of length 1.
-    words : WordMap, optional
-        The word map.
-    n_posture_and_travel : int, optional
-        Number of the last columns that are posture and travel.
-    emphasis : array (words,), optional
-        Weights of the words (:func:`emphasis_of`); 1 where they are not given.
+    Shapes: `vector` (columns,); `vectors` (n, columns); `emphasis` (words,).
     """
     if words is None:
         return np.asarray(vectors @ vector)
@@ -184,12 +148,7 @@ def with_feedback(
 ) -> FloatArray | Float32Array:
     """Mean of the resemblance to the example and to the captures most like it: array (n,).
 
-    Parameters
-    ----------
-    alike : array (n,)
-        Resemblance of every capture to the example.
-    rows : array (n, columns)
-        Rows whose dot products are their resemblances (:meth:`MeaningSpace.rows`).
+    Shapes: `alike` (n,); `rows` (n, columns).
 
     >>> rows = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
     >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()
@@ -211,11 +170,6 @@ def with_feedback(
 
 def emphasis_of(names: Sequence[str]) -> FloatArray:
     """Weights of words in a resemblance: array (words,).
-
-    Parameters
-    ----------
-    names : sequence of str
-        The words.
 
     >>> emphasis_of(["walk", "left"]).tolist()
     [1.0, 0.5]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.meaning.evidence.by_words import lower_quartile, ordered_peaks
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
 
 
 def ordered_runs(
@@ -20,25 +20,10 @@ def ordered_runs(
 ) -> list[tuple[int, int]] | None:
     """One run of segments per part, each after the one before, of largest total value.
 
-    Parameters
-    ----------
-    values : array (parts, segments)
-        Log-odds of each part at each segment.
-    starts : array (segments,)
-        First frames.
-    ends : array (segments,)
-        Last frames + 1.
-    seconds : array (parts,)
-        Least length of every part; the value of a run is the mean of its segments' weighted by
-        frames, and a part without a least length is one segment.
-    apart : sequence of bool
-        Per part, whether it repeats the part before it: then a segment must lie between the two
-        that is less than half as strong as the strongest of the capture (``gaps``).
+    Shapes: `values` (parts, segments); `starts`, `ends` (segments,); `seconds` (parts,).
 
-    Returns
-    -------
-    runs : list of (int, int) or None
-        Segments [a, b); None if the capture is too short or has no gaps.
+    `apart`: Per part, whether it repeats the part before it: then a segment must lie between the
+    two that is less than half as strong as the strongest of the capture (``gaps``).
 
     >>> starts = np.array([0, 30, 60])
     >>> ordered_runs(np.array([[0., 5, 1], [9, 1, 2]]), starts, starts + 30,

@@ -14,28 +14,13 @@ from numba import njit
 
 from motiondb.records import Float32Array
 
-FAR = 1e30
-"""Cost of paths that are not possible; finite in single precision."""
+FAR = 1e30  # Cost of paths that are not possible; finite in single precision
 
 
 def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
     """Distance and interval of the part of a capture nearest to the query.
 
-    Parameters
-    ----------
-    query : array (frames, D)
-        Whitened features of the query.
-    capture : array (frames, D)
-        Whitened features of the capture.
-
-    Returns
-    -------
-    distance : float
-        Mean distance; infinite if the capture is shorter than half the query.
-    start : int
-        First frame.
-    end : int
-        One past the last frame; 0 if the distance is infinite.
+    Shapes: `query`, `capture` (frames, D).
     """
     if len(query) == 0 or len(capture) == 0:
         return float("inf"), 0, 0

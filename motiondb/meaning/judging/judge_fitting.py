@@ -22,6 +22,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.meaning.calibration import Certainty, fit_probability
 from motiondb.meaning.judging.motion_judge import (
     JudgingTable,
     MotionJudge,
@@ -30,22 +31,18 @@ from motiondb.meaning.judging.motion_judge import (
     judging_table,
 )
 from motiondb.records import FloatArray
-from motiondb.meaning.calibration import Certainty, fit_probability
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 OTHERS = 3
-"""Number of captures with which each capture is compared: more make the calibration more stable.
-Chosen by hand."""
+"""Number of captures with which each capture is compared: more make the calibration more stable."""
 PAIRS_OF_A_WORD = 30
 """Largest number of pairs of a word for the calibration. Chosen by hand: more take longer, and
 words with many captures would outweigh the others."""
-MOST_PAIRS = 3_000
-"""Largest number of pairs for the calibration. Chosen by hand: more take longer."""
+MOST_PAIRS = 3_000  # Largest number of pairs for the calibration. Chosen by hand: more take longer
 PARTS = 2
 """Largest number of windows of a capture that are judged in the calibration: 3 to 4.5 s, about
 the duration of an action in a generated motion."""
-LEAST_PAIRS = 15
-"""Smallest number of pairs for a calibration, as for answers (``asked_certainty``)."""
+LEAST_PAIRS = 15  # Smallest number of pairs for a calibration, as for answers (``asked_certainty``)
 
 
 def fit_judge(
@@ -55,21 +52,7 @@ def fit_judge(
     performers: Mapping[int, str],
     rng: np.random.Generator,
 ) -> MotionJudge:
-    """Fit the judge and its calibration.
-
-    Parameters
-    ----------
-    windows : dict
-        Capture number -> statistics of its windows.
-    said : dict
-        Words and number of actions of every described capture.
-    n_words : int
-        Size of the vocabulary.
-    performers : dict
-        Capture number -> performer.
-    rng : numpy.random.Generator
-        Draws the captures that are compared.
-    """
+    """Fit the judge and its calibration."""
     rows = np.concatenate(list(windows.values()))
     captures = np.repeat(
         np.array(list(windows), dtype=np.int64), [len(w) for w in windows.values()]
@@ -118,9 +101,10 @@ def _pairs_of(
         of_word: list[tuple[int, int, int]] = []
         for capture in sorted(c for c in first if word in table.said[c][0]):
             others = [
-                c for c in sorted(table.said)
+                c
+                for c in sorted(table.said)
                 if performers[c] == performers[capture] and not table.said[c][0] & related
-            ]  # fmt: skip
+            ]
             if not others:
                 continue
             if rng.random() < 0.5:

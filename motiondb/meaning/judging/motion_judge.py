@@ -25,17 +25,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.meaning.calibration import Certainty, probability
 from motiondb.meaning.counting import Described
 from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.meaning.calibration import Certainty, probability
 
 WINDOW = 45
 """Feature frames (3 s) of a window; windows overlap by half. Two to three seconds were the best
 context in first measurements."""
-QUANTILES = (0.1, 0.5, 0.9)
-"""Quantiles over the frames of a window. Chosen by hand; not tuned."""
-CLIP = 3.0
-"""Standard deviations beyond which a value is clipped. Chosen by hand; not tuned."""
+QUANTILES = (0.1, 0.5, 0.9)  # Quantiles over the frames of a window
+CLIP = 3.0  # Standard deviations beyond which a value is clipped
 RIDGE = 1.0
 """Ridge of the regression. Of .03 to 10, 1 gave the most right first words on CMU performers left
 out (.629; .615 to .629 from .03 to 3)."""
@@ -43,8 +41,7 @@ SPREAD_POWER = 0.25
 """Power of the variance in z, as in the word map; .5 gave .592 right first words in place of
 .629."""
 RELATED = 0.5
-"""Two words are related if at least this share of the captures of one also has the other.
-Chosen by hand; not tuned."""
+"""Two words are related if at least this share of the captures of one also has the other."""
 
 Said = Mapping[int, tuple[frozenset[int], int]]
 """Capture number -> numbers of the words in its captions, and of the actions that these name."""
@@ -52,26 +49,13 @@ Said = Mapping[int, tuple[frozenset[int], int]]
 
 @dataclass(frozen=True, eq=False)
 class MotionJudge:
-    """The fitted data of the judge; the words of the captures are those of the current captions.
+    """The fitted data of the judge; the words of the captures are those of the current captions."""
 
-    Attributes
-    ----------
-    mean : array (columns,)
-        Means of the statistics.
-    spread : array (columns,)
-        Their standard deviations.
-    rows : array (windows, columns)
-        Statistics of the windows of all captures.
-    captures : array (windows,)
-        Capture of every window.
-    calibration : array (4,)
-        Certainty from the two cues, as an array; empty if too few captures could be compared.
-    """
-
-    mean: FloatArray
-    spread: FloatArray
-    rows: FloatArray
-    captures: IntArray
+    mean: FloatArray  # (columns,): means of the statistics
+    spread: FloatArray  # (columns,): their standard deviations
+    rows: FloatArray  # (windows, columns): statistics of the windows of all captures
+    captures: IntArray  # (windows,): capture of every window
+    # (4,): certainty from the two cues, as an array; empty if too few captures could be compared
     calibration: FloatArray
 
     def only(self, captures: Collection[int]) -> MotionJudge:
@@ -88,15 +72,7 @@ class MotionJudge:
 
 
 def said_words(described: Sequence[Described], numbers: Mapping[str, int]) -> Said:
-    """Numbers of the words in the captions of every capture, and of the actions that they name.
-
-    Parameters
-    ----------
-    described : sequence of Described
-        Captions with the segments they describe.
-    numbers : dict
-        Word -> its number; other words are left out.
-    """
+    """Numbers of the words in the captions of every capture, and of the actions that they name."""
     said: dict[int, tuple[frozenset[int], int]] = {}
     for d in described:
         words, n_actions = said.get(d.capture_id, (frozenset[int](), 1))
@@ -108,10 +84,7 @@ def said_words(described: Sequence[Described], numbers: Mapping[str, int]) -> Sa
 def pool_windows(features: Float32Array) -> FloatArray:
     """Statistics of the windows of a motion: array (windows, 5 D); one window if it is short.
 
-    Parameters
-    ----------
-    features : array (frames, D)
-        Whitened features, 15 a second; at least one frame.
+    Shapes: `features` (frames, D).
     """
     starts = range(0, max(len(features) - WINDOW, 0) + 1, WINDOW // 2)
     rows = []
@@ -137,40 +110,24 @@ class Sums:
     def less(self, other: Sums) -> Sums:
         """Return these sums less those of some captures."""
         return Sums(
-            self.gram - other.gram, self.cross - other.cross, self.words - other.words,
+            self.gram - other.gram,
+            self.cross - other.cross,
+            self.words - other.words,
             self.weight - other.weight,
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class JudgingTable:
-    """The judge with the words of the current captions.
-
-    Attributes
-    ----------
-    judge : MotionJudge
-        The judge.
-    vectors : array (windows, columns + 1)
-        Vectors x of the windows of described captures.
-    targets : array (windows, words)
-        g of these windows.
-    weights : array (windows,)
-        Their weights.
-    owners : array (windows,)
-        Their captures.
-    said : dict
-        Words and number of actions of every capture.
-    together : array (words, words)
-        Number of captures that say both words.
-    """
+    """The judge with the words of the current captions."""
 
     judge: MotionJudge
-    vectors: FloatArray
-    targets: FloatArray
-    weights: FloatArray
-    owners: IntArray
-    said: Said
-    together: FloatArray
+    vectors: FloatArray  # (windows, columns + 1): vectors x of the windows of described captures
+    targets: FloatArray  # (windows, words): g of these windows
+    weights: FloatArray  # (windows,): their weights
+    owners: IntArray  # (windows,): their captures
+    said: Said  # Words and number of actions of every capture
+    together: FloatArray  # (words, words): number of captures that say both words
 
     def sums(self, which: IntArray | slice = slice(None)) -> Sums:
         """Sums over some windows."""
@@ -186,17 +143,7 @@ class JudgingTable:
 
 
 def judging_table(judge: MotionJudge, said: Said, n_words: int) -> JudgingTable:
-    """Prepare a judge for the words of the captions.
-
-    Parameters
-    ----------
-    judge : MotionJudge
-        The judge.
-    said : dict
-        Words and number of actions of every described capture.
-    n_words : int
-        Size of the vocabulary.
-    """
+    """Prepare a judge for the words of the captions."""
     kept = np.isin(judge.captures, list(said))
     owners = judge.captures[kept]
     targets = np.zeros((len(owners), n_words))
@@ -208,33 +155,24 @@ def judging_table(judge: MotionJudge, said: Said, n_words: int) -> JudgingTable:
     _, number, count = np.unique(owners, return_inverse=True, return_counts=True)
     weights = 1.0 / np.sqrt(count[number]) if len(owners) else np.zeros(0)
     return JudgingTable(
-        judge, judge.standardise(judge.rows[kept]), targets, weights, owners, said,
+        judge,
+        judge.standardise(judge.rows[kept]),
+        targets,
+        weights,
+        owners,
+        said,
         presence.T @ presence,
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class WithoutSources:
-    """The judge without some captures.
+    """The judge without some captures."""
 
-    Attributes
-    ----------
-    table : JudgingTable
-        The judge with all captures.
-    slopes : array (columns + 1, words)
-        u.
-    mean : array (words,)
-        m.
-    n_captures : array (words,)
-        Number of remaining captures whose captions have each word.
-    captures : frozenset of int
-        The remaining captures.
-    """
-
-    table: JudgingTable
-    slopes: FloatArray
-    mean: FloatArray
-    n_captures: FloatArray
+    table: JudgingTable  # The judge with all captures
+    slopes: FloatArray  # (columns + 1, words): u
+    mean: FloatArray  # (words,): m
+    n_captures: FloatArray  # (words,): number of remaining captures whose captions have each word
     captures: frozenset[int]
 
     def scores(self, rows: FloatArray) -> FloatArray:
@@ -271,17 +209,7 @@ class WithoutSources:
 def judge_without(
     table: JudgingTable, out: Collection[int], sums: Sums | None = None
 ) -> WithoutSources | None:
-    """The judge without some captures; None if no described capture is left.
-
-    Parameters
-    ----------
-    table : JudgingTable
-        The judge with all captures.
-    out : collection of int
-        Captures to leave out.
-    sums : Sums, optional
-        Sums over all windows, if they are already computed.
-    """
+    """The judge without some captures; None if no described capture is left."""
     gone = np.flatnonzero(np.isin(table.owners, list(out)))
     left = (sums or table.sums()).less(table.sums(gone))
     if len(gone) == len(table.owners):

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray
 from motiondb.meaning.maps.unit_length import unit
 from motiondb.meaning.maps.word_moments import WordMoments
+from motiondb.records import FloatArray
 
 RIDGE = 0.1
 """Ridge of the regression. Chosen among .1, .3 and 1 by leaving performers out of the CMU training
@@ -31,63 +31,30 @@ parts (``docs/quality.md``, "Whole captions to motion", and "Motion to words")."
 
 @dataclass(frozen=True, eq=False)
 class CaptionMap:
-    """A linear map from score vectors to captions.
+    """A linear map from score vectors to captions."""
 
-    Attributes
-    ----------
-    weights : array (columns, words)
-        Slopes.
-    offsets : array (words,)
-        Constants.
-    rarity : array (words,)
-        r of the module's docstring.
-    """
-
-    weights: FloatArray
-    offsets: FloatArray
-    rarity: FloatArray
+    weights: FloatArray  # (columns, words): slopes
+    offsets: FloatArray  # (words,): constants
+    rarity: FloatArray  # (words,): r of the module's docstring
 
     def suggested(self, vectors: FloatArray) -> FloatArray:
         """Suggested captions of intervals, c * r / |c * r|: array (n, words).
 
-        Parameters
-        ----------
-        vectors : array (n, columns)
-            Score vectors of the intervals.
+        Shapes: `vectors` (n, columns).
         """
         return unit(self.shares(vectors) * self.rarity)
 
     def shares(self, vectors: FloatArray) -> FloatArray:
-        """Predicted captions c of intervals: array (n, words).
-
-        Parameters
-        ----------
-        vectors : array (n, columns)
-            Score vectors of the intervals.
-        """
+        """Predicted captions c of intervals: array (n, words), from `vectors` (n, columns)."""
         return np.asarray(vectors @ self.weights + self.offsets)
 
     def question(self, words: Sequence[int]) -> FloatArray:
-        """r_w / |r_Q| of the words of a question: array (words of the question,).
-
-        Parameters
-        ----------
-        words : sequence of int
-            Different numbers of words.
-        """
+        """r_w / |r_Q| of the words of a question: array (words of the question,)."""
         return unit(self.rarity[list(words)])
 
 
 def solve_caption_map(moments: WordMoments, ridge: float = RIDGE) -> CaptionMap | None:
-    """Caption map from sums; None if the sums for captions were not kept.
-
-    Parameters
-    ----------
-    moments : WordMoments
-        Sums over the described intervals.
-    ridge : float
-        The ridge.
-    """
+    """Caption map from sums; None if the sums for captions were not kept."""
     if moments.captions is None:
         return None
     n = max(moments.n, 1.0)

@@ -7,7 +7,8 @@ described intervals. The predicted caption is
     f(v) = sum over j of a_j k(v, v_j) + b,    k(v, v') = v . v' + BETA exp((v . v' - 1) / TAU),
 
 by kernel ridge regression: it minimises sum over i of omega_i |t_i - f(v_i)|^2 + RIDGE |f|^2. The
-first term of the kernel is the linear map of :mod:`motiondb.meaning.maps.caption_map`. The second is
+first term of the kernel is the linear map of :mod:`motiondb.meaning.maps.caption_map`. The second
+is
 local: it lets captions of movements that are nearly the same speak for themselves, while the ridge
 of the linear term can be large. omega_i = n_p(i)^(-1/2), scaled to a mean of 1, so that a performer
 with many captures does not outweigh the others.
@@ -44,55 +45,34 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps.unit_length import unit
 from motiondb.meaning.maps.word_map import calibrate, shared_words
+from motiondb.records import FloatArray, IntArray
 
 RIDGE = 0.2
 """Ridge of the regression. Chosen from 36 settings, with BETA, TAU and ALPHA, by leaving performers
 and tenths of the captures out of the CMU training parts ("Motion to words" in
 ``docs/quality.md``)."""
-BETA = 0.3
-"""Weight of the local term of the kernel. Chosen with RIDGE."""
-TAU = 0.2
-"""Width of the local term, a difference of cosines. Chosen with RIDGE."""
-ALPHA = 0.03
-"""Weight of the effective number of performers. Chosen with RIDGE."""
-MOST_CENTRES = 1000
-"""Largest number of kernels. Bounds the time of fitting; chosen by hand, not tuned."""
+BETA = 0.3  # Weight of the local term of the kernel. Chosen with RIDGE
+TAU = 0.2  # Width of the local term, a difference of cosines. Chosen with RIDGE
+ALPHA = 0.03  # Weight of the effective number of performers. Chosen with RIDGE
+MOST_CENTRES = 1000  # Largest number of kernels. Bounds the time of fitting;
 MOST_PARTS = 20
-"""Largest number of parts of whole performers that the calibration leaves out. Bounds its time;
-chosen by hand, not tuned."""
+"""Largest number of parts of whole performers that the calibration leaves out. Bounds its time;"""
 JITTER = 1e-8
 """Added to the diagonal of the kernel matrix, which is singular where intervals repeat."""
 
 
 @dataclass(frozen=True, eq=False)
 class DescriptionMap:
-    """A kernel map from score vectors to words.
+    """A kernel map from score vectors to words."""
 
-    Attributes
-    ----------
-    centres : array (m, columns)
-        Score vectors v_j.
-    weights : array (m, words)
-        a.
-    offsets : array (words,)
-        b + ALPHA log e.
-    """
-
-    centres: FloatArray
-    weights: FloatArray
-    offsets: FloatArray
+    centres: FloatArray  # (m, columns): score vectors v_j
+    weights: FloatArray  # (m, words): a
+    offsets: FloatArray  # (words,): b + ALPHA log e
 
     def scores(self, vectors: FloatArray) -> FloatArray:
-        """Scores s of all words in intervals: array (n, words).
-
-        Parameters
-        ----------
-        vectors : array (n, columns)
-            Score vectors of the intervals.
-        """
+        """Scores s of all words in intervals: array (n, words), from `vectors` (n, columns)."""
         with threadpool_limits(1):  # sums of several threads differ in their last bits
             return np.asarray(kernel(vectors, self.centres) @ self.weights + self.offsets)
 
@@ -100,12 +80,7 @@ class DescriptionMap:
 def kernel(first: FloatArray, second: FloatArray) -> FloatArray:
     """k of the module's docstring, between all pairs: array (n, m).
 
-    Parameters
-    ----------
-    first : array (n, columns)
-        Score vectors of length 1.
-    second : array (m, columns)
-        Score vectors of length 1.
+    Shapes: `first` (n, columns); `second` (m, columns).
 
     >>> kernel(np.array([[1.0, 0.0]]), np.array([[1.0, 0.0], [0.0, 1.0]])).round(4).tolist()
     [[1.3, 0.002]]
@@ -117,12 +92,7 @@ def kernel(first: FloatArray, second: FloatArray) -> FloatArray:
 def effective_performers(presence: NDArray[np.bool_], groups: IntArray) -> FloatArray:
     """Effective number of performers of every word, e; 0.5 for a word of none: array (words,).
 
-    Parameters
-    ----------
-    presence : array (n, words)
-        True where a word was written about the interval.
-    groups : array (n,)
-        Performer of each interval.
+    Shapes: `presence` (n, words); `groups` (n,).
 
     >>> effective_performers(np.ones((4, 1), dtype=bool), np.array([0, 0, 1, 1])).tolist()
     [2.0]
@@ -140,14 +110,7 @@ def fit_description_map(
 ) -> DescriptionMap:
     """Fit the map to the described intervals.
 
-    Parameters
-    ----------
-    vectors : array (n, columns)
-        One row for each described interval, of length 1; at least one.
-    presence : array (n, words)
-        True where a word was written about the interval.
-    groups : array (n,)
-        Performer of each interval.
+    Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
     numbers, sizes = np.unique(groups, return_inverse=True, return_counts=True)[1:]
     omega = sizes[numbers] ** -0.5
@@ -173,12 +136,7 @@ def fit_description_map(
 def score_probabilities(scores: FloatArray, calibration: FloatArray) -> FloatArray:
     """Probabilities of words from their scores: array (n, words).
 
-    Parameters
-    ----------
-    scores : array (n, words)
-        Scores of words (:meth:`DescriptionMap.scores`).
-    calibration : array (2,)
-        a and b of the module's docstring.
+    Shapes: `scores` (n, words); `calibration` (2,).
 
     >>> score_probabilities(np.array([[0.5, 0.0]]), np.array([2.0, -1.0])).round(4).tolist()
     [[0.5, 0.2689]]
@@ -196,14 +154,7 @@ def fit_description_calibration(
     Only words of two or more performers are used, if there are any. With one performer, fifths of
     the intervals are left out in place of performers.
 
-    Parameters
-    ----------
-    vectors : array (n, columns)
-        One row for each described interval, of length 1; at least two.
-    presence : array (n, words)
-        True where a word was written about the interval.
-    groups : array (n,)
-        Performer of each interval; whole performers are left out.
+    Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
     among = np.unique(groups, return_inverse=True)[1]
     if not among.any():  # the map itself keeps the one performer

@@ -35,16 +35,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.body.features import FEATURE_FPS
-from motiondb.records import Float32Array, FloatArray
 from motiondb.meaning.maps.place_map import spreads_of
+from motiondb.records import Float32Array, FloatArray
 
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
 """Levels of whitened features, in standard deviations; those of ``search.vectors.movement``."""
-SOFTNESS = 0.25
-"""Width of the logistic function, in standard deviations."""
-REACH = 3
-"""Feature frames (0.2 s) before and after a frame between which change is measured. Chosen by
-hand."""
+SOFTNESS = 0.25  # Width of the logistic function, in standard deviations
+REACH = 3  # Feature frames (0.2 s) before and after a frame between which change is measured
 RIDGE = 150.0
 """Ridge of the regression on standardised cues. On short actions marked in real captures, a third
 and three times as much separated the frames inside from those outside as well."""
@@ -54,52 +51,33 @@ with 5 .21 s, which is within chance."""
 SHARPNESS = 6.0
 """Slope of the logistic function. With 12, the boundaries of marked actions were .19 s off in
 the median in place of .21, which is within chance."""
-MOST = 20.0
-"""Bound on z relative to its peak; larger values would overflow and make no difference."""
+MOST = 20.0  # Bound on z relative to its peak; larger values would overflow and make no difference
 AVERAGED = 3
 """Feature frames (0.2 s) before and after a frame over which z is averaged. In earlier variants of
 the rule for y, boundaries of marked actions were as good with 2 and 4, and worse with 6."""
 LEAST_SPREAD = 0.05
 """Share of the mean standard deviation that is added to that of each cue, so that cues that hardly
-vary do not count. Chosen by hand; not tuned."""
+vary do not count."""
 LEAST_SHOWN = 0.05
 FAINT = 0.2
 """Least y at which a word may be shown in a take, and the share of its largest y from which a frame
-counts. Chosen by hand; not tuned."""
-HALF = 0.5
-"""Share of the largest evidence that must be reached at the ends of an interval."""
+counts."""
+HALF = 0.5  # Share of the largest evidence that must be reached at the ends of an interval
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeMap:
-    """Linear map from cues of frames to evidence that words are shown.
+    """Linear map from cues of frames to evidence that words are shown."""
 
-    Attributes
-    ----------
-    centre : array (cues,)
-        Weighted mean of the cues.
-    spread : array (cues,)
-        Standard deviation of the cues.
-    weights : array (cues, words)
-        Slopes u_w / sd_w.
-    floors : array (words,)
-        ``floor_w`` of the module's docstring.
-    """
-
-    centre: FloatArray
-    spread: FloatArray
-    weights: FloatArray
-    floors: FloatArray
+    centre: FloatArray  # (cues,): weighted mean of the cues
+    spread: FloatArray  # (cues,): standard deviation of the cues
+    weights: FloatArray  # (cues, words): slopes u_w / sd_w
+    floors: FloatArray  # (words,): ``floor_w`` of the module's docstring
 
     def evidence(self, frames: Float32Array | FloatArray, words: Sequence[int]) -> FloatArray:
         """Mean evidence for some words at every frame of a take: array (frames,).
 
-        Parameters
-        ----------
-        frames : array (frames, D)
-            Whitened features of the take, 15 a second.
-        words : sequence of int
-            Numbers of the words of one action.
+        Shapes: `frames` (frames, D).
         """
         slope = self.weights[:, list(words)].mean(axis=1)
         cues = (frame_cues(frames) - self.centre) / self.spread
@@ -108,21 +86,11 @@ class EdgeMap:
 
 @dataclass(frozen=True, eq=False)
 class FrameTake:
-    """One take whose listed words have places.
+    """One take whose listed words have places."""
 
-    Attributes
-    ----------
-    frames : array (frames, D)
-        Whitened features, 15 a second.
-    words : tuple of int
-        Numbers of the listed words.
-    shown : array (frames, listed words)
-        y of the segment of each frame.
-    """
-
-    frames: Float32Array
-    words: tuple[int, ...]
-    shown: FloatArray
+    frames: Float32Array  # (frames, D): whitened features, 15 a second
+    words: tuple[int, ...]  # Numbers of the listed words
+    shown: FloatArray  # (frames, listed words): y of the segment of each frame
 
 
 def frame_cues(frames: Float32Array | FloatArray) -> FloatArray:
@@ -131,10 +99,7 @@ def frame_cues(frames: Float32Array | FloatArray) -> FloatArray:
     Features are averaged over three frames first. At the ends of the take change is measured up to
     its first and last frame.
 
-    Parameters
-    ----------
-    frames : array (frames, D)
-        Whitened features, 15 a second.
+    Shapes: `frames` (frames, D).
     """
     smooth = _averaged(np.asarray(frames, dtype=np.float64), 1)
     now, last = np.arange(len(smooth)), len(smooth) - 1
@@ -147,13 +112,6 @@ def fit_edge_map(takes: Sequence[FrameTake], n_words: int) -> EdgeMap:
 
     A frame weighs one over the square root of its take's seconds, as in the map of places. Cues
     are computed anew in every pass, so that memory does not grow with the takes.
-
-    Parameters
-    ----------
-    takes : sequence of FrameTake
-        At least one take, each with at least one frame.
-    n_words : int
-        Size of the vocabulary.
     """
     regression = _Regression(takes)
     shown = [take.shown for take in takes]
@@ -173,22 +131,8 @@ def refine_interval(
 ) -> tuple[int, int]:
     """Frames [a, b) from the first to the last at which the evidence reaches half of its peak.
 
-    Parameters
-    ----------
-    evidence : array (frames,)
-        Evidence for an action, from :meth:`EdgeMap.evidence`.
-    interval : (int, int)
-        Frames [a, b) of the interval; at least one frame of the take.
-    limits : (int, int)
-        Frames that the refined interval may not leave.
+    Shapes: `evidence` (frames,).
 
-    Returns
-    -------
-    (int, int)
-        The interval itself if no frame in it has positive evidence.
-
-    Examples
-    --------
     >>> evidence = np.concatenate([np.zeros(40), np.ones(40), np.zeros(40)])
     >>> refine_interval(evidence, (20, 110), (0, 120))
     (40, 80)
@@ -247,14 +191,7 @@ class _Regression:
     def left_out(self, n: int, y: FloatArray, slopes: FloatArray) -> FloatArray:
         """Prediction (frames, listed words) for a take without this take, up to a constant.
 
-        Parameters
-        ----------
-        n : int
-            Number of the take.
-        y : array (frames, listed words)
-            Its y less the mean over all frames.
-        slopes : array (cues, listed words)
-            Slopes with the take.
+        Shapes: `y` (frames, listed words); `slopes` (cues, listed words).
         """
         cues, root = self.cues(n), np.sqrt(self.weights[n])
         residual = root * y - cues @ slopes

@@ -8,7 +8,8 @@ against none of the actions is
 
 so that an action with a little evidence everywhere is shown where there is most of it. Labels of
 intervals add ``LABELLED`` nats for or against an action. The ratios give two posteriors. The
-ordered one keeps the caption's order (:mod:`motiondb.meaning.maps.ordered_alignment`). The unordered
+ordered one keeps the caption's order (:mod:`motiondb.meaning.maps.ordered_alignment`). The
+unordered
 one is a softmax over the actions and none of them. y is a mixture of both. Words of other captions
 of the same take keep equal shares.
 
@@ -25,14 +26,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps.ordered_alignment import align_in_order
+from motiondb.records import FloatArray, IntArray
 
 ORDERED = 0.7
 """Share of the ordered alignment in the mixture, from a first prototype; 1 was worse by .01."""
 LABELLED = 20.0
-"""Nats for an action where a person labelled it; more than the evidence of any motion against it.
-Chosen by hand; not tuned."""
+"""Nats for an action where a person labelled it; more than the evidence of any motion against
+it."""
 HALF = 0.5
 """Share of an action's largest evidence in a take from which it is likelier than none, as where
 intervals of answers end (``search.questions.by_words.grow``). On joined Bandai-Namco captures .65
@@ -42,34 +43,20 @@ joined CMU captures there was no difference."""
 
 @dataclass(frozen=True, eq=False)
 class ListedTakes:
-    """Takes with the actions that their captions list.
+    """Takes with the actions that their captions list."""
 
-    Attributes
-    ----------
-    vectors : array (rows, columns)
-        Vector of the motion around each segment, of length 1. The rows are the segments of all
-        takes.
-    seconds : array (rows,)
-        Duration of each segment.
-    owners : array (rows,)
-        Number of the take of each segment, rising from 0 without gaps.
-    actions : sequence of sequence of sequence of int
-        For each take its listed actions in order, each as the numbers of its words; never empty.
-    further : sequence of sequence of int
-        For each take the words of its other captions, without an order.
-    n_words : int
-        Size of the vocabulary.
-    labelled : array (rows, words), optional
-        y where people labelled an interval: 1 where a word is shown, 0 if it is not, NaN if
-        there is no label. None if there are no labels.
-    """
-
+    # (rows, columns): vector of the motion around each segment, of length 1. The rows are the
+    # segments of all takes
     vectors: FloatArray
-    seconds: FloatArray
-    owners: IntArray
+    seconds: FloatArray  # (rows,): duration of each segment
+    owners: IntArray  # (rows,): number of the take of each segment, rising from 0 without gaps
+    # For each take its listed actions in order, each as the numbers of its words; never empty
     actions: Sequence[Sequence[Sequence[int]]]
+    # For each take the words of its other captions, without an order
     further: Sequence[Sequence[int]]
-    n_words: int
+    n_words: int  # Size of the vocabulary
+    # (rows, words): y where people labelled an interval: 1 where a word is shown, 0 if it is not,
+    # NaN if there is no label. None if there are no labels
     labelled: FloatArray | None = None
 
     def rows(self) -> list[slice]:
@@ -131,20 +118,8 @@ def _ratios(
 ) -> FloatArray:
     """Return the log-likelihood ratios of actions against none of them, in nats.
 
-    Parameters
-    ----------
-    evidence : array (segments, words)
-        Evidence for each word, in nats per second.
-    seconds : array (segments,)
-        Duration of each segment.
-    actions : sequence of sequence of int
-        Words of each action.
-    labelled : array (segments, words) or None
-        y where people labelled an interval, NaN elsewhere.
-
-    Returns
-    -------
-    array (segments, actions)
+    Shapes: `evidence` (segments, words); `seconds` (segments,); `labelled` (segments, words) or
+    None; result (segments, actions).
     """
     values = np.stack([evidence[:, list(action)].mean(axis=1) for action in actions], axis=1)
     if labelled is None:

@@ -23,28 +23,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.records import Float32Array, IntArray
 from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.records import Float32Array, IntArray
 
-LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
-"""Levels of x, in standard deviations."""
-SOFTNESS = 0.25
-"""Width of the logistic function, in standard deviations."""
-TRAVEL_WEIGHT = 1.5
-"""Weight of travel relative to the other blocks, chosen together with them."""
-LAGS = (1, 2, 4, 8, 15)
-"""Feature frames between which change is measured: 1/15 to 1 second."""
+LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of x, in standard deviations
+SOFTNESS = 0.25  # Width of the logistic function, in standard deviations
+TRAVEL_WEIGHT = 1.5  # Weight of travel relative to the other blocks, chosen together with them
+LAGS = (1, 2, 4, 8, 15)  # Feature frames between which change is measured: 1/15 to 1 second
 
 
 def block_sizes(n_columns: int) -> tuple[int, ...]:
     """Number of columns of places, joint, rhythm, posture and travel, given the total.
 
     Databases that learned before posture and travel were added have the first three blocks only.
-
-    Parameters
-    ----------
-    n_columns : int
-        Number of all columns; 0 gives no blocks.
 
     >>> block_sizes(627), block_sizes(540), block_sizes(0)
     ((120, 300, 120, 63, 24), (120, 300, 120), ())
@@ -59,11 +50,6 @@ def block_sizes(n_columns: int) -> tuple[int, ...]:
 def count_posture_and_travel(n_columns: int) -> int:
     """Number of the last columns that are posture and travel, given the number of all columns.
 
-    Parameters
-    ----------
-    n_columns : int
-        Number of all columns of movement.
-
     >>> count_posture_and_travel(627), count_posture_and_travel(540), count_posture_and_travel(0)
     (87, 0, 0)
     """
@@ -72,11 +58,6 @@ def count_posture_and_travel(n_columns: int) -> int:
 
 def block_weight(block: int) -> float:
     """Weight of a block of :func:`block_sizes` relative to all symbols together.
-
-    Parameters
-    ----------
-    block : int
-        Number of the block, from 0.
 
     >>> [block_weight(block) for block in range(5)]
     [1.0, 1.0, 1.0, 1.0, 1.5]
@@ -95,20 +76,7 @@ def _sizes(n_columns: int) -> tuple[int, int, int]:
 def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) -> Float32Array:
     """Compute places, joint and rhythm of the segments of one capture.
 
-    Parameters
-    ----------
-    frames : array (frames, D)
-        Whitened features of the capture.
-    starts : array (segments,)
-        First feature frame of each segment.
-    ends : array (segments,)
-        One past the last feature frame; every segment has at least one frame.
-
-    Returns
-    -------
-    array (segments, columns)
-        Means over the segments' frames. Changes beyond the end of the capture are measured up to
-        its last frame.
+    Shapes: `frames` (frames, D); `starts`, `ends` (segments,); result (segments, columns).
     """
     n_frames, n_dims = frames.shape
     first, second = np.triu_indices(n_dims)

@@ -52,28 +52,14 @@ duration alone: without a bound, 1 second in a take of 60 that lists two actions
 Not tuned on tables."""
 MOST_SEGMENTS = 500
 """Largest number of segments that are aligned with durations. Bounds the time of a call (0.05 s for
-10 actions) and its memory (2 MB an array); chosen by hand, not tuned."""
+10 actions) and its memory (2 MB an array);"""
 
 
 def align_in_order(log_ratios: FloatArray, seconds: FloatArray | None = None) -> FloatArray:
     """Return the posterior probability of each action at each segment.
 
-    Parameters
-    ----------
-    log_ratios : array (segments, actions)
-        Log-likelihood ratio of each action against none of them, in nats. The actions are in the
-        order of the caption.
-    seconds : array (segments,), optional
-        Duration of each segment, above 0. Without it, and in takes of more than MOST_SEGMENTS
-        segments, all durations of runs have the same weight.
+    Shapes: `log_ratios`, result (segments, actions); `seconds` (segments,).
 
-    Returns
-    -------
-    array (segments, actions)
-        Probabilities. The rest to 1 in a row is the probability of the blanks.
-
-    Examples
-    --------
     The first and the last segment both look like the second action. The order decides.
 
     >>> ratios = np.array([[0.0, 5.0], [5.0, 0.0], [0.0, 5.0]])
@@ -120,14 +106,7 @@ def _ended(totals: FloatArray, weights: FloatArray | None, before: FloatArray) -
     The run of segments [i, j), i < j, weighs totals[j] - totals[i] + weights[i, j]; without
     ``weights``, the last term is 0.
 
-    Parameters
-    ----------
-    totals : array (segments + 1,)
-        Sum of the action's ratios before each bound between segments.
-    weights : array (segments + 1, segments + 1) or None
-        Log-weights of runs by their durations.
-    before : array (segments + 1,)
-        Log-weight of all that is before a run that starts at each bound.
+    Shapes: `totals`, `before` (segments + 1,); `weights` (segments + 1, segments + 1) or None.
     """
     if weights is None:
         starts = np.logaddexp.accumulate(before - totals)[:-1]
@@ -140,19 +119,12 @@ def _begun(
 ) -> tuple[FloatArray, FloatArray]:
     """Return log-sums over the runs of one action that start at, or hold, each segment.
 
-    Parameters
-    ----------
+    Shapes: result (segments + 1,).
+
     totals, weights, before
         As for :func:`_ended`.
     behind : array (segments + 1,)
         Log-weight of all that is behind a run that ends at each bound.
-
-    Returns
-    -------
-    begun : array (segments + 1,)
-        For each bound over the runs that start there: the run and ``behind``.
-    inside : array (segments,)
-        For each segment over the runs that hold it: ``before``, the run and ``behind``.
     """
     if weights is None:
         starts = np.logaddexp.accumulate(before - totals)[:-1]

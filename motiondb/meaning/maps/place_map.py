@@ -31,8 +31,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps.listed_takes import ListedTakes, even_shares, place_actions
+from motiondb.records import FloatArray, IntArray
 
 RIDGE = 0.03
 """Ridge of the regression. Larger values reduce the differences within a take. Of .01 to .3, the
@@ -44,28 +44,18 @@ captures: .52, .51, .50."""
 ROUNDS = 8
 DAMPING = 0.5
 """Number of rounds, and the share of the former y that each round keeps. After eight rounds y
-hardly changes. Chosen by hand; not tuned."""
+hardly changes."""
 SPREAD_POWER = 0.25
 """Power of the variance in sd_w, as in the word map. At 0.5, rare words outweigh common ones."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceMap:
-    """Linear map from the motion around a segment to evidence that a word is shown there.
+    """Linear map from the motion around a segment to evidence that a word is shown there."""
 
-    Attributes
-    ----------
-    weights : array (columns, words)
-        Slopes u_w of the regression.
-    offsets : array (words,)
-        Constants c_w of the regression.
-    spreads : array (words,)
-        Scales sd_w, as defined in the module's docstring.
-    """
-
-    weights: FloatArray
-    offsets: FloatArray
-    spreads: FloatArray
+    weights: FloatArray  # (columns, words): slopes u_w of the regression
+    offsets: FloatArray  # (words,): constants c_w of the regression
+    spreads: FloatArray  # (words,): scales sd_w, as defined in the module's docstring
 
     def evidence(self, vectors: FloatArray) -> FloatArray:
         """Return the evidence for each word, in nats per second: array (rows, words)."""
@@ -74,28 +64,14 @@ class PlaceMap:
 
 @dataclass(frozen=True, eq=False)
 class PlacedWords:
-    """Result of :func:`fit_place_map`.
+    """Result of :func:`fit_place_map`."""
 
-    Attributes
-    ----------
-    fit : PlaceMap
-        The map, fitted to all takes.
-    shown : array (rows, words)
-        Probability y that each word is shown at each segment.
-    """
-
-    fit: PlaceMap
-    shown: FloatArray
+    fit: PlaceMap  # The map, fitted to all takes
+    shown: FloatArray  # (rows, words): probability y that each word is shown at each segment
 
 
 def fit_place_map(takes: ListedTakes) -> PlacedWords:
-    """Estimate the hidden places of listed actions, and the map from motion to words.
-
-    Parameters
-    ----------
-    takes : ListedTakes
-        At least one take.
-    """
+    """Estimate the hidden places of listed actions, and the map from motion to words."""
     rows = takes.rows()
     weights = take_weights(takes)
     shown = even_shares(takes, rows)
@@ -108,30 +84,18 @@ def fit_place_map(takes: ListedTakes) -> PlacedWords:
 
 @dataclass(frozen=True, eq=False)
 class FittedPlaces:
-    """The regression of :func:`map_places`, in a form from which rows can be removed.
+    """The regression of :func:`map_places`, in a form from which rows can be removed."""
 
-    Attributes
-    ----------
-    centred : array (rows, columns)
-        Vectors less their weighted mean, times the square roots of the weights.
-    residuals : array (rows, words)
-        Residuals of the regression with all rows, times the square roots of the weights.
-    slopes : array (columns, words)
-        Slopes of the regression with all rows.
-    inverse : array (columns, columns)
-        Inverse of the sum of products of ``centred`` with the ridge added.
-    centre : array (columns,)
-        Weighted mean of the vectors.
-    spreads : array (words,)
-        Scales sd_w, as defined in the module's docstring.
-    """
-
+    # (rows, columns): vectors less their weighted mean, times the square roots of the weights
     centred: FloatArray
+    # (rows, words): residuals of the regression with all rows, times the square roots of the
+    # weights
     residuals: FloatArray
-    slopes: FloatArray
+    slopes: FloatArray  # (columns, words): slopes of the regression with all rows
+    # (columns, columns): inverse of the sum of products of ``centred`` with the ridge added
     inverse: FloatArray
-    centre: FloatArray
-    spreads: FloatArray
+    centre: FloatArray  # (columns,): weighted mean of the vectors
+    spreads: FloatArray  # (words,): scales sd_w, as defined in the module's docstring
 
     def without(self, rows: IntArray) -> PlaceMap:
         """Return the map without the rows of these numbers; the means stay those of all rows."""
@@ -149,12 +113,7 @@ class FittedPlaces:
 def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
     """Fit the regression to given places; :meth:`FittedPlaces.without` removes rows from it.
 
-    Parameters
-    ----------
-    takes : ListedTakes
-        At least one take.
-    shown : array (rows, words)
-        Probability that each word is shown at each segment.
+    Shapes: `shown` (rows, words).
     """
     centre, mean, centred, target = _centred(takes.vectors, shown, take_weights(takes))
     inverse = np.asarray(np.linalg.inv(_gram(centred)), dtype=np.float64)
@@ -166,14 +125,7 @@ def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
 def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> PlaceMap:
     """Fit the map to given places.
 
-    Parameters
-    ----------
-    vectors : array (rows, columns)
-        Vector of the motion around each segment.
-    shown : array (rows, words)
-        Probability that each word is shown at each segment.
-    weights : array (rows,)
-        Weight of each row.
+    Shapes: `vectors` (rows, columns); `shown` (rows, words); `weights` (rows,).
     """
     centre, mean, centred, target = _centred(vectors, shown, weights)
     slopes = np.linalg.solve(_gram(centred), centred.T @ target)
@@ -187,12 +139,7 @@ def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
     is less informative about the places of its words. On four long takes it placed .42 to .46 of
     the questions right; without the take .50 to .54 were placed right.
 
-    Parameters
-    ----------
-    takes : ListedTakes
-        The takes.
-    shown : array (rows, words)
-        Probability that each word is shown at each segment.
+    Shapes: `shown` (rows, words).
     """
     return _prepare(takes.vectors, take_weights(takes), takes.rows()).evidence(shown)
 

@@ -26,15 +26,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import Float32Array, FloatArray
 from motiondb.meaning.maps.unit_length import unit
 from motiondb.meaning.maps.word_map import fit_ridge
+from motiondb.records import Float32Array, FloatArray
 
 RIDGE = 0.3
 """Ridge of the regression. Chosen between .1 and .3 by leaving performers out of the CMU training
 parts (``docs/quality.md``, "Query by example"): 1-NN accuracy .692 with it, .686 with .1."""
-QUANTILES = (0.1, 0.5, 0.9)
-"""Quantiles of the features over the frames of an interval. Chosen by hand; not tuned."""
+QUANTILES = (0.1, 0.5, 0.9)  # Quantiles of the features over the frames of an interval
 BLOCK = 16
 """Intervals of one length whose statistics are computed together. Between 10 and 30 the time for an
 interval was a quarter of that of one alone (30 frames), a third (100 frames); with 300 it was more,
@@ -43,33 +42,15 @@ since they do not fit the processor's cache."""
 
 @dataclass(frozen=True, eq=False)
 class PooledMap:
-    """A linear map from pooled statistics to words.
+    """A linear map from pooled statistics to words."""
 
-    Attributes
-    ----------
-    centre : array (5 D,)
-        Mean of the statistics over the described intervals.
-    spread : array (5 D,)
-        Their standard deviation, at least a hundredth of the largest.
-    mean : array (5 D,)
-        Mean of p.
-    weights : array (5 D, words)
-        u.
-    """
-
-    centre: FloatArray
-    spread: FloatArray
-    mean: FloatArray
-    weights: FloatArray
+    centre: FloatArray  # (5 D,): mean of the statistics over the described intervals
+    spread: FloatArray  # (5 D,): their standard deviation, at least a hundredth of the largest
+    mean: FloatArray  # (5 D,): mean of p
+    weights: FloatArray  # (5 D, words): u
 
     def evidence(self, statistics: FloatArray) -> FloatArray:
-        """Evidence z for every word: array (n, words).
-
-        Parameters
-        ----------
-        statistics : array (n, 5 D)
-            Pooled statistics of intervals (:func:`pooled_statistics`).
-        """
+        """Evidence z for every word: array (n, words), from `statistics` (n, 5 D)."""
         rows = unit((statistics - self.centre) / self.spread)
         return np.asarray((rows - self.mean) @ self.weights)
 
@@ -79,10 +60,7 @@ def pooled_statistics(frames: Float32Array | FloatArray) -> FloatArray:
 
     Quantiles are interpolated linearly between the values, as ``np.quantile`` does.
 
-    Parameters
-    ----------
-    frames : array (..., frames, D)
-        Whitened features of one interval, or of several of the same length; at least one frame.
+    Shapes: `frames` (..., frames, D).
 
     >>> pooled_statistics(np.array([[0.0], [1.0], [2.0]])).round(3).tolist()
     [1.0, 0.816, 0.2, 1.0, 1.8]
@@ -106,10 +84,7 @@ def statistics_of_intervals(intervals: Sequence[Float32Array]) -> FloatArray:
 
     Intervals of one length are computed together, ``BLOCK`` at a time.
 
-    Parameters
-    ----------
-    intervals : sequence of array (frames, D)
-        Whitened features of each interval; at least one interval, of at least one frame each.
+    Shapes: `intervals` each (frames, D).
     """
     lengths = np.array([len(frames) for frames in intervals])
     order = np.argsort(lengths, kind="stable")
@@ -123,15 +98,7 @@ def statistics_of_intervals(intervals: Sequence[Float32Array]) -> FloatArray:
 
 
 def fit_pooled_map(statistics: FloatArray, presence: NDArray[np.bool_]) -> PooledMap:
-    """Fit the map to the described intervals.
-
-    Parameters
-    ----------
-    statistics : array (n, 5 D)
-        Pooled statistics of the described intervals; at least one.
-    presence : array (n, words)
-        True where a word was written about the interval.
-    """
+    """Fit the map to the described intervals; `statistics` (n, 5 D); `presence` (n, words)."""
     centre, spread = statistics.mean(axis=0), statistics.std(axis=0)
     spread = np.maximum(spread, 1e-6 + 0.01 * spread.max(initial=0.0))
     rows = unit((statistics - centre) / spread)

@@ -29,18 +29,13 @@ from motiondb.body import body
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-N_POSTURE = 3 * len(body.JOINTS)
-"""Columns of posture."""
-N_TRAVEL = 24
-"""Columns of travel."""
-LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
-"""Levels of r*, in spreads."""
-SOFTNESS = 0.25
-"""Width of the logistic function, in spreads."""
+N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture
+N_TRAVEL = 24  # Columns of travel
+LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of r*, in spreads
+SOFTNESS = 0.25  # Width of the logistic function, in spreads
 SPREADS = (0.3, 0.3, 0.6, 0.9)
 """Spreads of r: m/s to the left, up, ahead; rad/s. Measured on real captures, rounded."""
-AVERAGED = 2.0
-"""Seconds over which r is averaged, because the pelvis sways within every step."""
+AVERAGED = 2.0  # Seconds over which r is averaged, because the pelvis sways within every step
 
 
 def describe_posture_and_travel(
@@ -48,20 +43,7 @@ def describe_posture_and_travel(
 ) -> Float32Array:
     """Compute posture and travel of the segments of one capture.
 
-    Parameters
-    ----------
-    features : array (frames, 130)
-        Recognition features of the capture, 15 a second.
-    starts : array (segments,)
-        First feature frame of each segment.
-    ends : array (segments,)
-        One past the last feature frame; every segment has at least one frame.
-
-    Returns
-    -------
-    array (segments, 87)
-        Means over the segments' frames. At the ends of the capture r is averaged over the existing
-        frames.
+    Shapes: `features` (frames, 130); `starts`, `ends` (segments,); result (segments, 87).
     """
     each = np.concatenate([features[:, :N_POSTURE], travel(features[:, -4:])], axis=1)
     rows = np.empty((len(starts), each.shape[1]), dtype=np.float32)
@@ -73,10 +55,7 @@ def describe_posture_and_travel(
 def travel(root: Float32Array) -> FloatArray:
     """Compute the 24 columns of travel for every frame: array (frames, 24).
 
-    Parameters
-    ----------
-    root : array (frames, 4)
-        The features' weighted velocity of the pelvis and turning.
+    Shapes: `root` (frames, 4).
 
     >>> still = travel(np.zeros((1, 4), dtype=np.float32))
     >>> still[0, 8:12].tolist(), still[0, 20:].tolist()  # on the level 0; sizes

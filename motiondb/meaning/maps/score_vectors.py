@@ -19,39 +19,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.meaning.maps.movement import block_sizes, block_weight
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import Float32Array, FloatArray, IntArray
 
-CLIP = 3.0
-"""Standard deviations beyond which a value is clipped. Chosen by hand; not tuned."""
+CLIP = 3.0  # Standard deviations beyond which a value is clipped
 
 
 @dataclass(frozen=True, eq=False)
 class ScoreSpace:
-    """Means and standard deviations over segments.
+    """Means and standard deviations over segments."""
 
-    Attributes
-    ----------
-    mean : array (symbols + columns of movement,)
-        Means; those of the symbols are of the scores less their mean over symbols.
-    spread : array (symbols + columns of movement,)
-        Standard deviations.
-    """
-
+    # (symbols + columns of movement,): means; those of the symbols are of the scores less their
+    # mean over symbols
     mean: FloatArray
-    spread: FloatArray
+    spread: FloatArray  # (symbols + columns of movement,): standard deviations
 
     def standardise(self, scores: Float32Array, movement: Float32Array | None = None) -> FloatArray:
         """Standardised, clipped and weighted rows (segments, symbols + columns).
 
-        Parameters
-        ----------
-        scores : array (segments, symbols)
-            Nats per frame.
-        movement : array (segments, columns)
-            Those beyond the space's columns are left out (a space that was learned before there
-            were posture and travel has none of them).
+        Shapes: `scores` (segments, symbols); `movement` (segments, columns).
         """
         relative = _relative(scores)
         n_symbols = relative.shape[1]
@@ -68,14 +55,7 @@ def fit_score_space(
 ) -> ScoreSpace:
     """Mean and standard deviation over segments, weighted by their length.
 
-    Parameters
-    ----------
-    scores : array (segments, symbols)
-        Log-likelihoods, nats per frame.
-    lengths : array (segments,)
-        Length of each segment, frames.
-    movement : array (segments, columns), optional
-        Movement, posture and travel.
+    Shapes: `scores` (segments, symbols); `lengths` (segments,); `movement` (segments, columns).
     """
     weights = lengths / lengths.sum()
     blocks = [_relative(scores)] if movement is None else [_relative(scores), movement]
@@ -101,18 +81,8 @@ def interval_vectors(
 ) -> FloatArray:
     """Vectors of length 1 of intervals [low, high) of one capture: array (intervals, columns).
 
-    Parameters
-    ----------
-    standardised : array (segments, symbols)
-        Of one capture, in order.
-    starts : array (segments,)
-        First frame of each segment; the segments tile the capture.
-    ends : array (segments,)
-        One past the last frame of each segment.
-    low : array (intervals,)
-        First frame of each interval.
-    high : array (intervals,)
-        One past the last frame of each interval.
+    Shapes: `standardised` (segments, symbols); `starts`, `ends` (segments,); `low`, `high`
+    (intervals,).
     """
     inside = np.minimum(ends, high[:, None]) - np.maximum(starts, low[:, None])
     weights = np.maximum(inside, 0.0)

@@ -28,46 +28,25 @@ from numpy.typing import NDArray
 
 from motiondb.records import FloatArray, IntArray
 
-RIDGES = (0.1, 0.3, 1.0)
-"""Ridges to choose from; vectors have length 1. Chosen by hand."""
+RIDGES = (0.1, 0.3, 1.0)  # Ridges to choose from; vectors have length 1
 SPREAD_POWER = 0.25
-"""Power of a word's variance by which its evidence is divided. Chosen by hand.
-
-0.5 would give all words evidence of equal spread, which ranks rare words too high.
-"""
+"""Power of a word's variance by which its evidence is divided. 0.5 would give all words evidence of
+equal spread, which ranks rare words too high."""
 TOLERANCE = 0.06
-"""The largest ridge whose precision is within this share of the best is taken. Chosen by hand.
-
-``docs/quality.md`` ("Words to motion") describes the comparison of ridges.
-"""
+"""The largest ridge whose precision is within this share of the best is taken. ``docs/quality.md``
+("Words to motion") describes the comparison of ridges."""
 
 
 @dataclass(frozen=True, eq=False)
 class WordMap:
-    """A calibrated linear map from vectors to words.
+    """A calibrated linear map from vectors to words."""
 
-    Attributes
-    ----------
-    weights : array (symbols, words)
-        u.
-    offsets : array (words,)
-        c.
-    priors : array (words,)
-        Share of the described intervals with each word.
-    spreads : array (words,)
-        sd.
-    calibration : array (3,)
-        a, b and c of the logistic map.
-    ridge : float
-        The ridge of the fit.
-    """
-
-    weights: FloatArray
-    offsets: FloatArray
-    priors: FloatArray
-    spreads: FloatArray
-    calibration: FloatArray
-    ridge: float = field(default=1.0, kw_only=True)
+    weights: FloatArray  # (symbols, words): u
+    offsets: FloatArray  # (words,): c
+    priors: FloatArray  # (words,): share of the described intervals with each word
+    spreads: FloatArray  # (words,): sd
+    calibration: FloatArray  # (3,): a, b and c of the logistic map
+    ridge: float = field(default=1.0, kw_only=True)  # The ridge of the fit
 
     def evidence(self, vectors: FloatArray) -> FloatArray:
         """Evidence z (n, words) of score vectors (n, symbols), before calibration."""
@@ -93,14 +72,7 @@ class WordMap:
 def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntArray) -> WordMap:
     """Fit the map and its calibration, and choose the ridge.
 
-    Parameters
-    ----------
-    vectors : array (n, symbols)
-        One row for each described interval, of length 1.
-    presence : array (n, words)
-        True where a word was written about the interval.
-    groups : array (n,)
-        Performer of each interval; whole groups are held out for ridge and calibration.
+    Shapes: `vectors` (n, symbols); `presence` (n, words); `groups` (n,).
     """
     target = presence.astype(np.float64)
     priors = word_priors(target)
@@ -124,24 +96,19 @@ def map_words(
 ) -> WordMap:
     """Fit the map with a given ridge and calibration.
 
-    Parameters
-    ----------
-    vectors : array (n, symbols)
-        One row for each described interval, of length 1.
-    presence : array (n, words)
-        True where a word was written about the interval.
-    ridge : float
-        The ridge.
-    calibration : array (3,)
-        a, b and c of the logistic map.
+    Shapes: `vectors` (n, symbols); `presence` (n, words); `calibration` (3,).
     """
     target = presence.astype(np.float64)
     weights, offsets = fit_ridge(vectors, target, ridge)
     priors = word_priors(target)
     return WordMap(
-        weights, offsets - target.mean(axis=0), priors, word_spreads(priors), calibration,
+        weights,
+        offsets - target.mean(axis=0),
+        priors,
+        word_spreads(priors),
+        calibration,
         ridge=ridge,
-    )  # fmt: skip
+    )
 
 
 def word_priors(target: FloatArray) -> FloatArray:
@@ -160,12 +127,7 @@ def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
 
     Rows and columns without a true pair are left out; the result is 0 if all are.
 
-    Parameters
-    ----------
-    predicted : array (n, words)
-        Scores.
-    presence : array (n, words)
-        True where a word was written about the interval.
+    Shapes: `predicted`, `presence` (n, words).
 
     >>> said = np.array([[True, False], [True, False]])
     >>> round(precision(np.array([[0.1, 0.9], [0.3, 0.2]]), said), 3)
@@ -187,14 +149,7 @@ def fit_ridge(
 ) -> tuple[FloatArray, FloatArray]:
     """Slopes (columns, words) and constants (words,) of centred ridge regression.
 
-    Parameters
-    ----------
-    vectors : array (n, columns)
-        Rows to predict from.
-    target : array (n, words)
-        What is predicted.
-    ridge : float
-        The ridge.
+    Shapes: `vectors` (n, columns); `target` (n, words).
     """
     mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
     v, y = vectors - mean_v, target - mean_y
@@ -208,12 +163,7 @@ def fit_ridge(
 def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
     """Words of two or more groups; all words if there are none: array (words,).
 
-    Parameters
-    ----------
-    presence : array (n, words)
-        True where a word was written about the interval.
-    groups : array (n,)
-        Performer of each interval.
+    Shapes: `presence` (n, words); `groups` (n,).
     """
     said = [presence[groups == group].any(axis=0) for group in np.unique(groups)]
     shared: NDArray[np.bool_] = np.sum(said, axis=0) > 1
@@ -223,16 +173,7 @@ def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bo
 def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
     """Predicted target of every interval, by the regression without its group: array (n, words).
 
-    Parameters
-    ----------
-    vectors : array (n, symbols)
-        One row for each described interval, of length 1.
-    target : array (n, words)
-        What is predicted.
-    groups : array (n,)
-        Group of each interval.
-    ridge : float
-        The ridge.
+    Shapes: `vectors` (n, symbols); `target` (n, words); `groups` (n,).
     """
     predicted = np.zeros_like(target)
     for group in np.unique(groups):
@@ -254,23 +195,7 @@ def calibrate(
 ) -> FloatArray:
     """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
 
-    Parameters
-    ----------
-    z : array (n, words)
-        Evidence over spread, of predictions without the interval's group.
-    logits : array (n, words)
-        Logits of the priors.
-    target : array (n, words)
-        1 where a word was written about the interval.
-    centre : array (3,), optional
-        Mean of the Gaussian prior of a, b and c; (1, 1, 0) if not given.
-    information : array (3, 3), optional
-        Its precision; 0.001 on the diagonal if not given.
-
-    Returns
-    -------
-    array (3,)
-        a, b and c of the logistic map; a is at least 0.05.
+    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
     """
     x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
     y = target.ravel()
@@ -294,12 +219,7 @@ def calibrate(
 def calibration_information(fit: WordMap, vectors: FloatArray) -> FloatArray:
     """Fisher information of the calibration over some intervals and all words: array (3, 3).
 
-    Parameters
-    ----------
-    fit : WordMap
-        The map.
-    vectors : array (n, symbols)
-        Score vectors of the intervals.
+    Shapes: `vectors` (n, symbols).
     """
     z = fit.evidence(vectors) / fit.spreads
     logits = np.broadcast_to(_logit(fit.priors), z.shape)

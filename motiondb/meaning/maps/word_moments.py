@@ -15,26 +15,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import FloatArray
 from motiondb.meaning.maps.word_map import WordMap, word_spreads
+from motiondb.records import FloatArray
 
 _GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the module
 
 
 @dataclass(frozen=True, eq=False)
 class CaptionMoments:
-    """Sums over described intervals for :mod:`motiondb.meaning.maps.caption_map`.
+    """Sums over described intervals for :mod:`motiondb.meaning.maps.caption_map`."""
 
-    Attributes
-    ----------
-    words : array (words,)
-        Sum of t, the words of an interval as a vector of length 1.
-    cross : array (symbols, words)
-        Sum of v t'.
-    """
-
-    words: FloatArray
-    cross: FloatArray
+    words: FloatArray  # (words,): sum of t, the words of an interval as a vector of length 1
+    cross: FloatArray  # (symbols, words): sum of v t'
 
     def __add__(self, other: CaptionMoments) -> CaptionMoments:
         return CaptionMoments(self.words + other.words, self.cross + other.cross)
@@ -45,57 +37,43 @@ class CaptionMoments:
 
 @dataclass(frozen=True, eq=False)
 class WordMoments:
-    """Sums over described intervals.
-
-    Attributes
-    ----------
-    n : float
-        Number of intervals.
-    vectors : array (symbols,)
-        Sum of v.
-    words : array (words,)
-        Sum of y.
-    gram : array (symbols, symbols)
-        Sum of v v'.
-    cross : array (symbols, words)
-        Sum of v y'.
-    captions : CaptionMoments or None
-        Sums for whole captions; None in databases of versions that did not keep them.
-    """
+    """Sums over described intervals."""
 
     n: float
-    vectors: FloatArray
-    words: FloatArray
-    gram: FloatArray
-    cross: FloatArray
+    vectors: FloatArray  # (symbols,): sum of v
+    words: FloatArray  # (words,): sum of y
+    gram: FloatArray  # (symbols, symbols): sum of v v'
+    cross: FloatArray  # (symbols, words): sum of v y'
+    # Sums for whole captions; None in databases of versions that did not keep them
     captions: CaptionMoments | None = None
 
     def __add__(self, other: WordMoments) -> WordMoments:
         captions, others = self.captions, other.captions
         return WordMoments(
-            self.n + other.n, self.vectors + other.vectors, self.words + other.words,
-            self.gram + other.gram, self.cross + other.cross,
+            self.n + other.n,
+            self.vectors + other.vectors,
+            self.words + other.words,
+            self.gram + other.gram,
+            self.cross + other.cross,
             None if captions is None or others is None else captions + others,
-        )  # fmt: skip
+        )
 
     def __sub__(self, other: WordMoments) -> WordMoments:
         captions, others = self.captions, other.captions
         return WordMoments(
-            self.n - other.n, self.vectors - other.vectors, self.words - other.words,
-            self.gram - other.gram, self.cross - other.cross,
+            self.n - other.n,
+            self.vectors - other.vectors,
+            self.words - other.words,
+            self.gram - other.gram,
+            self.cross - other.cross,
             None if captions is None or others is None else captions - others,
-        )  # fmt: skip
+        )
 
 
 def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoments:
     """Compute the sums over some intervals.
 
-    Parameters
-    ----------
-    vectors : array (n, symbols)
-        Score vectors of length 1; they are rounded to multiples of 2^-16.
-    presence : array (n, words)
-        True where a word was written about the interval.
+    Shapes: `vectors` (n, symbols); `presence` (n, words).
 
     >>> m = word_moments(np.array([[0.6, 0.8]]), np.array([[True, False]]))
     >>> m.n, m.cross.round(3).tolist()
@@ -106,25 +84,22 @@ def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoment
     length = np.sqrt(np.maximum(y.sum(axis=1, keepdims=True), 1.0))
     t = np.round(y / length * _GRAIN) / _GRAIN
     return WordMoments(
-        float(len(v)), v.sum(axis=0), y.sum(axis=0), v.T @ v, v.T @ y,
+        float(len(v)),
+        v.sum(axis=0),
+        y.sum(axis=0),
+        v.T @ v,
+        v.T @ y,
         CaptionMoments(t.sum(axis=0), v.T @ t),
-    )  # fmt: skip
+    )
 
 
 def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) -> WordMap:
     """Word map from sums, with a given ridge and calibration.
 
-    From the sums of the intervals given to :func:`motiondb.meaning.maps.word_map.fit_word_map` it is
-    the same map, up to rounding errors.
+    From the sums of the intervals given to :func:`motiondb.meaning.maps.word_map.fit_word_map` it
+    is the same map, up to rounding errors.
 
-    Parameters
-    ----------
-    moments : WordMoments
-        Sums over the described intervals.
-    ridge : float
-        The ridge.
-    calibration : array (3,)
-        a, b and c of the logistic map.
+    Shapes: `calibration` (3,).
     """
     n = max(moments.n, 1.0)
     mean_v: FloatArray = moments.vectors / n

@@ -8,8 +8,7 @@ import numpy as np
 
 from motiondb.records import MOTION_FPS, Caption, FloatArray, SegmentTable
 
-Actions = list[list[int]]
-"""Word numbers of every action, in order."""
+Actions = list[list[int]]  # Word numbers of every action, in order
 
 
 def label_intervals(
@@ -19,21 +18,7 @@ def label_intervals(
     nowhere_else: bool,
     n_words: int,
 ) -> FloatArray | None:
-    """y (segments, words) that captions of intervals give; None without any.
-
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    rows : slice
-        Those of the capture.
-    parts : sequence of (Caption, actions)
-        Its captions of intervals.
-    nowhere_else : bool
-        Whether their words are not shown elsewhere; otherwise y is NaN there.
-    n_words : int
-        Size of the vocabulary.
-    """
+    """y (segments, words) that captions of intervals give; None without any."""
     if not parts:
         return None
     starts, ends = table.starts[rows], table.ends[rows]
@@ -61,12 +46,7 @@ def complete_labels(labelled: FloatArray, listed: Sequence[set[int]]) -> None:
     listed action with a word more or less than the label ("side twist", "twist") may be the same.
     The segments before and after may show other listed actions that share words with the label.
 
-    Parameters
-    ----------
-    labelled : array (segments, words)
-        y of :func:`label_intervals` of one capture.
-    listed : sequence of set of int
-        Words of every action that captions of the whole capture list.
+    Shapes: `labelled` (segments, words).
     """
     labels = [set(np.flatnonzero(row == 1.0).tolist()) for row in labelled]
     for row, label in enumerate(labels):

@@ -17,13 +17,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.places.interval_labels import Actions, complete_labels, label_intervals
-from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
-from motiondb.meaning.maps.score_vectors import interval_vectors
-from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.language import vocabulary
+from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
 from motiondb.meaning.maps.listed_takes import ListedTakes
 from motiondb.meaning.maps.place_map import (
     fit_place_map,
@@ -32,31 +28,25 @@ from motiondb.meaning.maps.place_map import (
     map_places,
     take_weights,
 )
+from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.meaning.places.interval_labels import Actions, complete_labels, label_intervals
+from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
-LEAST_INFERRED = 0.01
-"""Least y of an inferred word that is kept; less hardly changes the map. Chosen by hand."""
+LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Places of the listed words of every take that was used in learning.
+    """Places of the listed words of every take that was used in learning."""
 
-    Attributes
-    ----------
-    words : dict
-        Capture number -> numbers of its listed words, rising.
-    shown : dict
-        Capture number -> array (segments, listed words), y of the module's docstring.
-    inferred : dict
-        Capture number -> words of labels in other takes that its segments resemble, rising. Its own
-        captions do not list them. Only captures that have any.
-    inferred_shown : dict
-        Capture number -> array (segments, inferred words), their y.
-    """
-
-    words: Mapping[int, tuple[int, ...]]
+    words: Mapping[int, tuple[int, ...]]  # Capture number -> numbers of its listed words, rising
+    # Capture number -> array (segments, listed words), y of the module's docstring
     shown: Mapping[int, FloatArray]
+    # Capture number -> words of labels in other takes that its segments resemble, rising. Its own
+    # captions do not list them. Only captures that have any
     inferred: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    # Capture number -> array (segments, inferred words), their y
     inferred_shown: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def only(self, captures: Container[int]) -> Places:
@@ -64,9 +54,11 @@ class Places:
         kept = [c for c in self.words if c in captures]
         inferred = [c for c in self.inferred if c in captures]
         return Places(
-            {c: self.words[c] for c in kept}, {c: self.shown[c] for c in kept},
-            {c: self.inferred[c] for c in inferred}, {c: self.inferred_shown[c] for c in inferred},
-        )  # fmt: skip
+            {c: self.words[c] for c in kept},
+            {c: self.shown[c] for c in kept},
+            {c: self.inferred[c] for c in inferred},
+            {c: self.inferred_shown[c] for c in inferred},
+        )
 
     def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
         """Performer -> numbers of the words that captions of this performer's captures list."""
@@ -78,24 +70,12 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """The captions, and the learned words.
+    """The captions, and the learned words."""
 
-    Attributes
-    ----------
-    captions : dict
-        Capture number -> captions.
-    synonyms : dict
-        Lemma -> canonical lemma.
-    lemmas : dict
-        Lemmas that the dictionary gave.
-    numbers : dict
-        Word -> its number in the vocabulary.
-    """
-
-    captions: Mapping[int, tuple[Caption, ...]]
-    synonyms: Mapping[str, str]
-    lemmas: Mapping[str, str]
-    numbers: Mapping[str, int]
+    captions: Mapping[int, tuple[Caption, ...]]  # Capture number -> captions
+    synonyms: Mapping[str, str]  # Lemma -> canonical lemma
+    lemmas: Mapping[str, str]  # Lemmas that the dictionary gave
+    numbers: Mapping[str, int]  # Word -> its number in the vocabulary
 
     def actions(self, caption: Caption) -> Actions:
         """Actions of a caption in the vocabulary; those without a known word are left out."""
@@ -131,14 +111,7 @@ def is_interval(caption: Caption) -> bool:
 def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
     """Find where the actions of captions happen; None if no caption holds a known word.
 
-    Parameters
-    ----------
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    written : Written
-        Captions and the vocabulary.
+    Shapes: `standardised` (segments, columns).
     """
     listed = listed_takes(table, standardised, written)
     if listed is None:
@@ -184,11 +157,14 @@ def listed_takes(
     n_words = len(written.numbers)
     labelled = None
     if any(take.labelled is not None for take in takes.values()):
-        labelled = np.concatenate([
-            np.full((rows[c].stop - rows[c].start, n_words), np.nan)
-            if take.labelled is None else take.labelled
-            for c, take in takes.items()
-        ])  # fmt: skip
+        labelled = np.concatenate(
+            [
+                np.full((rows[c].stop - rows[c].start, n_words), np.nan)
+                if take.labelled is None
+                else take.labelled
+                for c, take in takes.items()
+            ]
+        )
     vectors, seconds, owners = _stacked(table, standardised, list(takes))
     actions = [take.actions for take in takes.values()]
     further = [take.further for take in takes.values()]
@@ -203,16 +179,7 @@ def place_evidence(
     For a take that was used in learning, the map is fitted without it; other takes use the map of
     all.
 
-    Parameters
-    ----------
-    places : Places
-        Of at least one capture of the table; of others they are ignored.
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    n_words : int
-        Size of the vocabulary.
+    Shapes: `standardised` (segments, columns).
     """
     rows = capture_rows(table)
     captures, takes, shown = placed_takes(places, table, standardised, n_words)
@@ -240,18 +207,9 @@ def unplaced_evidence(
     each by 1 / sqrt(actions of the take). Only takes that were used in learning get evidence, each
     by the map of all others.
 
-    Parameters
-    ----------
-    places : Places or None
-        Places; where no capture of the table has any, there is no evidence.
-    said : dict
-        Capture number -> numbers of its words, and of the actions that these name.
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    n_words : int
-        Size of the vocabulary.
+    Shapes: `standardised` (segments, columns).
+
+    `said`: Capture number -> numbers of its words, and of the actions that these name.
     """
     if places is None or not places.only(capture_rows(table)).words:
         return {}
@@ -274,18 +232,7 @@ def evidence_by_others(
 ) -> dict[int, FloatArray]:
     """Evidence as :func:`place_evidence`, for every capture by the map of other performers.
 
-    Parameters
-    ----------
-    places : Places
-        Of at least one capture of the table.
-    table : SegmentTable
-        Segments of all captures.
-    standardised : array (segments, columns)
-        Standardised scores and movement of all segments.
-    n_words : int
-        Size of the vocabulary.
-    performers : dict
-        Capture number -> performer.
+    Shapes: `standardised` (segments, columns).
     """
     rows = capture_rows(table)
     captures, takes, shown = placed_takes(places, table, standardised, n_words)

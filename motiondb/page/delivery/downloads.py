@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from motiondb.body import retarget
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_clip
 from motiondb.page.answers import PageError
@@ -18,7 +19,6 @@ from motiondb.page.delivery.scene_motions import load_scene
 from motiondb.page.facts.scene_facts import find_kept
 from motiondb.page.parameters import Part
 from motiondb.page.session.state import Page
-from motiondb.body import retarget
 from motiondb.records import Motion
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
@@ -27,17 +27,9 @@ _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
 
 @dataclass(frozen=True)
 class Download:
-    """A file for the browser.
+    """A file for the browser."""
 
-    Attributes
-    ----------
-    name : str
-        File name in plain ASCII.
-    data : bytes
-        Its content.
-    """
-
-    name: str
+    name: str  # File name in plain ASCII
     data: bytes
 
     @property
@@ -47,24 +39,7 @@ class Download:
 
 
 def download(page: Page, parts: Sequence[Part], ending: str, canonical: bool) -> Download:
-    """Return the file for some parts: one motion as it is, anything else as a zip.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    parts : sequence of Part
-        What to download.
-    ending : str
-        "bvh", "glb", or "source" for the bytes that were added.
-    canonical : bool
-        Write stored captures on the canonical body at 30 frames a second.
-
-    Raises
-    ------
-    MotionDBError
-        A part cannot be written.
-    """
+    """Return the file for some parts: one motion as it is, anything else as a zip."""
     with tempfile.TemporaryDirectory(dir=page.folder) as place:
         folder = Path(place)
         with page.held.use() as db, db.session.reading():

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.page.answers import PageError, unknown
 from motiondb.page.session.state import Page
-from motiondb.body.features import FEATURE_STEP
 from motiondb.records import Motion
 
 KINDS = ("capture", "upload", "made", "sequence", "scene", "first", "kept")
@@ -22,15 +22,7 @@ KINDS = ("capture", "upload", "made", "sequence", "scene", "first", "kept")
 
 @dataclass(frozen=True)
 class Ref:
-    """A ref in its parts.
-
-    Attributes
-    ----------
-    kind : str
-        One of :data:`KINDS`.
-    name : str
-        Name or id.
-    """
+    """A ref in its parts."""
 
     kind: str
     name: str
@@ -41,13 +33,7 @@ class Ref:
 
 
 def read_ref(text: str) -> Ref:
-    """Return the parts of a ref.
-
-    Raises
-    ------
-    PageError
-        The text does not have the form of a ref.
-    """
+    """Return the parts of a ref."""
     kind, colon, name = text.partition(":")
     if not colon or kind not in KINDS or not name:
         raise PageError(
@@ -57,13 +43,7 @@ def read_ref(text: str) -> Ref:
 
 
 def find_capture(db: MotionDB, name: str) -> str:
-    """Return the name of a stored capture.
-
-    Raises
-    ------
-    PageError
-        No capture has exactly this name.
-    """
+    """Return the name of a stored capture."""
     if db.browsed(name) is None:
         raise unknown("capture", name, "It may have been removed or renamed.")
     return name
@@ -72,13 +52,7 @@ def find_capture(db: MotionDB, name: str) -> str:
 def load_motion(
     page: Page, db: MotionDB, ref: Ref, start: float | None = None, end: float | None = None
 ) -> Motion:
-    """Return the motion of a ref, or the part of it from start to end (seconds).
-
-    Raises
-    ------
-    MotionDBError
-        The ref has no motion, it has several, or the part lies outside its motion.
-    """
+    """Return the motion of a ref, or the part of it from start to end (seconds)."""
     if ref.kind == "capture":
         return db.motion(find_capture(db, ref.name), start, end)
     if ref.kind == "upload":

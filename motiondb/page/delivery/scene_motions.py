@@ -17,13 +17,7 @@ from motiondb.records import MOTION_FPS, FloatArray
 def load_scene(
     page: Page, db: MotionDB, ref: Ref, start: float | None, end: float | None, fps: float
 ) -> list[Track]:
-    """Return the tracks of a scene, or of a part of it.
-
-    Raises
-    ------
-    MotionDBError
-        There is no such scene, or captures of a stored scene were removed.
-    """
+    """Return the tracks of a scene, or of a part of it."""
     made = made_scene(page, ref)
     if made is not None:
         tracks = container.read_tracks(made)
@@ -44,11 +38,6 @@ def made_scene(page: Page, ref: Ref) -> bytes | None:
     """Return the whole motion of a scene that a job of this server made, as binary.
 
     None for a scene that is kept in the database.
-
-    Raises
-    ------
-    PageError
-        There is no such scene.
     """
     if ref.kind == "scene":
         return (page.scene_folder(ref.name) / MOTION_FILE).read_bytes()

@@ -39,11 +39,5 @@ def place_facts(match: Match) -> dict[str, Any]:
 
 
 def taken_facts(taken: Mapping[str, Taking]) -> dict[str, Any]:
-    """Return the known words that stand for unknown words, with their probabilities.
-
-    Parameters
-    ----------
-    taken : mapping of str to Taking
-        For each unknown word, the known words that stand for it.
-    """
+    """Return the known words that stand for unknown words, with their probabilities."""
     return {word: taking.facts() for word, taking in taken.items()}

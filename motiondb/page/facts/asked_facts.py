@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from motiondb.database import MotionDB
-from motiondb.search.example_answers import ExampleAnswer
-from motiondb.search.explained_answer import Explanation
-from motiondb.search.word_answers import WordAnswer
 from motiondb.page.facts.answer_facts import match_facts, taken_facts
 from motiondb.page.facts.capture_facts import caption_facts
 from motiondb.records import Match
+from motiondb.search.example_answers import ExampleAnswer
+from motiondb.search.explained_answer import Explanation
+from motiondb.search.word_answers import WordAnswer
 
 
 def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:

@@ -49,19 +49,7 @@ def _at(spot: Spot) -> list[float]:
 
 
 def board_facts(db: MotionDB, board: Board, name: str, shipped: bool) -> dict[str, Any]:
-    """Return a diagram with its faults, shortest strings of actions, and number of clips.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    board : Board
-        The diagram.
-    name : str
-        Its name, or "".
-    shipped : bool
-        Whether it comes with motiondb.
-    """
+    """Return a diagram with its faults, shortest strings of actions, and number of clips."""
     clips = {}
     if board.grammar is not None and board.actions:
         clips = count_clips(db.scenes.find_actions(board.grammar), board.actions)

@@ -112,15 +112,7 @@ def stretch_facts(provenance: store.Provenance) -> list[dict[str, Any]]:
 
 
 def capture_facts(db: MotionDB, row: BrowsedCapture) -> dict[str, Any]:
-    """Return everything about one capture.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    row : BrowsedCapture
-        Its row.
-    """
+    """Return everything about one capture."""
     info = row.info
     name = info.name
     facts = row_facts(row) | {

@@ -26,19 +26,7 @@ def sentence_facts(made: Generated) -> dict[str, Any]:
 
 
 def made_facts(db: MotionDB, made: Generated, made_id: str, saved: str) -> dict[str, Any]:
-    """Return the facts of a generated motion.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    made : Generated
-        The motion.
-    made_id : str
-        Its id.
-    saved : str
-        Name of the capture that holds it, or "".
-    """
+    """Return the facts of a generated motion."""
     facts = made.facts()
     actions = [
         {
@@ -68,17 +56,7 @@ def made_facts(db: MotionDB, made: Generated, made_id: str, saved: str) -> dict[
 
 
 def sequence_facts(db: MotionDB, sequence: GrammarSequence, seed: int) -> dict[str, Any]:
-    """Return the facts of a sequence of a grammar.
-
-    Parameters
-    ----------
-    db : MotionDB
-        The database.
-    sequence : GrammarSequence
-        The sequence.
-    seed : int
-        The seed it was made from.
-    """
+    """Return the facts of a sequence of a grammar."""
     facts = db.grammars.facts(sequence, seed)
     meanings = db.grammars.meanings(sequence.grammar)
     names = db.grammars.load(sequence.grammar).terminals.names

@@ -36,12 +36,7 @@ FACTS_FILE, MOTION_FILE, FIRST_FILE = "facts.json", "motion.bin", "first.bin"
 def made_scene_facts(scene: Scene, curve: Sequence[tuple[float, float]]) -> dict[str, Any]:
     """Return the facts of a scene that was made.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    curve : sequence of (float, float)
-        Share of the sampling that was done (0 to 1), and the error of the scene, -log P.
+    `curve`: Share of the sampling that was done (0 to 1), and the error of the scene, -log P.
     """
     actions = {
         who.name: action_captions(placed, tuple(clip.terminal for clip in who.clips))
@@ -79,17 +74,7 @@ def made_scene_motion(scene: Scene, ref: str) -> bytes:
 
 
 def first_motion(polished: PolishedScene, diagram: Diagram, ref: str) -> bytes:
-    """Return the motions of a polished scene as a container; no report is needed.
-
-    Parameters
-    ----------
-    polished : PolishedScene
-        The scene.
-    diagram : Diagram
-        Its diagram.
-    ref : str
-        The ref of its tracks.
-    """
+    """Return the motions of a polished scene as a container; no report is needed."""
     motions = {player.player: player.motion for player in polished.players}
     teams = {player.name: player.team for player in diagram.players}
     ball = np.zeros((0, 3)) if polished.ball is None else polished.ball.positions
@@ -115,13 +100,7 @@ def _tracks(
 
 
 def find_kept(db: MotionDB, name: str) -> StoredScene:
-    """Return a kept scene.
-
-    Raises
-    ------
-    PageError
-        No kept scene has this name.
-    """
+    """Return a kept scene."""
     if name not in db.scenes.names():
         raise unknown("scene", name, "It may have been removed.")
     return db.scenes.load(name)

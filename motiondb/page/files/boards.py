@@ -18,21 +18,11 @@ _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9]|lpt[0-9])")
 
 @dataclass(frozen=True)
 class BoardFile:
-    """A diagram that can be opened.
-
-    Attributes
-    ----------
-    name : str
-        Its name.
-    title : str
-        Its title.
-    shipped : bool
-        Whether it comes with motiondb.
-    """
+    """A diagram that can be opened."""
 
     name: str
     title: str
-    shipped: bool
+    shipped: bool  # Whether it comes with motiondb
 
 
 def list_boards(folder: Path) -> list[BoardFile]:
@@ -49,13 +39,7 @@ def list_boards(folder: Path) -> list[BoardFile]:
 
 
 def read_board_text(folder: Path, name: str) -> tuple[str, bool]:
-    """Return the text of a diagram, and whether it is a shipped one.
-
-    Raises
-    ------
-    PageError
-        No diagram has this name.
-    """
+    """Return the text of a diagram, and whether it is a shipped one."""
     if name in shipped(TACTICS):
         return shipped_text(name, TACTICS), True
     path = board_path(folder, name)
@@ -65,21 +49,14 @@ def read_board_text(folder: Path, name: str) -> tuple[str, bool]:
 
 
 def save_board(folder: Path, name: str, text: str) -> None:
-    """Write a diagram into the folder, which is created if it is missing.
-
-    Raises
-    ------
-    PageError
-        The name is that of a shipped diagram, or is not valid.
-    MotionDBError
-        The file cannot be written.
-    """
+    """Write a diagram into the folder, which is created if it is missing."""
     path = board_path(folder, name)
     if name in shipped(TACTICS):
         raise PageError(
             f"{name}: expected another name than those of the shipped diagrams. Choose one.",
-            409, "ConflictError",
-        )  # fmt: skip
+            409,
+            "ConflictError",
+        )
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -92,13 +69,7 @@ def save_board(folder: Path, name: str, text: str) -> None:
 
 
 def remove_board(folder: Path, name: str) -> None:
-    """Delete a diagram of the user.
-
-    Raises
-    ------
-    PageError
-        No diagram has this name.
-    """
+    """Delete a diagram of the user."""
     path = board_path(folder, name)
     if not _is_own(path):
         raise unknown("board", name, "Shipped ones stay.")
@@ -106,13 +77,7 @@ def remove_board(folder: Path, name: str) -> None:
 
 
 def board_path(folder: Path, name: str) -> Path:
-    """Return the path of a diagram; a name that contains a path is refused.
-
-    Raises
-    ------
-    PageError
-        The name is not valid.
-    """
+    """Return the path of a diagram; a name that contains a path is refused."""
     if not re.fullmatch(NAME, name) or _RESERVED.fullmatch(name):
         raise PageError(
             f"board: expected a name of letters, digits, - and _, found {name[:100]!r}."

@@ -5,11 +5,19 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-BUNDLE = Path(__file__).parents[1] / "bundle"
-"""The folder into which the build writes them."""
+BUNDLE = Path(__file__).parents[1] / "bundle"  # The folder into which the build writes them
 ENDINGS = (
-    ".html", ".js", ".css", ".svg", ".png", ".ico", ".woff2", ".map", ".webmanifest", ".txt",
-)  # fmt: skip
+    ".html",
+    ".js",
+    ".css",
+    ".svg",
+    ".png",
+    ".ico",
+    ".woff2",
+    ".map",
+    ".webmanifest",
+    ".txt",
+)
 NO_BUNDLE = (
     "The page was not built with this installation of motiondb.\n\n"
     "In a clone, with Node or where the npm registry can be reached:\n"
@@ -20,15 +28,7 @@ NO_BUNDLE = (
 
 
 def bundle_file(bundle: Path, name: str) -> Path | None:
-    """Return the path of a file of the page; None if no file has this name.
-
-    Parameters
-    ----------
-    bundle : Path
-        The folder.
-    name : str
-        A plain file name.
-    """
+    """Return the path of a file of the page; None if no file has this name."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name) or Path(name).suffix not in ENDINGS:
         return None
     path = bundle / name

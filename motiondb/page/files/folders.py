@@ -13,33 +13,18 @@ from typing import Any
 from motiondb.page.answers import PageError, unknown
 from motiondb.page.settings import upload_kind
 
-MOST_ENTRIES = 2000
-"""Largest number of entries of a folder that are listed. Chosen by hand."""
+MOST_ENTRIES = 2000  # Largest number of entries of a folder that are listed
 
 
 def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
-    """Return a path below one of the allowed folders.
-
-    Parameters
-    ----------
-    roots : sequence of Path
-        The allowed folders.
-    root : int
-        Index of one of them.
-    path : str
-        Path below it, with ``/`` between its parts; "" for the folder itself.
-
-    Raises
-    ------
-    PageError
-        There is no such folder, or the path leads out of it.
-    """
+    """Return a path below one of the allowed folders."""
     if not 0 <= root < len(roots):
         raise PageError(
             "folder: expected one of the folders that the page was started with, found another."
             " Start motiondb serve with --folder FOLDER.",
-            403, "FolderError",
-        )  # fmt: skip
+            403,
+            "FolderError",
+        )
     base = roots[root].resolve()
     parts = [part for part in path.split("/") if part not in ("", ".")]
     try:
@@ -53,13 +38,7 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
 
 
 def list_folder(roots: Sequence[Path], root: int, path: str) -> dict[str, Any]:
-    """Return the folders, the number of captures and the sheets in an allowed folder.
-
-    Raises
-    ------
-    PageError
-        There is no such folder, or it cannot be read.
-    """
+    """Return the folders, the number of captures and the sheets in an allowed folder."""
     folder = allowed_path(roots, root, path)
     if not folder.is_dir():
         raise unknown("folder", path, "Choose one that is listed.")

@@ -25,45 +25,24 @@ _DEEPEST = 8
 three."""
 _LONGEST_PART = 100
 """Largest number of characters in one part of a path; file systems allow 255 bytes."""
-_CHUNK = 2**20
-"""Bytes read at once."""
+_CHUNK = 2**20  # Bytes read at once
 
 
 @dataclass(frozen=True)
 class UploadedFile:
-    """A file of an upload.
+    """A file of an upload."""
 
-    Attributes
-    ----------
-    name : str
-        Cleaned name, with ``/`` between its parts.
-    kind : str
-        "capture", "skeleton" or "sheet".
-    n_bytes : int
-        Its size.
-    """
-
-    name: str
-    kind: str
+    name: str  # Cleaned name, with ``/`` between its parts
+    kind: str  # "capture", "skeleton" or "sheet"
     n_bytes: int
 
 
 @dataclass(frozen=True)
 class Upload:
-    """The files of one request.
-
-    Attributes
-    ----------
-    upload_id : str
-        Its id.
-    folder : Path
-        Where the files are.
-    files : tuple of UploadedFile
-        The files.
-    """
+    """The files of one request."""
 
     upload_id: str
-    folder: Path
+    folder: Path  # Where the files are
     files: tuple[UploadedFile, ...]
 
     @property
@@ -72,13 +51,7 @@ class Upload:
         return sum(file.n_bytes for file in self.files)
 
     def path(self, name: str) -> Path:
-        """Return the path of one of the files, by its cleaned name.
-
-        Raises
-        ------
-        PageError
-            The upload has no such file.
-        """
+        """Return the path of one of the files, by its cleaned name."""
         if name not in {file.name for file in self.files}:
             raise unknown("uploaded file", name, "Upload it again.")
         return self.folder.joinpath(*name.split("/"))
@@ -101,15 +74,7 @@ def clean_name(name: str) -> str:
 
 
 class Uploads:
-    """The uploads of a server; the oldest are dropped when they exceed the size limit.
-
-    Parameters
-    ----------
-    folder : Path
-        A private folder.
-    limits : UploadLimits
-        Limits of size.
-    """
+    """The uploads of a server; the oldest are dropped when they exceed the size limit."""
 
     def __init__(self, folder: Path, limits: UploadLimits) -> None:
         self._folder, self.limits = folder, limits
@@ -117,13 +82,7 @@ class Uploads:
         self._lock = threading.Lock()
 
     def get(self, upload_id: str) -> Upload:
-        """Return an upload.
-
-        Raises
-        ------
-        PageError
-            No upload has this id.
-        """
+        """Return an upload."""
         with self._lock:
             if upload_id not in self._uploads:
                 raise unknown("upload", upload_id, "Upload the files again.")
@@ -137,20 +96,15 @@ class Uploads:
         return Receiving(upload_id, folder, self.limits)
 
     def keep(self, received: Receiving) -> Upload:
-        """Keep the received files; drop the oldest uploads if they exceed the size limit.
-
-        Raises
-        ------
-        PageError
-            No file was accepted.
-        """
+        """Keep the received files; drop the oldest uploads if they exceed the size limit."""
         if not received.files:
             shutil.rmtree(received.folder, ignore_errors=True)
             why = "; ".join(f"{name}: {reason}" for name, reason in received.refused[:5])
             raise PageError(
                 f"upload: expected captures or sheets of words, found none. {why}".strip(),
-                415, "KindError",
-            )  # fmt: skip
+                415,
+                "KindError",
+            )
         upload = Upload(received.upload_id, received.folder, tuple(received.files))
         with self._lock:
             self._uploads[upload.upload_id] = upload
@@ -163,17 +117,7 @@ class Uploads:
 
 
 class Receiving:
-    """An upload that receives files one after the other.
-
-    Parameters
-    ----------
-    upload_id : str
-        Its id.
-    folder : Path
-        Folder for the files.
-    limits : UploadLimits
-        Limits of size.
-    """
+    """An upload that receives files one after the other."""
 
     def __init__(self, upload_id: str, folder: Path, limits: UploadLimits) -> None:
         self.upload_id, self.folder, self._limits = upload_id, folder, limits

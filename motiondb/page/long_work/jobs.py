@@ -23,27 +23,16 @@ from typing import IO, Any
 
 from motiondb.page.answers import Json, PageError, unknown
 
-MOST_JOBS = 100
-"""Largest number of jobs that are remembered. Chosen by hand."""
-MOST_POINTS = 2000
-"""Largest number of points of an error curve that are remembered. Chosen by hand."""
+MOST_JOBS = 100  # Largest number of jobs that are remembered
+MOST_POINTS = 2000  # Largest number of points of an error curve that are remembered
 SCENE_KINDS = ("scene", "scene-update")
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 _ENDED = (DONE, FAILED, CANCELLED)
-_PATIENCE = 5.0
-"""Seconds after which a worker that was asked to end is killed."""
+_PATIENCE = 5.0  # Seconds after which a worker that was asked to end is killed
 
 
 class Job:
-    """A piece of long work. Only :class:`Jobs` changes it.
-
-    Parameters
-    ----------
-    kind : str
-        "add", "learn", "grammar", "scene" or "scene-update".
-    title : str
-        Description of the job, shown to the user.
-    """
+    """A piece of long work. Only :class:`Jobs` changes it."""
 
     def __init__(self, kind: str, title: str) -> None:
         self.job_id = f"j{secrets.token_hex(5)}"
@@ -109,25 +98,18 @@ class Job:
 
 
 class Worker:
-    """A process that does long work, one command at a time.
-
-    Parameters
-    ----------
-    database : Path
-        The database file.
-    read_only : bool
-        Whether the process may only read the database.
-    folder : Path
-        An empty working directory, so that no name in a command can refer to a file of the user.
-    """
+    """A process that does long work, one command at a time."""
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
         module, file = "motiondb.page.long_work.worker", str(database.absolute())
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module, file, "read-only" if read_only else "writing"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            encoding="utf-8", cwd=folder,
-        )  # fmt: skip
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            encoding="utf-8",
+            cwd=folder,
+        )
         self.turn = threading.Lock()
 
     @property
@@ -138,17 +120,7 @@ class Worker:
     def run(
         self, job: Job, parameters: Mapping[str, Any], shown: Callable[[str], str] = str
     ) -> None:
-        """Run a job: send the command, and record its events until it has ended.
-
-        Parameters
-        ----------
-        job : Job
-            The job.
-        parameters : dict of str to object
-            Parameters of the command.
-        shown : callable
-            Returns a message without what users must not see, such as private paths.
-        """
+        """Run a job: send the command, and record its events until it has ended."""
         stdin, stdout = self._process.stdin, self._process.stdout
         assert stdin is not None
         assert stdout is not None
@@ -199,17 +171,7 @@ def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
 
 
 class Jobs:
-    """The jobs of a server.
-
-    Parameters
-    ----------
-    database : Path
-        The database file.
-    read_only : bool
-        Whether workers may only read the database.
-    folder : Path
-        An empty folder, the working directory of the workers.
-    """
+    """The jobs of a server."""
 
     def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
         self._database, self._read_only, self._folder = database, read_only, folder
@@ -230,13 +192,7 @@ class Jobs:
         return job
 
     def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Json:
-        """Run a short job in the worker of scenes, and return its result.
-
-        Raises
-        ------
-        PageError
-            The job failed.
-        """
+        """Run a short job in the worker of scenes, and return its result."""
         job = Job(kind, title)
         self._run_scene(job, parameters)
         if job.state != DONE:
@@ -245,13 +201,7 @@ class Jobs:
         return job.result
 
     def get(self, job_id: str) -> Job:
-        """Return a job.
-
-        Raises
-        ------
-        PageError
-            No job has this id.
-        """
+        """Return a job."""
         with self._lock:
             if job_id not in self._jobs:
                 raise unknown("job", job_id)

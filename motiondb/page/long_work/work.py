@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 Parameters = Mapping[str, Any]
 SCENE_FILE = "scene.pickle"
-MOST_SCENES = 8
-"""Largest number of scenes in memory; others are read from their folders. Chosen by hand."""
+MOST_SCENES = 8  # Largest number of scenes in memory; others are read from their folders
 
 
 class Progress(Protocol):
@@ -35,17 +34,7 @@ class Progress(Protocol):
 
 
 class Workshop:
-    """Runs commands on one database.
-
-    Parameters
-    ----------
-    database : Path
-        The database file.
-    read_only : bool
-        Whether changes are refused.
-    wait : float
-        Seconds to wait for a process that holds the database.
-    """
+    """Runs commands on one database."""
 
     def __init__(self, database: Path, read_only: bool, wait: float) -> None:
         self._path, self._read_only, self._wait = database, read_only, wait
@@ -62,13 +51,7 @@ class Workshop:
         }
 
     def do(self, kind: str, parameters: Parameters, progress: Progress) -> Json:
-        """Run a command, release the database at its end, and return the result for JSON.
-
-        Raises
-        ------
-        MotionDBError
-            The command fails.
-        """
+        """Run a command, release the database at its end, and return the result for JSON."""
         try:
             return self._does[kind](parameters, progress)
         finally:
@@ -94,8 +77,8 @@ class Workshop:
         return self._opened[read_only]
 
     def _add(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
-        from motiondb.files import unit_from_name
         from motiondb.database.catalogue.file_reading import AddSettings
+        from motiondb.files import unit_from_name
 
         unit, place = parameters["unit"], str(Path(parameters["folder"]).absolute())
         settings = AddSettings(
@@ -106,9 +89,11 @@ class Workshop:
         )
         before = {info.name for info in self.database.captures()}
         report = self.database.add(
-            parameters["folder"], parameters["words"], settings,
+            parameters["folder"],
+            parameters["words"],
+            settings,
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
-        )  # fmt: skip
+        )
         names = [info.name for info in self.database.captures() if info.name not in before]
         return {
             "added": len(report.added),
@@ -140,9 +125,11 @@ class Workshop:
 
         settings = GrammarSettings(**parameters["settings"])
         learned, lost = self.database.grammars.learn(
-            parameters["captures"], parameters["name"], settings,
+            parameters["captures"],
+            parameters["name"],
+            settings,
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
-        )  # fmt: skip
+        )
         return {"grammar": learned.name, "lost": lost}
 
     def _make_scene(self, parameters: Parameters, progress: Progress) -> dict[str, Any]:
@@ -219,13 +206,7 @@ class Workshop:
 
 
 class _Course:
-    """Records the error of a scene while it is sampled, and passes it on.
-
-    Parameters
-    ----------
-    progress : Progress
-        Receives every step.
-    """
+    """Records the error of a scene while it is sampled, and passes it on."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress

@@ -30,13 +30,7 @@ EVERY = 0.05
 
 
 class Events:
-    """Writes events, at most one every ``EVERY`` seconds for the same step.
-
-    Parameters
-    ----------
-    out : TextIO
-        Stream to which events are written.
-    """
+    """Writes events, at most one every ``EVERY`` seconds for the same step."""
 
     def __init__(self, out: TextIO) -> None:
         self._out = out

@@ -29,68 +29,40 @@ from motiondb.records import MOTION_FPS, FloatArray
 
 MAGIC = b"MDBM"
 MEDIA_TYPE = "application/x-motiondb"
-_STEPS = 32767
-"""Largest value of a signed integer of 16 bits."""
+_STEPS = 32767  # Largest value of a signed integer of 16 bits
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A body or a ball in the container.
+    """A body or a ball in the container."""
 
-    Attributes
-    ----------
-    name : str
-        Name that is shown.
-    ref : str
-        Ref of the motion or scene that the track belongs to.
-    points : array (frames, points, 3) or (frames, 3)
-        Positions in metres; the second shape is that of a ball.
-    contacts : array (frames, 2) or None
-        Whether the left and the right foot are on the ground.
-    start : float
-        Time of the first frame in the take, seconds.
-    fps : float
-        Frames per second.
-    team : str
-        Team of a player of a scene, or "".
-    leg_length : float or None
-        The performer's leg length, metres.
-    """
-
-    name: str
-    ref: str
+    name: str  # Name that is shown
+    ref: str  # Ref of the motion or scene that the track belongs to
+    # (frames, points, 3) or (frames, 3): positions in metres; the second shape is that of a ball
     points: FloatArray
+    # (frames, 2) or None: whether the left and the right foot are on the ground
     contacts: NDArray[np.bool_] | None = None
-    start: float = 0.0
+    start: float = 0.0  # Time of the first frame in the take, seconds
     fps: float = MOTION_FPS
-    team: str = ""
-    leg_length: float | None = None
+    team: str = ""  # Team of a player of a scene, or ""
+    leg_length: float | None = None  # The performer's leg length, metres
 
 
 def body_track(
     name: str, ref: str, shown: figure.Figure, start: float = 0.0, fps: float = MOTION_FPS
 ) -> Track:
-    """Return the track of a figure, at the same or a lower frame rate.
-
-    Parameters
-    ----------
-    name : str
-        Name that is shown.
-    ref : str
-        Ref.
-    shown : Figure
-        The figure, at 30 frames a second.
-    start : float
-        Time of the first frame in the take, seconds.
-    fps : float
-        Frames per second of the track, at most 30.
-    """
+    """Return the track of a figure, at the same or a lower frame rate."""
     kept = figure.thinned(len(shown.points), MOTION_FPS, fps)
     rate = min(fps, MOTION_FPS)
     return Track(
-        name, ref, shown.points[kept], shown.contacts[kept], start, rate,
+        name,
+        ref,
+        shown.points[kept],
+        shown.contacts[kept],
+        start,
+        rate,
         leg_length=shown.leg_length,
-    )  # fmt: skip
+    )
 
 
 def pack(tracks: Sequence[Track]) -> bytes:
@@ -147,19 +119,7 @@ def _pack_track(track: Track, store: Callable[[bytes], int]) -> dict[str, Any]:
 def quantise(points: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int16]]:
     """Return origin, scale and 16-bit values of points: position = origin + scale * value.
 
-    Parameters
-    ----------
-    points : array (..., 3)
-        Metres.
-
-    Returns
-    -------
-    origin : array (3,)
-        Centre of the points, metres.
-    scale : array (3,)
-        Metres per unit of the values.
-    values : array (..., 3), int16
-        Little-endian.
+    Shapes: `points` (..., 3); result (3,).
     """
     flat = points.reshape(-1, 3)
     if not len(flat):
@@ -188,6 +148,12 @@ def _read_track(row: dict[str, Any], n_points: int, payload: bytes) -> Track:
         bits = np.frombuffer(payload, np.uint8, frames, row["contacts"])
         contacts = np.stack([bits & 1, bits >> 1], axis=1).astype(bool)
     return Track(
-        row["name"], row["ref"], values * np.array(row["scale"]) + np.array(row["origin"]),
-        contacts, row["start"], row["fps"], row["team"] or "", row.get("leg_length"),
-    )  # fmt: skip
+        row["name"],
+        row["ref"],
+        values * np.array(row["scale"]) + np.array(row["origin"]),
+        contacts,
+        row["start"],
+        row["fps"],
+        row["team"] or "",
+        row.get("leg_length"),
+    )

@@ -11,22 +11,34 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import find_contacts
 from motiondb.body import body, retarget, rotation
+from motiondb.generate.contact import find_contacts
 from motiondb.records import FloatArray, IntArray, Motion
 
 POINTS: tuple[str, ...] = (
     *body.JOINTS,
     *(f"{body.JOINTS[joint].replace('wrist', 'hand')}_end" for joint, _ in body.END_SITES),
-)
-"""Names of the points, in their order in arrays."""
+)  # Names of the points, in their order in arrays
 PARENTS: tuple[int, ...] = (*body.PARENTS.tolist(), *(joint for joint, _ in body.END_SITES))
 """Index of each point's parent, -1 for the pelvis."""
 _RADII = {
-    "pelvis": 0.0, "hip": 0.10, "knee": 0.075, "ankle": 0.052, "toe": 0.042, "toe_end": 0.032,
-    "spine": 0.115, "chest": 0.125, "neck": 0.06, "head": 0.055, "head_end": 0.095,
-    "collar": 0.06, "shoulder": 0.062, "elbow": 0.047, "wrist": 0.037, "hand_end": 0.035,
-}  # fmt: skip
+    "pelvis": 0.0,
+    "hip": 0.10,
+    "knee": 0.075,
+    "ankle": 0.052,
+    "toe": 0.042,
+    "toe_end": 0.032,
+    "spine": 0.115,
+    "chest": 0.125,
+    "neck": 0.06,
+    "head": 0.055,
+    "head_end": 0.095,
+    "collar": 0.06,
+    "shoulder": 0.062,
+    "elbow": 0.047,
+    "wrist": 0.037,
+    "hand_end": 0.035,
+}
 """Radius of the capsule that ends at each point, metres. Chosen by hand, to look like an adult."""
 
 
@@ -36,27 +48,18 @@ def _radius(point: str) -> float:
 
 RADII: tuple[float, ...] = tuple(_radius(point) for point in POINTS)
 """Radius of the capsule from each point to its parent, metres; 0 for the pelvis."""
-BALL_RADIUS = 0.12
-"""Radius of a basketball, metres."""
+BALL_RADIUS = 0.12  # Radius of a basketball, metres
 
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """A motion as points.
+    """A motion as points."""
 
-    Attributes
-    ----------
-    points : array (frames, 26, 3)
-        Metres on the standard body, right-handed world frame, y up, ground at y = 0.
-    contacts : array (frames, 2)
-        Whether the left and the right foot are on the ground.
-    leg_length : float
-        The performer's leg length, metres.
-    """
-
+    # (frames, 26, 3): metres on the standard body, right-handed world frame, y up, ground at y = 0
     points: FloatArray
+    # (frames, 2): whether the left and the right foot are on the ground
     contacts: NDArray[np.bool_]
-    leg_length: float
+    leg_length: float  # The performer's leg length, metres
 
 
 def figure_of(motion: Motion) -> Figure:
@@ -73,10 +76,7 @@ def figure_of(motion: Motion) -> Figure:
 def facing_forward(points: FloatArray) -> FloatArray:
     """Return points moved and turned so that the first frame is at the origin and faces +z.
 
-    Parameters
-    ----------
-    points : array (frames, 26, 3)
-        Points of a figure, metres.
+    Shapes: `points` (frames, 26, 3).
     """
     left, right = POINTS.index("l_hip"), POINTS.index("r_hip")
     across = points[0, left] - points[0, right]

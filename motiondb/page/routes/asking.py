@@ -17,13 +17,7 @@ from motiondb.page.session.state import Page
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of questions.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of questions."""
     routes = APIRouter(tags=["ask"])
 
     @routes.get("/api/search", response_model=asking_schemas.SearchAnswer)

@@ -24,8 +24,7 @@ Metres = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
 Point = tuple[Metres, Metres]
 PlayerName = Annotated[str, Field(pattern=r"^[^\W\d]\w*$", max_length=60)]
 OtherName = Annotated[str, Field(pattern=r"^([^\W\d]\w*)?$", max_length=60)]
-MOST = 200
-"""Largest number of players, elements or places. Chosen by hand: a team has five players."""
+MOST = 200  # Largest number of players, elements or places. Chosen by hand: a team has five players
 
 
 class PlayerBody(Body):
@@ -89,13 +88,21 @@ class DiagramBody(Body):
             tuple(Player(p.name, p.team, Spot(*p.at), p.guards) for p in self.players),
             tuple(
                 Element(
-                    e.kind, e.step, e.player, e.other, tuple(Spot(*at) for at in e.via),
-                    Spot(*e.to) if e.to else None, e.caught,
+                    e.kind,
+                    e.step,
+                    e.player,
+                    e.other,
+                    tuple(Spot(*at) for at in e.via),
+                    Spot(*e.to) if e.to else None,
+                    e.caught,
                 )
                 for e in self.elements
             ),
-            self.grammar, court, (*rim, *((p.name, Spot(*p.at)) for p in self.places)), self.ball,
-        )  # fmt: skip
+            self.grammar,
+            court,
+            (*rim, *((p.name, Spot(*p.at)) for p in self.places)),
+            self.ball,
+        )
 
 
 class BoardBody(Body):
@@ -105,13 +112,7 @@ class BoardBody(Body):
     diagram: DiagramBody | None = None
 
     def to_text(self) -> str:
-        """Return the text of the diagram.
-
-        Raises
-        ------
-        PageError
-            Neither or both of text and diagram are given.
-        """
+        """Return the text of the diagram."""
         if (self.text is None) == (self.diagram is None):
             raise PageError("board: expected either text or diagram, found neither or both.")
         if self.diagram is not None:
@@ -126,13 +127,7 @@ class NamedBoardBody(BoardBody):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of tactics diagrams.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of tactics diagrams."""
     routes = APIRouter(tags=["boards"])
     folder = page.settings.boards_folder
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 
-from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
+from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.page.answers import Answer, PageError, unknown
 from motiondb.page.facts.capture_facts import (
     caption_facts,
@@ -48,13 +48,7 @@ class CaptionsBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of the catalogue.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of the catalogue."""
     routes = APIRouter(tags=["catalogue"])
 
     @routes.get("/api/status", response_model=catalogue_schemas.StatusFacts)
@@ -177,21 +171,16 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
                 raise PageError(
                     f"{last.capture}: expected the words of this edit, found others."
                     " They were changed since, and stay as they are.",
-                    409, "ConflictError",
-                )  # fmt: skip
+                    409,
+                    "ConflictError",
+                )
             db.set_captions(last.capture, last.before)
             words = caption_facts(db.captions(last.capture))
         return Answer({"capture": last.capture, "words": words, "left": len(page.edits)})
 
 
 def find_row(db: MotionDB, name: str) -> BrowsedCapture:
-    """Return the row of a capture.
-
-    Raises
-    ------
-    PageError
-        No capture has exactly this name.
-    """
+    """Return the row of a capture."""
     row = db.browsed(name)
     if row is None:
         raise unknown("capture", name, "It may have been removed.")

@@ -37,13 +37,7 @@ class SaveBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes that generate.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes that generate."""
     routes = APIRouter(tags=["generate"])
 
     @routes.post("/api/generate", response_model=generating_schemas.GenerateAnswer)
@@ -75,8 +69,9 @@ def router(page: Page) -> APIRouter:
         if kept.saved:
             raise PageError(
                 f"{kept.saved}: expected a motion that is not saved, found it saved already.",
-                409, "ConflictError",
-            )  # fmt: skip
+                409,
+                "ConflictError",
+            )
         with page.held.use() as db:
             db.check_name_free(body.name)
             info = db.save_generated(

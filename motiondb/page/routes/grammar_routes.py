@@ -67,13 +67,7 @@ class AlternativesBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of grammars.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of grammars."""
     routes = APIRouter(tags=["grammars"])
 
     @routes.get("/api/grammars", response_model=grammar_schemas.GrammarRows)
@@ -154,9 +148,13 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
         _keep_line(page, kept)
         with page.held.use() as db, db.session.reading():
             edited = db.grammars.edit(
-                kept.sequence.grammar, kept.sequence, body.at, (body.wider, body.narrower),
-                body.number, body.seed,
-            )  # fmt: skip
+                kept.sequence.grammar,
+                kept.sequence,
+                body.at,
+                (body.wider, body.narrower),
+                body.number,
+                body.seed,
+            )
             rows = [
                 _alternative(page, db, body, edited, n) for n in range(len(edited.alternatives))
             ]
@@ -205,13 +203,7 @@ def _keep_line(page: Page, made: MadeSequence | None) -> None:
 
 
 def check_grammar(db: MotionDB, name: str) -> None:
-    """Check that a grammar has this name.
-
-    Raises
-    ------
-    PageError
-        No grammar has exactly this name.
-    """
+    """Check that a grammar has this name."""
     if name not in db.grammars.names():
         raise unknown("grammar", name, "It may have been removed.")
 

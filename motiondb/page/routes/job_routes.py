@@ -32,8 +32,7 @@ _EVENTS: dict[int | str, dict[str, Any]] = {
         " revision with the revision of the database.",
         "content": {"text/event-stream": {"schema": {"type": "string"}}},
     }
-}
-"""OpenAPI description of the stream of events."""
+}  # OpenAPI description of the stream of events
 JobId = Annotated[str, PathParameter(max_length=40, description="Id of a job.")]
 
 
@@ -64,13 +63,7 @@ class LearnBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of long work.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of long work."""
     routes = APIRouter(tags=["jobs"])
 
     @routes.post("/api/add", response_model=shared_schemas.JobFacts, status_code=202)

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
 
+from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.page.delivery.refs import Ref, load_motion, read_ref
 from motiondb.page.delivery.scene_motions import load_scene, made_scene
@@ -15,22 +16,17 @@ from motiondb.page.motion import container, figure
 from motiondb.page.motion.container import Track, body_track
 from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
 from motiondb.page.session.state import Page
-from motiondb.body.features import FEATURE_STEP
 from motiondb.records import MOTION_FPS
 
-MOST_THUMBS = 200
-"""Largest number of thumbnails of one request. Chosen by hand; not tuned."""
-THUMB_FRAMES, THUMB_SECONDS = 24, 4.0
-"""Frames of a thumbnail, and the seconds that they span. Chosen by hand."""
-MOST_MOTIONS = 64
-"""Largest number of motions of one request. Chosen by hand; not tuned."""
+MOST_THUMBS = 200  # Largest number of thumbnails of one request
+THUMB_FRAMES, THUMB_SECONDS = 24, 4.0  # Frames of a thumbnail, and the seconds that they span
+MOST_MOTIONS = 64  # Largest number of motions of one request
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "Motion as binary; docs/page.md describes the format.",
         "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
-}
-"""OpenAPI description of binary motion."""
+}  # OpenAPI description of binary motion
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 
@@ -42,13 +38,7 @@ class MotionsBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of motion.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of motion."""
     routes = APIRouter(tags=["motion"])
 
     @routes.get("/api/motion", response_class=Response, responses=_CONTAINER)

@@ -52,13 +52,7 @@ class KeepBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of scenes.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of scenes."""
     routes = APIRouter(tags=["scenes"])
 
     @routes.post("/api/scenes", response_model=shared_schemas.JobFacts, status_code=202)

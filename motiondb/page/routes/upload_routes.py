@@ -18,8 +18,7 @@ from motiondb.page.parameters import Body, End, Part, RefText, Start
 from motiondb.page.schemas import shared_schemas
 from motiondb.page.session.state import Page
 
-MOST_ITEMS = 500
-"""Largest number of captures of one download. Chosen by hand; not tuned."""
+MOST_ITEMS = 500  # Largest number of captures of one download
 Format = Literal["bvh", "glb", "source"]
 _UPLOAD = {
     "requestBody": {
@@ -40,8 +39,7 @@ _UPLOAD = {
             }
         },
     }
-}
-"""OpenAPI description of an upload."""
+}  # OpenAPI description of an upload
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
 _FILE: dict[int | str, dict[str, Any]] = {
     200: {
@@ -52,8 +50,7 @@ _FILE: dict[int | str, dict[str, Any]] = {
             "model/gltf-binary": _BINARY,
         },
     }
-}
-"""OpenAPI description of a download."""
+}  # OpenAPI description of a download
 
 
 class DownloadBody(Body):
@@ -65,13 +62,7 @@ class DownloadBody(Body):
 
 
 def router(page: Page) -> APIRouter:
-    """Return the routes of files.
-
-    Parameters
-    ----------
-    page : Page
-        The state of the server.
-    """
+    """Return the routes of files."""
     routes = APIRouter(tags=["files"])
 
     @routes.post("/api/uploads", response_model=shared_schemas.UploadFacts, openapi_extra=_UPLOAD)

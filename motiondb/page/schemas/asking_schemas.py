@@ -26,9 +26,16 @@ class QuestionTree(Facts):
     """A node of a question; the other fields depend on its kind."""
 
     kind: Literal[
-        "action", "anything", "in_order", "at_once", "both", "any_of", "without", "repeated",
+        "action",
+        "anything",
+        "in_order",
+        "at_once",
+        "both",
+        "any_of",
+        "without",
+        "repeated",
         "lasting",
-    ]  # fmt: skip
+    ]
     words: list[str] | None = Field(default=None, description="Of an action.")
     sides: list[SideFacts] | None = None
     manner: list[str] | None = None

@@ -32,9 +32,16 @@ from motiondb.page.session.state import Page
 from motiondb.page.settings import VERSION, PageSettings
 
 _ROUTES = (
-    catalogue, asking, generating, motions, grammar_routes, board_routes, scene_routes,
-    upload_routes, job_routes,
-)  # fmt: skip
+    catalogue,
+    asking,
+    generating,
+    motions,
+    grammar_routes,
+    board_routes,
+    scene_routes,
+    upload_routes,
+    job_routes,
+)
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
 """Kind of error by HTTP status."""
 _ERROR = {
@@ -55,17 +62,7 @@ _ERROR = {
 
 
 def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE) -> FastAPI:
-    """Return the application.
-
-    Parameters
-    ----------
-    settings : PageSettings
-        What the user decided.
-    folder : Path
-        A private folder for uploads and results; the caller removes it.
-    bundle : Path
-        The folder with the files of the page.
-    """
+    """Return the application."""
     page = Page(settings, folder)
 
     @asynccontextmanager
@@ -75,15 +72,19 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         page.close()
 
     application = FastAPI(
-        title="motiondb", version=VERSION, lifespan=lifespan,
+        title="motiondb",
+        version=VERSION,
+        lifespan=lifespan,
         description="The interface of the page. docs/page.md describes the answers.",
-        openapi_url="/api/openapi.json", docs_url=None, redoc_url=None,
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
         separate_input_output_schemas=False,  # fields with a default may be absent in answers too
         responses={
             code: {"description": text, "content": {"application/json": {"schema": _ERROR}}}
             for code, text in _STATUSES.items()
         },
-    )  # fmt: skip
+    )
     application.state.page = page
     for module in _ROUTES:
         application.include_router(module.router(page))
@@ -102,8 +103,7 @@ _STATUSES = {
     415: "The content has another type than expected.",
     422: "A parameter is missing or of another type.",
     503: "Another process holds the database.",
-}
-"""Description of each HTTP status of errors, for OpenAPI."""
+}  # Description of each HTTP status of errors, for OpenAPI
 
 
 def _error_handlers(application: FastAPI, folder: Path) -> None:

@@ -47,15 +47,7 @@ _OWN = ("same-origin", "none")
 
 
 class Guard:
-    """Checks every request, and adds headers to every answer.
-
-    Parameters
-    ----------
-    application : callable
-        The ASGI application behind it.
-    settings : PageSettings
-        What the user decided.
-    """
+    """Checks every request, and adds headers to every answer."""
 
     def __init__(self, application: Application, settings: PageSettings) -> None:
         self._application, self._settings = application, settings
@@ -120,25 +112,13 @@ class Guard:
 def _too_large(most: int) -> PageError:
     return PageError(
         f"request: expected at most {most / 1e6:.3g} MB, found more. Send less at a time.",
-        413, "TooLargeError",
-    )  # fmt: skip
+        413,
+        "TooLargeError",
+    )
 
 
 def check_host(host: str, settings: PageSettings) -> None:
-    """Refuse a request whose ``Host`` is not a name of this server.
-
-    Parameters
-    ----------
-    host : str
-        The header ``Host``.
-    settings : PageSettings
-        What the user decided.
-
-    Raises
-    ------
-    PageError
-        The name is not one of this server.
-    """
+    """Refuse a request whose ``Host`` is not a name of this server."""
     name = _host_name(host)
     if settings.is_local:
         known = name in LOOPBACK
@@ -149,8 +129,9 @@ def check_host(host: str, settings: PageSettings) -> None:
         raise PageError(
             f"host: expected one of the names of this server, found {name[:100]!r}. Use the address"
             " that motiondb serve printed.",
-            403, "HostError",
-        )  # fmt: skip
+            403,
+            "HostError",
+        )
 
 
 def _host_name(host: str) -> str:
@@ -175,13 +156,7 @@ def _is_address(name: str) -> bool:
 
 
 def check_origin(scope: Scope, headers: Headers) -> None:
-    """Refuse a request from a page of another site.
-
-    Raises
-    ------
-    PageError
-        The request comes from another site.
-    """
+    """Refuse a request from a page of another site."""
     origin, host = headers.get("origin"), headers.get("host", "")
     site = headers.get("sec-fetch-site", "none")
     foreign = origin is not None and urlsplit_or_none(origin) != host.lower()
@@ -190,8 +165,9 @@ def check_origin(scope: Scope, headers: Headers) -> None:
         shown = (origin or site)[:100]
         raise PageError(
             f"origin: expected this page, found {shown!r}. Other sites may not use the server.",
-            403, "OriginError",
-        )  # fmt: skip
+            403,
+            "OriginError",
+        )
 
 
 def urlsplit_or_none(origin: str) -> str | None:
@@ -204,13 +180,7 @@ def urlsplit_or_none(origin: str) -> str | None:
 
 
 def check_token(headers: Headers, settings: PageSettings) -> None:
-    """Refuse a request without the token, if the page requires one.
-
-    Raises
-    ------
-    PageError
-        The request has no token, or a wrong one.
-    """
+    """Refuse a request without the token, if the page requires one."""
     if not settings.token:
         return
     given = headers.get("authorization", "").removeprefix("Bearer ")
@@ -223,8 +193,9 @@ def check_token(headers: Headers, settings: PageSettings) -> None:
     raise PageError(
         "token: expected the token that motiondb serve printed, found none or another one. Open"
         " the whole address that it printed.",
-        401, "TokenError",
-    )  # fmt: skip
+        401,
+        "TokenError",
+    )
 
 
 def _token_in_address(scope: Scope, settings: PageSettings) -> str:
@@ -244,13 +215,7 @@ def _keep_token(token: str) -> Answer:
 
 
 def check_content(scope: Scope, headers: Headers) -> None:
-    """Refuse a change whose body is not JSON; other sites can send forms without permission.
-
-    Raises
-    ------
-    PageError
-        The body has another type.
-    """
+    """Refuse a change whose body is not JSON; other sites can send forms without permission."""
     if scope["method"] in _SAFE or scope["path"] == UPLOADS:
         return
     kind = headers.get("content-type", "").partition(";")[0].strip().lower()
@@ -258,5 +223,6 @@ def check_content(scope: Scope, headers: Headers) -> None:
     if has_body and kind != "application/json":
         raise PageError(
             f"content: expected application/json, found {kind[:60] or 'no type'!r}.",
-            415, "KindError",
-        )  # fmt: skip
+            415,
+            "KindError",
+        )

@@ -18,8 +18,7 @@ from motiondb.errors import MotionDBError
 from motiondb.page.files.bundle_files import NO_BUNDLE, is_built
 from motiondb.page.settings import PageSettings
 
-END = 2
-"""Seconds that the server waits for open streams when it ends. Chosen by hand."""
+END = 2  # Seconds that the server waits for open streams when it ends
 
 
 @contextmanager
@@ -33,13 +32,7 @@ def private_folder() -> Iterator[Path]:
 
 
 def check_settings(settings: PageSettings) -> None:
-    """Check the settings before anything is opened.
-
-    Raises
-    ------
-    MotionDBError
-        An allowed folder is missing.
-    """
+    """Check the settings before anything is opened."""
     for folder in settings.folders:
         if not folder.is_dir():
             raise MotionDBError(
@@ -55,13 +48,7 @@ def with_token(settings: PageSettings) -> PageSettings:
 
 
 def listen(settings: PageSettings) -> socket.socket:
-    """Return a socket that listens at the address of the settings.
-
-    Raises
-    ------
-    MotionDBError
-        The address is already in use, or does not belong to this computer.
-    """
+    """Return a socket that listens at the address of the settings."""
     try:
         family, kind, _, _, address = socket.getaddrinfo(
             settings.host, settings.port, type=socket.SOCK_STREAM
@@ -124,9 +111,14 @@ def serve(
         application = make_application(settings, folder)
         address = address_of(settings, listening.getsockname()[1])
         config = uvicorn.Config(
-            application, log_level="warning", access_log=False, server_header=False,
-            date_header=False, timeout_graceful_shutdown=END, lifespan="on",
-        )  # fmt: skip
+            application,
+            log_level="warning",
+            access_log=False,
+            server_header=False,
+            date_header=False,
+            timeout_graceful_shutdown=END,
+            lifespan="on",
+        )
         listening.listen(128)
         announce(address)
         if open_browser and is_built():

@@ -17,8 +17,7 @@ from motiondb.database.session import feature_arrays
 from motiondb.errors import MotionDBError
 from motiondb.learn.drift import Drift
 
-EXAMPLE = 2.0
-"""Longest example, in seconds, by which the data for examples are loaded. Chosen by hand."""
+EXAMPLE = 2.0  # Longest example, in seconds, by which the data for examples are loaded
 
 
 def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
@@ -32,17 +31,7 @@ def database_facts(db: MotionDB) -> tuple[dict[str, Any], Drift | None]:
 
 
 class HeldDatabase:
-    """A database that is opened for requests, and released when the last running one has ended.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    read_only : bool
-        Whether changes are refused.
-    wait : float
-        Seconds to wait for a process that holds the file.
-    """
+    """A database that is opened for requests, and released when the last running one has ended."""
 
     def __init__(self, path: Path, read_only: bool, wait: float) -> None:
         self.path = path

@@ -19,17 +19,7 @@ T = TypeVar("T")
 
 
 class Shelf(Generic[T]):
-    """The most recently used values of one kind, by id.
-
-    Parameters
-    ----------
-    prefix : str
-        First letter of the ids.
-    what : str
-        Name of the kind of values, for messages.
-    most : int
-        Largest number of values that are kept.
-    """
+    """The most recently used values of one kind, by id."""
 
     def __init__(self, prefix: str, what: str, most: int = 200) -> None:
         self._prefix, self._what, self._most = prefix, what, most
@@ -53,13 +43,7 @@ class Shelf(Generic[T]):
             return self._values.get(name)
 
     def get(self, name: str) -> T:
-        """Return the value of an id. It counts as new again.
-
-        Raises
-        ------
-        PageError
-            No value has this id.
-        """
+        """Return the value of an id. It counts as new again."""
         value = self.find(name)
         if value is None:
             raise unknown(

@@ -20,52 +20,28 @@ from motiondb.page.session.watching import Watch
 from motiondb.page.settings import PageSettings
 from motiondb.records import Caption
 
-MOST_UNDONE = 100
-"""Largest number of edits of words that can be undone. Chosen by hand."""
+MOST_UNDONE = 100  # Largest number of edits of words that can be undone
 
 
 @dataclass(frozen=True, eq=False)
 class MadeMotion:
-    """A motion generated from a sentence.
-
-    Attributes
-    ----------
-    generated : Generated
-        The motion.
-    saved : str
-        Name of the capture that holds it, or "".
-    """
+    """A motion generated from a sentence."""
 
     generated: Generated
-    saved: str = ""
+    saved: str = ""  # Name of the capture that holds it, or ""
 
 
 @dataclass(frozen=True, eq=False)
 class MadeSequence:
-    """A sequence of a grammar.
-
-    Attributes
-    ----------
-    sequence : GrammarSequence
-        The sequence.
-    seed : int
-        The seed it was made from.
-    parent : str
-        Id of the sequence of which it is an edit, or "".
-    edited : tuple of (int, int) or None
-        Positions that differ from the parent.
-    how : dict of str to object
-        Parameters of the edit, which are stored with the sequence when it is saved.
-    saved : str
-        Name of the capture that holds it, or "".
-    """
+    """A sequence of a grammar."""
 
     sequence: GrammarSequence
-    seed: int
-    parent: str = ""
-    edited: tuple[int, int] | None = None
+    seed: int  # The seed it was made from
+    parent: str = ""  # Id of the sequence of which it is an edit, or ""
+    edited: tuple[int, int] | None = None  # Positions that differ from the parent
+    # Parameters of the edit, which are stored with the sequence when it is saved
     how: dict[str, object] = field(default_factory=dict)
-    saved: str = ""
+    saved: str = ""  # Name of the capture that holds it, or ""
 
     def saved_as(self, name: str) -> MadeSequence:
         """Return a copy with the name of the capture that holds it."""
@@ -74,33 +50,15 @@ class MadeSequence:
 
 @dataclass(frozen=True)
 class WordEdit:
-    """An edit of the captions of one capture, which can be undone.
+    """An edit of the captions of one capture, which can be undone."""
 
-    Attributes
-    ----------
-    capture : str
-        Name of the capture.
-    before : tuple of Caption
-        Its captions before.
-    after : tuple of Caption
-        Its captions after.
-    """
-
-    capture: str
+    capture: str  # Name of the capture
     before: tuple[Caption, ...]
     after: tuple[Caption, ...]
 
 
 class Page:
-    """The state of a running server.
-
-    Parameters
-    ----------
-    settings : PageSettings
-        What the user decided.
-    folder : Path
-        A private folder for uploads and the results of jobs; the caller removes it.
-    """
+    """The state of a running server."""
 
     def __init__(self, settings: PageSettings, folder: Path) -> None:
         self.settings = settings
@@ -118,34 +76,19 @@ class Page:
         self.watch = Watch(self.held, settings.warm)
 
     def check_writable(self) -> None:
-        """Refuse a change if the page was started read-only.
-
-        Raises
-        ------
-        PageError
-            The page is read-only.
-        """
+        """Refuse a change if the page was started read-only."""
         if self.settings.read_only:
             raise PageError(
                 "page: expected to change the database, found a page that was started with"
                 " --read-only. Start motiondb serve without it.",
-                403, "ReadOnlyError",
-            )  # fmt: skip
+                403,
+                "ReadOnlyError",
+            )
 
     def scene_folder(self, scene_id: str, file: str = FACTS_FILE) -> Path:
         """Return the folder of a scene that a job made.
 
-        Parameters
-        ----------
-        scene_id : str
-            Id of the scene.
-        file : str
-            The file that must be there: the facts, which a job writes last, or an earlier one.
-
-        Raises
-        ------
-        PageError
-            The scene does not exist.
+        `file`: The file that must be there: the facts, which a job writes last, or an earlier one.
         """
         folder = self.folder / "scenes" / scene_id
         if not re.fullmatch(r"s[0-9a-f]{10}", scene_id) or not (folder / file).is_file():

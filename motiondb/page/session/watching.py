@@ -19,13 +19,6 @@ class Watch:
     """The revision of a database, watched by a thread.
 
     Only the size and the modification time of the file are checked, so that the file is not held.
-
-    Parameters
-    ----------
-    held : HeldDatabase
-        The database.
-    warm : bool
-        Whether to load the data that questions need after a change.
     """
 
     def __init__(self, held: HeldDatabase, warm: bool) -> None:

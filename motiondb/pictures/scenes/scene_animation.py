@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motiondb.body import body, retarget, rotation
+from motiondb.body.pose_vectors import heading_rotations
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
 from motiondb.pictures.scenes.scene_paths import BALL, check_performers, performer_colours
 from motiondb.pictures.scenes.tactics import court_lines
 from motiondb.pictures.stick import BONES, HEAD_RADIUS, head_centre, world_points
-from motiondb.body import body, retarget, rotation
-from motiondb.body.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 
@@ -33,59 +33,31 @@ if TYPE_CHECKING:
 
 ELEVATION = np.deg2rad(28.0)
 """Elevation of the camera, rad. Chosen by hand, so that players hide one another seldom."""
-_FINE = 2
-"""Pixels are drawn this many times finer and then averaged, for smooth edges."""
-_FRAME_SECONDS = 0.05
-"""Seconds a picture: the shortest delay of a GIF that all browsers keep."""
-_MAX_SECONDS = 120.0
-"""Longest animation, s; a longer one would take hundreds of megabytes."""
-_MARGIN = 0.9
-"""Margin around all that moves, m."""
+_FINE = 2  # Pixels are drawn this many times finer and then averaged, for smooth edges
+_FRAME_SECONDS = 0.05  # Seconds a picture: the shortest delay of a GIF that all browsers keep
+_MAX_SECONDS = 120.0  # Longest animation, s; a longer one would take hundreds of megabytes
+_MARGIN = 0.9  # Margin around all that moves, m
 _RIM_HEIGHT, _RIM, _BALL_RADIUS = 3.05, 0.225, 0.12
 """Height and radius of the ring, and radius of the ball, m (FIBA)."""
-_BODY, _NOSE = 0.22, 0.36
-"""Radius of a body from above, and the distance of the tip of its nose, m."""
+_BODY, _NOSE = 0.22, 0.36  # Radius of a body from above, and the distance of the tip of its nose, m
 _FEET = [body.INDEX[name] for name in ("l_ankle", "r_ankle")]
 
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """What is drawn, and how metres become pixels (of the finer picture).
+    """What is drawn, and how metres become pixels (of the finer picture)."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the characters.
-    colours : tuple of str
-        Their colours.
-    points : array (characters, frames, joints and ends, 3), m
-        Joints in the world.
-    facing : array (characters, frames), rad
-        Headings.
-    looking : array (characters, frames, 3)
-        Unit vectors along which heads look.
-    ball : array (frames, 3) or None, m
-        Centre of the ball.
-    up : array (3,)
-        How far up in the picture a metre along each axis goes; from above (0, 0, -1).
-    scale : float
-        Pixels a metre.
-    left_top : array (2,), m
-        The corner of the picture.
-    size : tuple[int, int]
-        Width and height, pixels.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # Names of the characters
     colours: tuple[str, ...]
-    points: FloatArray
-    facing: FloatArray
-    looking: FloatArray
-    ball: FloatArray | None
+    points: FloatArray  # (characters, frames, joints and ends, 3), m: joints in the world
+    facing: FloatArray  # (characters, frames), rad: headings
+    looking: FloatArray  # (characters, frames, 3): unit vectors along which heads look
+    ball: FloatArray | None  # (frames, 3) or None, m: centre of the ball
+    # (3,): how far up in the picture a metre along each axis goes; from above (0, 0, -1)
     up: FloatArray
     scale: float
-    left_top: FloatArray
-    size: tuple[int, int]
+    left_top: FloatArray  # (2,), m: the corner of the picture
+    size: tuple[int, int]  # Width and height, pixels
 
     @property
     def above(self) -> bool:
@@ -114,27 +86,10 @@ def draw_scene_animation(
 ) -> Path:
     """Write a scene as an animated GIF in real time, 20 pictures a second; return its path.
 
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    performers : dict of str to Motion
-        Motion of every player by name, in the world of the diagram. A player whose motion is
-        shorter stands at its end.
-    path : str | Path
-        The file.
-    ball : array (frames, 3), m
-        Centre of the ball.
-    above : bool
-        Whether the camera is straight above.
-    width : int
-        Pixels.
+    Shapes: `ball` (frames, 3), m.
 
-    Raises
-    ------
-    MotionDBError
-        There is no character, a name is not in the diagram, the scene is longer than two minutes,
-        the file has another ending than .gif, or it cannot be written.
+    `performers`: Motion of every player by name, in the world of the diagram. A player whose motion
+    is shorter stands at its end.
     """
     path = style.check_gif(path)
     images = scene_images(diagram, performers, ball, above=above, width=width)

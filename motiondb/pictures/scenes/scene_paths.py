@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from motiondb.body.pose_vectors import heading_rotations
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
 from motiondb.pictures.scenes.tactics import tactics_figure
 from motiondb.pictures.stick import check_motion
-from motiondb.body.pose_vectors import heading_rotations
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.language.tactics import DEFENCE, Diagram
 
@@ -29,12 +29,9 @@ BALL = "#C9641B"
 """Colour of the ball and its path."""
 ATTACKERS = ("#D55E00", "#AA3377", "#B8860B", "#882255", "#E0803A")
 DEFENDERS = ("#0072B2", "#009E73", "#332288", "#56B4E9", "#117733")
-_FAINT = 0.28
-"""Opacity of the diagram."""
-_FLIGHT = 4.5
-"""Speed over the ground, m/s, above which the ball counts as flying. Chosen by hand."""
-_FACING = 0.45
-"""Length of the stroke that shows where a player faces, m."""
+_FAINT = 0.28  # Opacity of the diagram
+_FLIGHT = 4.5  # Speed over the ground, m/s, above which the ball counts as flying
+_FACING = 0.45  # Length of the stroke that shows where a player faces, m
 
 
 def performer_colours(diagram: Diagram) -> dict[str, str]:
@@ -55,36 +52,12 @@ def draw_scene_paths(
     path: str | Path,
     ball: FloatArray | None = None,
 ) -> Path:
-    """Write the paths over the diagram as PNG; return the file's path.
-
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    performers : dict of str to Motion
-        Motion of every player by name, in the world of the diagram.
-    path : str | Path
-        The file.
-    ball : array (frames, 3), m
-        Centre of the ball.
-
-    Raises
-    ------
-    MotionDBError
-        There is no character, a name is not in the diagram, a motion cannot be drawn, or the file
-        cannot be written.
-    """
+    """Write the paths over the diagram as PNG; return the file's path; `ball` (frames, 3), m."""
     return style.save_png(scene_paths_figure(diagram, performers, ball), path)
 
 
 def check_performers(diagram: Diagram, performers: Mapping[str, Motion]) -> None:
-    """Refuse no characters, and names that are not in the diagram.
-
-    Raises
-    ------
-    MotionDBError
-        A name is not in the diagram, there are no characters, or a motion cannot be drawn.
-    """
+    """Refuse no characters, and names that are not in the diagram."""
     if not performers:
         raise MotionDBError(
             "picture: expected at least 1 character, found 0. Make the scene again."

@@ -27,12 +27,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SCALE = 0.5
-"""Inches a metre."""
-_MARGIN = 0.6
-"""Margin around the court, m."""
-_RADIUS = 0.36
-"""Radius of the circle of a player, m."""
+_SCALE = 0.5  # Inches a metre
+_MARGIN = 0.6  # Margin around the court, m
+_RADIUS = 0.36  # Radius of the circle of a player, m
 _WAVE = {"dribble": (0.14, 0.7), "zigzag": (0.20, 0.45)}
 """Height and length of the waves of a dribble and the teeth of a zigzag, m."""
 
@@ -46,13 +43,7 @@ class _Stroke:
 
 
 def draw_tactics(diagram: Diagram, path: str | Path) -> Path:
-    """Write a diagram as PNG; return its path.
-
-    Raises
-    ------
-    MotionDBError
-        The file cannot be written.
-    """
+    """Write a diagram as PNG; return its path."""
     return style.save_png(tactics_figure(diagram), path)
 
 

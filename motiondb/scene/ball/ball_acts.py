@@ -17,55 +17,28 @@ from motiondb.scene.timing.timeline import Timeline, measure
 
 _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
 """Frames: of the shortest dribble and bounce, from bounce to bounce if no events are known, and of
-the transition between hands. Chosen by hand."""
-_HANDS = {"l_wrist": 0, "r_wrist": 1}
-"""Number of the hand at each wrist."""
+the transition between hands."""
+_HANDS = {"l_wrist": 0, "r_wrist": 1}  # Number of the hand at each wrist
 
 
 @dataclass(frozen=True)
 class Bounce:
-    """A bounce of the ball.
+    """A bounce of the ball."""
 
-    Attributes
-    ----------
-    release : int
-        Frame at which it leaves the hand.
-    catch : int
-        Frame at which it is back.
-    hand : int
-        0 for the left, 1 for the right.
-    """
-
-    release: int
-    catch: int
-    hand: int
+    release: int  # Frame at which it leaves the hand
+    catch: int  # Frame at which it is back
+    hand: int  # 0 for the left, 1 for the right
 
 
 @dataclass(frozen=True)
 class Possession:
-    """A player has the ball from frame ``since`` to ``until``, both included.
+    """A player has the ball from frame ``since`` to ``until``, both included."""
 
-    Attributes
-    ----------
-    player : int
-        Index of the player.
-    since : int
-        First frame.
-    until : int
-        Last frame.
-    hand : int
-        The hand that releases it (0 left, 1 right), if the hands are apart.
-    dribbles : tuple of tuple[int, int]
-        Intervals [start, end) of dribbling.
-    bounces : tuple of Bounce
-        Bounces in them.
-    """
-
-    player: int
+    player: int  # Index of the player
     since: int
     until: int
-    hand: int = 1
-    dribbles: tuple[tuple[int, int], ...] = ()
+    hand: int = 1  # The hand that releases it (0 left, 1 right), if the hands are apart
+    dribbles: tuple[tuple[int, int], ...] = ()  # Intervals [start, end) of dribbling
     bounces: tuple[Bounce, ...] = ()
 
     def dribbled(self, n_frames: int) -> FloatArray:
@@ -94,21 +67,11 @@ class Possession:
 
 @dataclass(frozen=True)
 class BallActs:
-    """The course of the ball.
-
-    Attributes
-    ----------
-    possessions : tuple of Possession
-        One after another.
-    shot : bool
-        Whether the last ends with a shot.
-    rim : (float, float), m
-        x and z of the ring.
-    """
+    """The course of the ball."""
 
     possessions: tuple[Possession, ...]
-    shot: bool
-    rim: tuple[float, float] = (0.0, 0.0)
+    shot: bool  # Whether the last ends with a shot
+    rim: tuple[float, float] = (0.0, 0.0)  # x and z of the ring
 
 
 def ball_acts(

@@ -39,27 +39,18 @@ ENTRY = math.radians(45.0)
 BOUNCE = 0.7
 """Fraction of the speed after the floor. Chosen by hand: the rules of basketball ask for 0.82 to
 0.87 for a new ball dropped from 1.8 m; the net takes more."""
-REACHING = 8
-"""Frames over which hands move to the ball and away from it. Chosen by hand."""
+REACHING = 8  # Frames over which hands move to the ball and away from it
 
 
 @dataclass(frozen=True, eq=False)
 class Ball:
-    """The path of the ball.
+    """The path of the ball."""
 
-    Attributes
-    ----------
-    positions : array (frames, 3), m
-        Its centre.
-    holder : array of int (frames,)
-        The player who has it in the hands or dribbles it; -1 in flight.
-    gap : array (frames,), m
-        Distance from the centre to the nearest palm of the holder; NaN in flight and while it
-        bounces.
-    """
-
-    positions: FloatArray
+    positions: FloatArray  # (frames, 3), m: its centre
+    # (frames,), int: the player who has it in the hands or dribbles it; -1 in flight
     holder: IntArray
+    # (frames,), m: distance from the centre to the nearest palm of the holder; NaN in flight and
+    # while it bounces
     gap: FloatArray
 
 

@@ -24,24 +24,15 @@ from motiondb.scene.ball.ball_flight import RIM
 
 MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
 """Largest turns of neck and head together, rad: within what people turn without effort."""
-AIMING = 20
-"""Frames before a release in which the player looks at the target of the ball. Chosen by hand."""
-_SMOOTH = 5.0
-"""Standard deviation of the smoothing, frames. Chosen by hand."""
+AIMING = 20  # Frames before a release in which the player looks at the target of the ball
+_SMOOTH = 5.0  # Standard deviation of the smoothing, frames
 _I = body.INDEX
 
 
 def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
     """Return every player's motion with the head turned to what they look at.
 
-    Parameters
-    ----------
-    acts : BallActs
-        Who has the ball.
-    ball : array (frames, 3), m
-        Its centre.
-    motions : sequence of Motion
-        The motions.
+    Shapes: `ball` (frames, 3), m.
     """
     heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
     seen = [ball.copy() for _ in motions]

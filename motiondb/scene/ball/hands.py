@@ -13,8 +13,7 @@ import numpy as np
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.records import FloatArray, Motion
 
-PALM = 0.09
-"""Distance from wrist to palm, m: half the length of a hand."""
+PALM = 0.09  # Distance from wrist to palm, m: half the length of a hand
 _I = body.INDEX
 
 
@@ -30,14 +29,7 @@ def palms(positions: FloatArray) -> FloatArray:
 def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
     """Return the motion with its palms moved towards targets.
 
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    targets : array (frames, 2, 3), m
-        For the left and the right palm.
-    weights : array (frames, 2)
-        From 0 (unchanged) to 1 (at the target, if the arm is long enough).
+    Shapes: `targets` (frames, 2, 3), m; `weights` (frames, 2).
     """
     if not np.any(weights > 0.0):
         return motion

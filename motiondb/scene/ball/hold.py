@@ -17,19 +17,15 @@ UNDER = 0.11
 """Distance from a palm to the centre of the ball that it dribbles, m: a little less than its
 radius."""
 CARRIED = np.array([0.0, -0.06, 0.34])
-"""Where a ball is carried relative to the chest, m, in the frame of the heading: left, up, ahead.
-Chosen by hand."""
+"""Where a ball is carried relative to the chest, m, in the frame of the heading: left, up,
+ahead."""
 CLOSE, FAR = 0.34, 0.55
 """Distances between palms, m: up to the first both are on the ball, from the second on they are
-not. Chosen by hand."""
-LEAST_AHEAD = 0.24
-"""Least distance of a ball below the neck in front of the chest, m. Chosen by hand."""
-BALL = 0.12
-"""Radius of the ball, m: size 7."""
-_TURN = 8
-"""Frames in which a ball passes from both hands to one. Chosen by hand."""
-_OUT = 2.0
-"""Standard deviation of the smoothing of :func:`clearance`, frames. Chosen by hand."""
+not."""
+LEAST_AHEAD = 0.24  # Least distance of a ball below the neck in front of the chest, m
+BALL = 0.12  # Radius of the ball, m: size 7
+_TURN = 8  # Frames in which a ball passes from both hands to one
+_OUT = 2.0  # Standard deviation of the smoothing of :func:`clearance`, frames
 _LIMBS = (
     ("pelvis", "neck", 0.1),
     ("neck", "head", 0.08),
@@ -45,21 +41,12 @@ _I = body.INDEX
 
 @dataclass(frozen=True, eq=False)
 class HeldBall:
-    """Per frame, whether held or not: where the ball would be.
+    """Per frame, whether held or not: where the ball would be."""
 
-    Attributes
-    ----------
-    ball : array (frames, 3), m
-        Its centre.
-    hands : array (frames, 2)
-        Weight with which the left and the right palm are to be at ``palms``.
-    palms : array (frames, 2, 3), m
-        Targets of the palms.
-    """
-
-    ball: FloatArray
+    ball: FloatArray  # (frames, 3), m: its centre
+    # (frames, 2): weight with which the left and the right palm are to be at ``palms``
     hands: FloatArray
-    palms: FloatArray
+    palms: FloatArray  # (frames, 2, 3), m: targets of the palms
 
 
 def held_ball(possession: Possession, joints: FloatArray, rotations: FloatArray) -> HeldBall:
@@ -67,14 +54,7 @@ def held_ball(possession: Possession, joints: FloatArray, rotations: FloatArray)
 
     If it would be inside the player's body, it is moved out, and the hands with it.
 
-    Parameters
-    ----------
-    possession : Possession
-        The possession.
-    joints : array (frames, 21, 3), m
-        The player's joints.
-    rotations : array (frames, 21, 4)
-        Their world rotations.
+    Shapes: `joints` (frames, 21, 3), m; `rotations` (frames, 21, 4).
     """
     from scipy.ndimage import gaussian_filter1d
 

@@ -14,34 +14,23 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import find_contacts
 from motiondb.body import body, features, pose_vectors, retarget, rotation
+from motiondb.generate.contact import find_contacts
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.ground import compose, relative
 
-WRISTS = (body.INDEX["l_wrist"], body.INDEX["r_wrist"])
-"""Indices of the wrists among the 21 joints."""
+WRISTS = (body.INDEX["l_wrist"], body.INDEX["r_wrist"])  # Indices of the wrists among the 21 joints
 
 
 @dataclass(frozen=True, eq=False)
 class BodyFrames:
-    """A motion, frame by frame, seen from its own places on the ground.
+    """A motion, frame by frame, seen from its own places on the ground."""
 
-    Attributes
-    ----------
-    places : array (frames, 3), m and rad
-        x, z and unwrapped heading in the world.
-    joints : array (frames, 21, 3), m
-        Joints in the frame of the place.
-    velocities : array (frames, 21, 3), m/s
-        Velocities relative to the world, along the axes of the place.
-    contacts : array of bool (frames, 2)
-        Whether the left and the right foot is on the ground.
-    """
-
-    places: FloatArray
-    joints: FloatArray
+    places: FloatArray  # (frames, 3), m and rad: x, z and unwrapped heading in the world
+    joints: FloatArray  # (frames, 21, 3), m: joints in the frame of the place
+    # (frames, 21, 3), m/s: velocities relative to the world, along the axes of the place
     velocities: FloatArray
+    # (frames, 2), bool: whether the left and the right foot is on the ground
     contacts: NDArray[np.bool_]
 
     @property
@@ -60,10 +49,7 @@ class BodyFrames:
         If the capture ends before ``end``, its last step is repeated, so that the last row is where
         the next clip begins.
 
-        Returns
-        -------
-        array (end - start + 1, 3), m and rad
-            x, z, heading.
+        Shapes: result (end - start + 1, 3), m and rad.
         """
         inside = np.minimum(np.arange(start, end + 1), self.n_frames - 1)
         path = relative(self.places[inside], self.places[start])

@@ -33,82 +33,42 @@ from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
 WHOLE, START, MIDDLE, STOP = "whole", "start", "middle", "stop"
 """Kinds of pieces: an uncut action; from rest, in motion at both ends, and to rest."""
 
-STILL_SPEED = 0.12
-"""Mean speed of the joints, m/s, below which a body stands still. Chosen by hand; not tuned."""
+STILL_SPEED = 0.12  # Mean speed of the joints, m/s, below which a body stands still
 MOVING = 0.25
 """Fraction of an action's frames that must move; otherwise the whole action is standing, and its
 still ends are kept."""
-REST_TRAVEL = 0.5
-"""Ground speed of the pelvis, m/s, below which a clip begins or ends at rest. Chosen by hand;
-not tuned."""
-TRAVEL = 1.0
-"""Largest distance from the start, m, from which on an action counts as travelling."""
+REST_TRAVEL = 0.5  # Ground speed of the pelvis, m/s, below which a clip begins or ends at rest
+TRAVEL = 1.0  # Largest distance from the start, m, from which on an action counts as travelling
 TURNED = np.radians(45.0)
 """Change of heading, rad, above which an action that does not travel stays whole."""
-GOES_ON = 60
-"""Fewest frames of an action that continues in place: 2 s."""
-PIECE = 24
-"""Frames of a piece of such an action if no event determines the cut: 0.8 s. Chosen by hand; not
-tuned."""
-SHORTEST = 6
-"""Fewest frames of a piece: 0.2 s."""
-MARGIN = 2
-"""Still frames that are kept before and after an action."""
-AROUND = 45
-"""Most frames of an action that are kept before and after its event: 1.5 s."""
+GOES_ON = 60  # Fewest frames of an action that continues in place: 2 s
+PIECE = 24  # Frames of a piece of such an action if no event determines the cut: 0.8 s
+SHORTEST = 6  # Fewest frames of a piece: 0.2 s
+MARGIN = 2  # Still frames that are kept before and after an action
+AROUND = 45  # Most frames of an action that are kept before and after its event: 1.5 s
 
 
 @dataclass(frozen=True, eq=False)
 class ShownMotion:
-    """A part of a capture that shows an action.
+    """A part of a capture that shows an action."""
 
-    Attributes
-    ----------
-    terminal : str
-        Name of the action.
-    capture : str
-        Name of the capture.
-    motion : Motion
-        Motion of the whole capture.
-    start : int
-        First frame that shows the action.
-    end : int
-        Frame after the last one that shows it.
-    event : str
-        Name of the action's event, "" if it has none.
-    events : tuple of Event
-        Events of the whole capture, in frames of the motion.
-    licence : str
-        Licence of the capture.
-    """
-
-    terminal: str
-    capture: str
-    motion: Motion
-    start: int
-    end: int
-    event: str = ""
-    events: tuple[Event, ...] = ()
-    licence: str = ""
+    terminal: str  # Name of the action
+    capture: str  # Name of the capture
+    motion: Motion  # Motion of the whole capture
+    start: int  # First frame that shows the action
+    end: int  # Frame after the last one that shows it
+    event: str = ""  # Name of the action's event, "" if it has none
+    events: tuple[Event, ...] = ()  # Events of the whole capture, in frames of the motion
+    licence: str = ""  # Licence of the capture
 
 
 @dataclass(frozen=True, order=True)
 class Piece:
-    """A part of an action.
+    """A part of an action."""
 
-    Attributes
-    ----------
-    start : int
-        First frame of the capture.
-    end : int
-        Frame after the last one.
-    kind : str
-        Which part of the action it is.
-    """
-
-    start: int
-    end: int
-    kind: str = WHOLE
+    start: int  # First frame of the capture
+    end: int  # Frame after the last one
+    kind: str = WHOLE  # Which part of the action it is
 
 
 def cut_action(shown: ShownMotion, frames: BodyFrames) -> list[Piece]:
@@ -149,13 +109,6 @@ def instant(shown: ShownMotion, frames: BodyFrames, start: int, end: int) -> tup
     The first of several catches or contacts counts, and the last of several releases. Without an
     annotation, events are found from the wrists: a catch is where they are farthest ahead of the
     body, a release or a contact where one is farthest ahead and up.
-
-    Returns
-    -------
-    frame : int
-        Frame of the capture; -1 if the action has no event.
-    known : str
-        "events" if annotated, "wrists" if estimated; "" if the action has no event.
     """
     if not shown.event:
         return -1, ""

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from motiondb.errors import SceneError
 from motiondb.body import pose_vectors, retarget, rotation
+from motiondb.errors import SceneError
 from motiondb.records import IntArray, Motion
 from motiondb.scene.clips.clip_variants import edited_stretch
 from motiondb.scene.clips.clips import ClipSource
@@ -22,21 +22,7 @@ def source_frames(source: ClipSource, n_frames: int, before: int = 0, after: int
 
     Before the beginning and after the end of the capture its first and last frames are repeated.
 
-    Parameters
-    ----------
-    source : ClipSource
-        The entry's source.
-    n_frames : int
-        Frames of the capture.
-    before : int
-        Frames added before the entry.
-    after : int
-        Frames added after it.
-
-    Returns
-    -------
-    array of int (before + frames + after,)
-        Frames of the capture.
+    Shapes: result (before + frames + after,), int.
     """
     frames = np.arange(source.start - before, source.end + after)
     return np.asarray(np.clip(frames, 0, n_frames - 1))
@@ -51,29 +37,8 @@ def clip_motion(
 ) -> Motion:
     """Return the motion of an entry, placed on the ground.
 
-    Parameters
-    ----------
-    source : ClipSource
-        The entry's source, ``library.source[k]``.
-    motions : dict of str to Motion
-        Motions of whole captures by name.
-    at : (float, float, float), m and rad
-        x, z and heading of the entry's first frame.
-    before : int
-        Frames of the capture added before the entry, for blending. They are stretched like the
-        entry, and bend no further.
-    after : int
-        Frames added after it.
-
-    Returns
-    -------
-    Motion
-        before + n_frames + after frames. Feet slide by the amount of the edit.
-
-    Raises
-    ------
-    SceneError
-        The capture is not among the motions.
+    `before`: Frames of the capture added before the entry, for blending. They are stretched like
+    the entry, and bend no further.
     """
     motion = _motion_of(source, motions)
     frames = source_frames(source, motion.n_frames, before, after)

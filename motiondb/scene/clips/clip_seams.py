@@ -21,36 +21,21 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-POSE_SCALE = 0.10
-"""Distance of joints, m, that costs 1. Chosen by hand: a viewer sees the blend."""
-VELOCITY_SCALE = 1.0
-"""Difference of velocities, m/s, that costs 1. Chosen by hand."""
-_BLOCK = 128
-"""Clips compared at once. It bounds the memory; the result does not depend on it."""
+POSE_SCALE = 0.10  # Distance of joints, m, that costs 1. Chosen by hand: a viewer sees the blend
+VELOCITY_SCALE = 1.0  # Difference of velocities, m/s, that costs 1
+_BLOCK = 128  # Clips compared at once. It bounds the memory; the result does not depend on it
 
 
 @dataclass(frozen=True, eq=False)
 class SeamEnds:
-    """The beginnings and ends of clips.
+    """The beginnings and ends of clips."""
 
-    Attributes
-    ----------
-    captures : array of int (clips,)
-        A number per capture, and another one for its mirror image.
-    starts : array of int (clips,)
-        First frame in the capture.
-    ends : array of int (clips,)
-        Frame after the last one.
-    entries : array (clips, 2, joints, 3), m and m/s
-        Joints and velocities at the first frame.
-    exits : array (clips, 2, joints, 3), m and m/s
-        Joints and velocities at the frame after the last.
-    """
-
-    captures: IntArray
-    starts: IntArray
-    ends: IntArray
+    captures: IntArray  # (clips,), int: a number per capture, and another one for its mirror image
+    starts: IntArray  # (clips,), int: first frame in the capture
+    ends: IntArray  # (clips,), int: frame after the last one
+    # (clips, 2, joints, 3), m and m/s: joints and velocities at the first frame
     entries: FloatArray
+    # (clips, 2, joints, 3), m and m/s: joints and velocities at the frame after the last
     exits: FloatArray
 
 
@@ -80,10 +65,7 @@ def rest_costs(clips: SeamEnds) -> Float32Array:
 
     It is the cost of a seam between equal poses, one of them without velocity.
 
-    Returns
-    -------
-    array of float32 (clips, 2)
-        Cost of starting and of stopping.
+    Shapes: result (clips, 2), float32.
     """
     ends = np.stack([clips.entries[:, 1], clips.exits[:, 1]], axis=1)
     speeds = np.linalg.norm(ends, axis=-1).mean(axis=-1)

@@ -32,37 +32,22 @@ class VariantSettings:
     """Which variants are made of every clip.
 
     The values were chosen by hand: bends and stretches beyond these look wrong in pictures.
-
-    Attributes
-    ----------
-    bends : tuple of float, rad
-        Bends of clips that travel.
-    stretches : tuple of float
-        Factors of the steps of clips that travel.
-    rest_bends : tuple of float, rad
-        Bends of first and last steps.
-    turns : tuple of float, rad
-        Bends of clips that stay in place.
-    mirror : bool
-        Whether mirror images are made.
-    most : int
-        Approximate largest number of pieces of one terminal before variants, separately for those
-        that travel and those that stay. Above it, captures are left out evenly.
     """
 
-    bends: tuple[float, ...] = _radians(-40, -20, -10, 0, 10, 20, 40)
+    bends: tuple[float, ...] = _radians(-40, -20, -10, 0, 10, 20, 40)  # Bends of clips that travel
+    # Factors of the steps of clips that travel
     stretches: tuple[float, ...] = (0.7, 0.85, 1.0, 1.15, 1.3)
+    # Bends of first and last steps
     rest_bends: tuple[float, ...] = _radians(-90, -60, -40, -20, 0, 20, 40, 60, 90)
-    turns: tuple[float, ...] = _radians(-30, -15, 0, 15, 30)
-    mirror: bool = True
+    turns: tuple[float, ...] = _radians(-30, -15, 0, 15, 30)  # Bends of clips that stay in place
+    mirror: bool = True  # Whether mirror images are made
+    # Approximate largest number of pieces of one terminal before variants, separately for those
+    # that travel and those that stay. Above it, captures are left out evenly
     most: int = 96
 
 
-TRAVELS = 0.3
-"""Distance between the ends of a piece, m, from which on it counts as travelling. Chosen by
-hand."""
-STEPS = 0.1
-"""The same for a first or last step, m. Chosen by hand."""
+TRAVELS = 0.3  # Distance between the ends of a piece, m, from which on it counts as travelling
+STEPS = 0.1  # The same for a first or last step, m
 MOST_TURNING = math.radians(240.0)
 """Fastest bend, rad/s. Chosen by hand: people who run turn no faster."""
 
@@ -70,19 +55,7 @@ MOST_TURNING = math.radians(240.0)
 def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArray:
     """Return the variants of a piece.
 
-    Parameters
-    ----------
-    path : array (n + 1, 3), m and rad
-        Places of the piece's frames and of the frame after it.
-    kind : str
-        Kind of the piece, see :mod:`motiondb.scene.clips.clip_cutting`.
-    settings : VariantSettings
-        Which variants are made.
-
-    Returns
-    -------
-    array (variants, 2), rad and factor
-        Bend and stretch.
+    Shapes: `path` (n + 1, 3), m and rad; result (variants, 2), rad and factor.
     """
     way, seconds = float(np.hypot(path[-1, 0], path[-1, 1])), (len(path) - 1) / MOTION_FPS
     bends = settings.bends if way >= TRAVELS else settings.turns

@@ -37,36 +37,17 @@ _ONE_HANDED = "release"
 
 @dataclass(frozen=True)
 class ClipSource:
-    """The origin of an entry.
+    """The origin of an entry."""
 
-    Attributes
-    ----------
-    capture : str
-        Name of the capture.
-    start : int
-        Its first frame in the capture.
-    end : int
-        The frame after its last one.
-    mirrored : bool
-        Whether left and right are exchanged.
-    bend : float, rad
-        Turn over the whole entry.
-    stretch : float
-        Factor of the steps.
-    licence : str
-        Licence of the capture.
-    instant : str
-        How the event is known: "events" if annotated, "wrists" if estimated from the motion, "" if
-        the action has none.
-    """
-
-    capture: str
-    start: int
-    end: int
-    mirrored: bool = False
-    bend: float = 0.0
-    stretch: float = 1.0
-    licence: str = ""
+    capture: str  # Name of the capture
+    start: int  # Its first frame in the capture
+    end: int  # The frame after its last one
+    mirrored: bool = False  # Whether left and right are exchanged
+    bend: float = 0.0  # Turn over the whole entry
+    stretch: float = 1.0  # Factor of the steps
+    licence: str = ""  # Licence of the capture
+    # How the event is known: "events" if annotated, "wrists" if estimated from the motion, "" if
+    # the action has none
     instant: str = ""
 
     @property
@@ -84,56 +65,29 @@ class ClipSource:
 
 @dataclass(frozen=True, eq=False)
 class ClipLibrary:
-    """All entries of all terminals: T terminals, K entries, C clips (see the module).
+    """All entries of all terminals: T terminals, K entries, C clips (see the module)."""
 
-    Attributes
-    ----------
-    terminals : tuple of str
-        Names of the terminals.
-    terminal : array of int32 (K,)
-        Index into ``terminals``, ascending.
-    first : array of int32 (T + 1,)
-        The entries of terminal t are first[t]:first[t + 1].
-    n_frames : array of int32 (K,)
-        Frames, 30 a second.
-    step : array (K, 3), m and rad
-        From an entry's first frame to where the next clip begins.
-    event_frame : array of int32 (K,)
-        Frame of the event counted from the entry's first; -1 if there is none, then the middle
-        counts.
-    path_start : array of int32 (K,)
-        Row of ``path`` of an entry's first frame.
-    path : array (sum of frames, 3), m and rad
-        Places of all frames in the entry frame.
-    seam : array of float32 (C, C)
-        Cost of a seam.
-    seam_class : array of int32 (K,)
-        The clip of an entry.
-    hand : array (K, 3), m
-        x, y, z in the entry frame of the ball at the event: the mean of the wrists, or the wrist
-        that has the ball if they are far apart.
-    source : tuple of ClipSource
-        The origins of the entries.
-    events : tuple of tuple[Event, ...]
-        Events of each of the C clips, frames counted from its first.
-    rest : array of float32 (C, 2)
-        Cost of a seam from standing in a clip's first pose to the clip, and from the clip to
-        standing in the pose after its last: for players who begin later or end earlier than others.
-    """
-
-    terminals: tuple[str, ...]
-    terminal: Int32Array
-    first: Int32Array
-    n_frames: Int32Array
-    step: FloatArray
+    terminals: tuple[str, ...]  # Names of the terminals
+    terminal: Int32Array  # (K,), int32: index into ``terminals``, ascending
+    first: Int32Array  # (T + 1,), int32: the entries of terminal t are first[t]:first[t + 1]
+    n_frames: Int32Array  # (K,), int32: frames, 30 a second
+    step: FloatArray  # (K, 3), m and rad: from an entry's first frame to where the next clip begins
+    # (K,), int32: frame of the event counted from the entry's first; -1 if there is none, then the
+    # middle counts
     event_frame: Int32Array
-    path_start: Int32Array
-    path: FloatArray
-    seam: Float32Array
-    seam_class: Int32Array
+    path_start: Int32Array  # (K,), int32: row of ``path`` of an entry's first frame
+    path: FloatArray  # (sum of frames, 3), m and rad: places of all frames in the entry frame
+    seam: Float32Array  # (C, C), float32: cost of a seam
+    seam_class: Int32Array  # (K,), int32: the clip of an entry
+    # (K, 3), m: x, y, z in the entry frame of the ball at the event: the mean of the wrists, or the
+    # wrist that has the ball if they are far apart
     hand: FloatArray
-    source: tuple[ClipSource, ...]
+    source: tuple[ClipSource, ...]  # The origins of the entries
+    # Events of each of the C clips, frames counted from its first
     events: tuple[tuple[Event, ...], ...] = ()
+    # (C, 2), float32: cost of a seam from standing in a clip's first pose to the clip, and from the
+    # clip to standing in the pose after its last: for players who begin later or end earlier than
+    # others
     rest: Float32Array = field(default_factory=lambda: np.zeros((0, 2), dtype=np.float32))
 
     def of(self, terminal: str) -> range:
@@ -174,15 +128,10 @@ def make_library(
 ) -> ClipLibrary:
     """Cut captures into clips; mirror, bend and stretch these; and compare all their ends.
 
-    Parameters
-    ----------
-    shown : sequence of ShownMotion
-        Parts of captures. Parts of one capture must hold the same ``motion`` object, or it is
-        analysed more than once.
-    terminals : sequence of str
-        Names in the order of the library; one without a clip has no entries.
-    settings : VariantSettings or None
-        Which variants are made; by default those of :class:`VariantSettings`.
+    `shown`: Parts of captures. Parts of one capture must hold the same ``motion`` object, or it is
+    analysed more than once.
+
+    `terminals`: Names in the order of the library; one without a clip has no entries.
     """
     settings = settings or VariantSettings()
     clips = _clips(shown, tuple(terminals), settings)
@@ -225,9 +174,15 @@ def make_library(
 
 def _edited(source: ClipSource, bend: float, stretch: float) -> ClipSource:
     return ClipSource(
-        source.capture, source.start, source.end, source.mirrored,
-        bend, stretch, source.licence, source.instant,
-    )  # fmt: skip
+        source.capture,
+        source.start,
+        source.end,
+        source.mirrored,
+        bend,
+        stretch,
+        source.licence,
+        source.instant,
+    )
 
 
 def _clips(

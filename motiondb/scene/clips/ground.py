@@ -20,15 +20,8 @@ from motiondb.records import FloatArray
 def compose(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return ``second``, given in the frame of ``first``, in the frame in which ``first`` is given.
 
-    Parameters
-    ----------
-    first : array (..., 3), m and rad
-        x, z, theta.
-    second : array (..., 3), m and rad
-        x, z, theta; leading axes broadcast.
+    Shapes: `first`, `second` (..., 3), m and rad.
 
-    Examples
-    --------
     >>> compose(np.array([1.0, 0.0, np.pi / 2]), np.array([0.0, 2.0, 0.0])).round(6).tolist()
     [3.0, 0.0, 1.570796]
     """

@@ -69,10 +69,8 @@ from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
 from motiondb.scene.language.tactics import Diagram
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
-_MOST_KEPT = 500
-"""Strings that a binder keeps; they take some megabytes. Chosen by hand."""
-_MATES = (("pass",), ("catch",))
-"""Items whose other player is on the same team."""
+_MOST_KEPT = 500  # Strings that a binder keeps; they take some megabytes
+_MATES = (("pass",), ("catch",))  # Items whose other player is on the same team
 
 
 @dataclass(frozen=True)
@@ -109,15 +107,7 @@ _Resolved = tuple[int, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Binder:
-    """Binding for many trees of one diagram and grammar.
-
-    Attributes
-    ----------
-    diagram : Diagram
-        The diagram.
-    grammar : MotionGrammar
-        The grammar.
-    """
+    """Binding for many trees of one diagram and grammar."""
 
     diagram: Diagram
     grammar: MotionGrammar
@@ -168,11 +158,6 @@ class Binder:
         """Return the table of the players' trees, in the order of the diagram.
 
         ``chosen`` are the actions of each player's items; None means the first that match.
-
-        Raises
-        ------
-        SceneError
-            There is another number of trees than players, a string is empty, or it misses an item.
         """
         if len(trees) != len(self.names):
             raise SceneError(
@@ -338,11 +323,6 @@ def bind(
     """Return the table of the players' trees, given in the order of the diagram or by name.
 
     ``chosen`` is that of :meth:`Binder.bind`.
-
-    Raises
-    ------
-    SceneError
-        A string is empty or misses an item of the diagram.
     """
     if isinstance(trees, Mapping):
         trees = [trees[player.name] for player in diagram.players]

@@ -20,15 +20,11 @@ CONTACT_RADIUS = 0.15
 """Radius for players who are meant to touch, around their contact, m. Chosen by hand: half the
 depth of a body."""
 CONTACT_FRAMES = 15
-"""Frames before and after the contact in which the smaller radius holds: half a second. Chosen by
-hand."""
+"""Frames before and after the contact in which the smaller radius holds: half a second."""
 
-_APART = (2.0 * RADIUS) ** 2
-"""Square of the distance in metres below which two bodies overlap."""
-_CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2
-"""The same for two bodies that are to touch."""
-_ROUNDING = 1.0 - 1e-9
-"""Makes the skipped time of :func:`overlaps` shorter than any rounding error."""
+_APART = (2.0 * RADIUS) ** 2  # Square of the distance in metres below which two bodies overlap
+_CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2  # The same for two bodies that are to touch
+_ROUNDING = 1.0 - 1e-9  # Makes the skipped time of :func:`overlaps` shorter than any rounding error
 
 
 @compiled

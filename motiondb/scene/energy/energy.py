@@ -41,8 +41,7 @@ from motiondb.scene.energy.scene_places import grid_since, place_string
 from motiondb.scene.energy.scene_state import SceneState
 from motiondb.scene.language.semantic_rules import Weights
 
-TOTAL, RULES, SMOOTH, COLLISION, EFFORT = range(5)
-"""Indices into ``scene.total``."""
+TOTAL, RULES, SMOOTH, COLLISION, EFFORT = range(5)  # Indices into ``scene.total``
 
 
 def scene_arrays(

@@ -41,27 +41,15 @@ them, its step with cosine and sine, and the length of its path in metres."""
 
 
 class ClipArrays(NamedTuple):
-    """A library of clips for compiled code.
-
-    Attributes
-    ----------
-    clips : array of :data:`CLIP` (clips,)
-        The clips.
-    path : array (frames of all clips, 3), m and rad
-        x, z, theta in the frame of the clip's entry.
-    way : array (frames of all clips,), m
-        Distance travelled since the clip's entry.
-    seams : array (classes, classes)
-        Mismatch of the exit of one class and the entry of another.
-    fastest : array (1,), m
-        Largest distance from one frame to the next.
-    """
+    """A library of clips for compiled code."""
 
     clips: NDArray[np.void]
+    # (frames of all clips, 3), m and rad: x, z, theta in the frame of the clip's entry
     path: FloatArray
-    way: FloatArray
+    way: FloatArray  # (frames of all clips,), m: distance travelled since the clip's entry
+    # (classes, classes): mismatch of the exit of one class and the entry of another
     seams: FloatArray
-    fastest: FloatArray
+    fastest: FloatArray  # (1,), m: largest distance from one frame to the next
 
 
 def clip_arrays(library: ClipLibrary) -> ClipArrays:

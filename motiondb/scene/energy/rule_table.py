@@ -50,11 +50,9 @@ KINDS: dict[type, int] = {
     SynchronisationRule: SYNCHRONISATION,
     DistanceRule: DISTANCE,
     LineRule: LINE,
-}
-"""Number of each kind of rule."""
+}  # Number of each kind of rule
 
-UNMET_WEIGHT = 0.1
-"""c_k of a rule whose role nobody fills: it costs 10, like a broken distance. Chosen by hand."""
+UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
     [(name, np.int64) for name in ("kind", "player", "first", "last", "moment")]
@@ -63,39 +61,20 @@ ROW = np.dtype(
     + [("near", np.float64), ("far", np.float64), ("lag", np.float64)]
     + [(name, np.int64) for name in ("partner", "partner_first", "partner_last")]
     + [("weight", np.float64)]
-)
-"""Fields of a row, each aligned to 8 bytes."""
+)  # Fields of a row, each aligned to 8 bytes
 
 
 @dataclass(frozen=True, eq=False)
 class RuleTable:
-    """The rules of a scene.
+    """The rules of a scene."""
 
-    Attributes
-    ----------
-    players : tuple of str
-        Names in the order of the diagram; the rows hold their indices.
-    actions : tuple of tuple[str, ...]
-        The action string of every player.
-    rows : array of :data:`ROW` (rules,)
-        The rules.
-    partners : array of int (n,)
-        Actions that synchronisation rules may refer to.
-    contacts : array of int (n, 4)
-        Player, action, player, action of those who are meant to touch.
-    rules : tuple of SemanticRule
-        The rule that each row was made from; also for unmet rules.
-    items : array of int (rules,)
-        The class of the player's expression that the row belongs to, or -1.
-    stray : int
-        Number of actions of all players that belong to no class.
-    """
-
-    players: tuple[str, ...]
-    actions: tuple[tuple[str, ...], ...]
+    players: tuple[str, ...]  # Names in the order of the diagram; the rows hold their indices
+    actions: tuple[tuple[str, ...], ...]  # The action string of every player
     rows: NDArray[np.void]
-    partners: IntArray
+    partners: IntArray  # (n,), int: actions that synchronisation rules may refer to
+    # (n, 4), int: player, action, player, action of those who are meant to touch
     contacts: IntArray
-    rules: tuple[SemanticRule, ...]
+    rules: tuple[SemanticRule, ...]  # The rule that each row was made from; also for unmet rules
+    # (rules,), int: the class of the player's expression that the row belongs to, or -1
     items: IntArray
-    stray: int = 0
+    stray: int = 0  # Number of actions of all players that belong to no class

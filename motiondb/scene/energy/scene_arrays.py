@@ -30,107 +30,48 @@ from motiondb.scene.language.semantic_rules import Weights
 EVERY = 3
 """Frames between grid points while sampling; reports and tests may use all frames (1). Chosen by
 hand: players move by at most 0.8 m in between."""
-MOST_DELAY = 900
-"""Most frames that a player may stand before the first clip: 30 s. Chosen by hand."""
-ANY_TIME = -1
-"""Reach of a rule that looks at a player at a time, not at one of their clips."""
+MOST_DELAY = 900  # Most frames that a player may stand before the first clip: 30 s
+ANY_TIME = -1  # Reach of a rule that looks at a player at a time, not at one of their clips
 
 
 class SceneArrays(NamedTuple):
-    """Arrays of P players, at most L clips each, R rules, G grid points.
+    """Arrays of P players, at most L clips each, R rules, G grid points."""
 
-    Attributes
-    ----------
-    n_clips : array of int (P,)
-        Number of clips of every player.
-    entry : array of int (P, L)
-        Clips, as entries of the library.
-    begin : array of int (P, L + 1)
-        First frame of every clip; after the last, the end. begin[:, 0] is the delay.
-    placed : array (P, L + 1, 5)
-        x, z, theta, cos, sin where every clip begins; placed[:, 0] is the origin.
-    grid : array (P, G, 3)
-        x, z, theta at frames 0, every, 2 every ..
-    filled : array of int (P,)
-        Number of grid points within the player's string; the last pose follows once.
-    cost : array (R,)
-        f_k / c_k, with the excess beyond 1 (:mod:`.energy`).
-    seen : array of int (R,)
-        Last frame at which the rule looks at others.
-    meant : array of int (R,)
-        The partner's clip that counts for a synchronisation.
-    seams : array (P, L)
-        Mismatch at the beginning of every clip, unweighted.
-    overlaps : array of int (P, P)
-        Number of grid points at which two touch.
-    near : array of int (P, P)
-        1 if two are meant to touch.
-    total : array (5,)
-        -log P(Y), and its parts: rules, smoothness, collision, effort.
-    scale : array (4,)
-        1 / w_2, 1 / w_3, 1 / w_4, excess.
-    every : array of int (1,)
-        Frames between grid points.
-    rows : array of ROW (R,)
-        Of the rule table.
-    partners : array of int (n,)
-        Of the rule table.
-    contacts : array of int (n, 4)
-        Of the rule table.
-    depends : array of int (n, 2)
-        For every player the rules that depend on them, and their reach: exchanging clip k matters
-        if k < reach (or :data:`ANY_TIME`).
-    depends_first : array of int (P + 1,)
-        First row of ``depends`` of each player.
-    back : array of int (5,)
-        The last change: player, clip, its former entry, ``filled``, and number of rules.
-    back_begin : array of int (L + 1,)
-        Overwritten row of ``begin``.
-    back_placed : array (L + 1, 5)
-        Overwritten row of ``placed``.
-    back_grid : array (G, 3)
-        Overwritten row of ``grid``.
-    back_cost : array (R,)
-        Overwritten costs, in the order of ``back_rules``.
-    back_rules : array of int (R, 3)
-        Overwritten rules: number, ``seen``, ``meant``.
-    back_seams : array (2,)
-        Overwritten seams before and after the clip.
-    back_overlaps : array of int (P,)
-        Overwritten row of ``overlaps``.
-    back_total : array (5,)
-        Overwritten ``total``.
-    """
-
-    n_clips: IntArray
-    entry: IntArray
+    n_clips: IntArray  # (P,), int: number of clips of every player
+    entry: IntArray  # (P, L), int: clips, as entries of the library
+    # (P, L + 1), int: first frame of every clip; after the last, the end. begin[:, 0] is the delay
     begin: IntArray
+    # (P, L + 1, 5): x, z, theta, cos, sin where every clip begins; placed[:, 0] is the origin
     placed: FloatArray
-    grid: FloatArray
+    grid: FloatArray  # (P, G, 3): x, z, theta at frames 0, every, 2 every
+    # (P,), int: number of grid points within the player's string; the last pose follows once
     filled: IntArray
-    cost: FloatArray
-    seen: IntArray
-    meant: IntArray
-    seams: FloatArray
-    overlaps: IntArray
-    near: IntArray
-    total: FloatArray
-    scale: FloatArray
-    every: IntArray
-    rows: NDArray[np.void]
-    partners: IntArray
-    contacts: IntArray
+    cost: FloatArray  # (R,): f_k / c_k, with the excess beyond 1 (:mod:`.energy`)
+    seen: IntArray  # (R,), int: last frame at which the rule looks at others
+    meant: IntArray  # (R,), int: the partner's clip that counts for a synchronisation
+    seams: FloatArray  # (P, L): mismatch at the beginning of every clip, unweighted
+    overlaps: IntArray  # (P, P), int: number of grid points at which two touch
+    near: IntArray  # (P, P), int: 1 if two are meant to touch
+    total: FloatArray  # (5,): -log P(Y), and its parts: rules, smoothness, collision, effort
+    scale: FloatArray  # (4,): 1 / w_2, 1 / w_3, 1 / w_4, excess
+    every: IntArray  # (1,), int: frames between grid points
+    rows: NDArray[np.void]  # (R,), ROW: of the rule table
+    partners: IntArray  # (n,), int: of the rule table
+    contacts: IntArray  # (n, 4), int: of the rule table
+    # (n, 2), int: for every player the rules that depend on them, and their reach: exchanging clip
+    # k matters if k < reach (or :data:`ANY_TIME`)
     depends: IntArray
-    depends_first: IntArray
+    depends_first: IntArray  # (P + 1,), int: first row of ``depends`` of each player
+    # (5,), int: the last change: player, clip, its former entry, ``filled``, and number of rules
     back: IntArray
-    back_begin: IntArray
-    back_placed: FloatArray
-    back_grid: FloatArray
-    back_cost: FloatArray
-    back_rules: IntArray
-    back_seams: FloatArray
-    back_overlaps: IntArray
-    back_total: FloatArray
+    back_begin: IntArray  # (L + 1,), int: overwritten row of ``begin``
+    back_placed: FloatArray  # (L + 1, 5): overwritten row of ``placed``
+    back_grid: FloatArray  # (G, 3): overwritten row of ``grid``
+    back_cost: FloatArray  # (R,): overwritten costs, in the order of ``back_rules``
+    back_rules: IntArray  # (R, 3), int: overwritten rules: number, ``seen``, ``meant``
+    back_seams: FloatArray  # (2,): overwritten seams before and after the clip
+    back_overlaps: IntArray  # (P,), int: overwritten row of ``overlaps``
+    back_total: FloatArray  # (5,): overwritten ``total``
 
 
 def empty_scene(

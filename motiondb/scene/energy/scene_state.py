@@ -18,26 +18,14 @@ from motiondb.records import IntArray
 
 @dataclass(frozen=True, eq=False)
 class PlayerState:
-    """The sampled state of one player.
+    """The sampled state of one player."""
 
-    Attributes
-    ----------
-    tree : Tree
-        Derivation of the action string, which is its leaves.
-    entries : array of int (actions,)
-        Entries of the library, one for each action.
-    origin : (float, float, float), m and rad
-        x, z and heading (from +z towards +x) where the first clip begins.
-    delay : int
-        Frames, 0 or more, for which the player stands before the first clip.
-    spans : tuple of (int, int) or None
-        The actions of each item of the player's expression; None if none were chosen yet.
-    """
-
-    tree: Tree
-    entries: IntArray
+    tree: Tree  # Derivation of the action string, which is its leaves
+    entries: IntArray  # (actions,), int: entries of the library, one for each action
+    # x, z and heading (from +z towards +x) where the first clip begins
     origin: tuple[float, float, float]
-    delay: int = 0
+    delay: int = 0  # Frames, 0 or more, for which the player stands before the first clip
+    # The actions of each item of the player's expression; None if none were chosen yet
     spans: tuple[tuple[int, int], ...] | None = None
 
 

@@ -43,13 +43,9 @@ from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
 from motiondb.scene.energy.scene_places import place_of, place_string
 from motiondb.scene.language.semantic_rules import PASS_SPEED
 
-_SWEEPS = 4
-"""Rounds over all players: directions and delays depend on the places of the others. Chosen by
-hand."""
-_RELAXATIONS = 200
-"""Rounds of relaxation; enough for chains of a dozen players to converge. Chosen by hand."""
-_SURE = 1e-9
-"""Length below which a vector has no direction."""
+_SWEEPS = 4  # Rounds over all players: directions and delays depend on the places of the others
+_RELAXATIONS = 200  # Rounds of relaxation; enough for chains of a dozen players to converge
+_SURE = 1e-9  # Length below which a vector has no direction
 
 
 @njit(cache=True, nogil=True)

@@ -20,21 +20,11 @@ def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
 
     Consecutive points at the same place count once. A single point is returned unchanged.
 
-    Parameters
-    ----------
-    points : array (points, 2), m
-        Points that the curve passes through, in order.
-    per_part : int
-        Number of samples between two consecutive points. 24 leaves no visible corners in a picture;
-        chosen by hand.
+    Shapes: `points` (points, 2), m; result ((points - 1) * per_part + 1, 2), m.
 
-    Returns
-    -------
-    array ((points - 1) * per_part + 1, 2), m
-        Samples of the curve; the given points are among them.
+    `per_part`: Number of samples between two consecutive points. 24 leaves no visible corners in a
+    picture; chosen by hand.
 
-    Examples
-    --------
     >>> smooth_curve(np.array([[0.0, 0.0], [2.0, 0.0]]), 2).round(6).tolist()
     [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
     """

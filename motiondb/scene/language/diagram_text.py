@@ -8,17 +8,11 @@ from __future__ import annotations
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import Court, Diagram, Element
 
-_RIM = ("rim", Spot(0.0, 0.0))
-"""The place that every diagram has: the origin, below the rim."""
+_RIM = ("rim", Spot(0.0, 0.0))  # The place that every diagram has: the origin, below the rim
 
 
 def format_diagram(diagram: Diagram) -> str:
     r"""Return the text of a diagram.
-
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram; names must be such as the format allows.
 
     >>> from motiondb.scene.language.tactics import Player
     >>> shooter = Player("A1", "attack", Spot(0.0, 8.0))

@@ -57,37 +57,21 @@ contain whatever the grammar allows."""
 MOST_ACTIONS = 40
 """Largest number of actions of a player. Chosen by hand: more than twice the longest string of the
 measured scenes."""
-_VIA_WEIGHT = 1.0
-"""Weight of a point on the way, m. It is loose because a curve is drawn by hand. Chosen by hand."""
-_STAND_WEIGHT = 0.5
-"""Weight of the place where a drawn act begins, m: about half a step. Chosen by hand."""
+_VIA_WEIGHT = 1.0  # Weight of a point on the way, m. It is loose because a curve is drawn by hand
+_STAND_WEIGHT = 0.5  # Weight of the place where a drawn act begins, m: about half a step
 
 
 @dataclass(frozen=True)
 class Item:
-    """One class of an expression.
+    """One class of an expression."""
 
-    Attributes
-    ----------
-    actions : tuple of str
-        Names of the terminals that match.
-    repeated : bool
-        Whether several actions in a row may match.
-    element : int
-        Index of the diagram's element, or -1 for holding the ball at first.
-    other : str
-        The other player of a pass, screen, guard or block, or "".
-    other_item : int
-        Index of the class in the other player's expression that belongs to this one, or -1.
-    way : tuple of Spot
-        Points from the player's place to the end of the move; one point if the player stays.
-    """
-
-    actions: tuple[str, ...]
-    repeated: bool = False
-    element: int = -1
-    other: str = ""
+    actions: tuple[str, ...]  # Names of the terminals that match
+    repeated: bool = False  # Whether several actions in a row may match
+    element: int = -1  # Index of the diagram's element, or -1 for holding the ball at first
+    other: str = ""  # The other player of a pass, screen, guard or block, or ""
+    # Index of the class in the other player's expression that belongs to this one, or -1
     other_item: int = -1
+    # Points from the player's place to the end of the move; one point if the player stays
     way: tuple[Spot, ...] = ()
 
     def __str__(self) -> str:
@@ -97,23 +81,12 @@ class Item:
 
 @dataclass(frozen=True)
 class DiagramRule:
-    """A semantic rule of one player's item.
+    """A semantic rule of one player's item."""
 
-    Attributes
-    ----------
-    player : str
-        Name of the player.
-    item : int
-        Index of the item, or -1 for the whole action string.
-    rule : SemanticRule
-        The rule.
-    partner_item : int
-        Index of the partner's item that a synchronisation rule refers to, or -1.
-    """
-
-    player: str
-    item: int
+    player: str  # Name of the player
+    item: int  # Index of the item, or -1 for the whole action string
     rule: SemanticRule
+    # Index of the partner's item that a synchronisation rule refers to, or -1
     partner_item: int = -1
 
 
@@ -184,8 +157,7 @@ Spans = tuple[tuple[int, int], ...]
 MOST_ASSIGNMENTS = 48
 """Most assignments of a string that are compared. Chosen by hand: strings of the measured scenes
 have up to a few dozen; evaluating one takes a fraction of a millisecond."""
-_MOST_LISTED = 2000
-"""Most assignments that are listed before they are thinned out. Chosen by hand."""
+_MOST_LISTED = 2000  # Most assignments that are listed before they are thinned out
 
 
 def assignments(string: Sequence[str], items: Sequence[Item]) -> tuple[Spans, ...]:
@@ -196,8 +168,6 @@ def assignments(string: Sequence[str], items: Sequence[Item]) -> tuple[Spans, ..
     belongs to another item. The first assignment is that of :func:`spans`. If there are more than
     :data:`MOST_ASSIGNMENTS`, they are thinned out evenly.
 
-    Examples
-    --------
     >>> walk = Item(("walk",), True)
     >>> assignments("walk bow walk walk".split(), [walk, walk])
     (((0, 1), (2, 4)), ((2, 3), (3, 4)))
@@ -241,13 +211,6 @@ def spans(string: Sequence[str], items: Sequence[Item]) -> Spans | None:
     that follow directly, up to the next item. Consecutive repeated items with the same actions (a
     run and then a cut) divide their common actions in proportion to the lengths of their ways.
 
-    Returns
-    -------
-    tuple of (int, int) or None
-        For each item its first action, and the one after its last action.
-
-    Examples
-    --------
     >>> items = [Item(("walk", "run"), True), Item(("catch",))]
     >>> spans("idle walk run catch".split(), items)
     ((1, 3), (3, 4))
@@ -307,14 +270,9 @@ def auxiliary_rules(
 ) -> tuple[DiagramRule, ...]:
     """Return the rules that follow from a diagram.
 
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    grammar : MotionGrammar or None
-        The grammar. If given, a rule of the diagram is left out if the grammar has a rule of the
-        same kind for the same action: the grammar then states it for every pass, shot and screen,
-        and the items say who is meant.
+    `grammar`: The grammar. If given, a rule of the diagram is left out if the grammar has a rule of
+    the same kind for the same action: the grammar then states it for every pass, shot and screen,
+    and the items say who is meant.
     """
     auxiliary: list[DiagramRule] = []
     for name, items in expressions(diagram).items():

@@ -81,21 +81,7 @@ class _Reading:
 
 
 def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
-    """Read a motion grammar from its text.
-
-    Parameters
-    ----------
-    text : str
-        The contents of the file.
-    where : str
-        Name of the file, for messages.
-
-    Raises
-    ------
-    SceneError
-        The message names file, line and column, what was expected there and what was found: a sign,
-        a name that is not declared, a weight of 0, a nonterminal that never ends.
-    """
+    """Read a motion grammar from its text."""
     reading = _Reading(where)
     for cursor in statements(text, where):
         _read_statement(cursor, reading)

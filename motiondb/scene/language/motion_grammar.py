@@ -29,62 +29,32 @@ ROLES = ("receiver", "opponent")
 
 @dataclass(frozen=True)
 class Terminal:
-    """An action and the words that find its clips.
+    """An action and the words that find its clips."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the action.
-    phrases : tuple of str
-        A caption with any of these shows the action; () if no clips were asked for.
-    without : tuple of str
-        A caption with any of these does not show it.
-    event : str
-        The instant at which rules without a moment are evaluated; "" for the whole action.
-    """
-
-    name: str
+    name: str  # Name of the action
+    # A caption with any of these shows the action; () if no clips were asked for
     phrases: tuple[str, ...] = ()
-    without: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()  # A caption with any of these does not show it
+    # The instant at which rules without a moment are evaluated; "" for the whole action
     event: str = ""
 
 
 @dataclass(frozen=True)
 class Annotation:
-    """A semantic rule of a symbol.
+    """A semantic rule of a symbol."""
 
-    Attributes
-    ----------
-    symbol : str
-        The terminal or nonterminal.
-    rule : SemanticRule
-        The rule.
-    within : str
-        The nonterminal below which the rule holds; "" for everywhere.
-    line : int
-        Line of the file.
-    """
-
-    symbol: str
+    symbol: str  # The terminal or nonterminal
     rule: SemanticRule
-    within: str = ""
-    line: int = 0
+    within: str = ""  # The nonterminal below which the rule holds; "" for everywhere
+    line: int = 0  # Line of the file
 
 
 @dataclass(frozen=True)
 class Start:
-    """A start symbol.
-
-    Attributes
-    ----------
-    symbol : str
-        The nonterminal.
-    team : str
-        The team whose strings begin with it; "" for everybody.
-    """
+    """A start symbol."""
 
     symbol: str
-    team: str = ""
+    team: str = ""  # The team whose strings begin with it; "" for everybody
 
 
 @dataclass(frozen=True)

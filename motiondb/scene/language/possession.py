@@ -33,20 +33,7 @@ from motiondb.scene.language.tactics import (
 
 
 def check_diagram(diagram: Diagram, where: str = "") -> None:
-    """Refuse a diagram that cannot be played, and name all its faults.
-
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    where : str
-        Name of the file, for messages; by default the name of the diagram.
-
-    Raises
-    ------
-    SceneError
-        One line for each fault, with the element and its line.
-    """
+    """Refuse a diagram that cannot be played, and name all its faults."""
     where = where or diagram.name
     faults = list(_name_faults(diagram, where)) or [
         *_place_faults(diagram, where),

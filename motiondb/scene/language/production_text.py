@@ -19,28 +19,12 @@ from motiondb.scene.language.tokens import Cursor, Token
 Alternative = tuple[str, tuple[str, ...], float | None]
 """Left side, right side, probability where one was written."""
 
-_DEEPEST = 50
-"""Most brackets inside one another: far from Python's limit of nested calls."""
+_DEEPEST = 50  # Most brackets inside one another: far from Python's limit of nested calls
 _ADVICE = f"Write names, ( ) | * + ? and probabilities as [0.5]; '{EMPTY}' is the empty string."
 
 
 def read_alternatives(cursor: Cursor, left: str, used: dict[str, Token]) -> list[Alternative]:
-    """Return all rules that the tokens after ``->`` describe.
-
-    Parameters
-    ----------
-    cursor : Cursor
-        The statement, after ``->``.
-    left : str
-        The left side of the rules.
-    used : dict of str to Token
-        Names that occur in right sides; new names are added to it.
-
-    Raises
-    ------
-    SceneError
-        The message names the place.
-    """
+    """Return all rules that the tokens after ``->`` describe."""
     alternatives: list[Alternative] = []
     helpers: list[Alternative] = []
     names = (f"{left}.{n}" for n in range(_next_number(used, left), 10**6))

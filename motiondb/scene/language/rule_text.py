@@ -26,8 +26,7 @@ WEIGHT_UNITS: dict[str, str] = {
     "distance": "",
     "line": "length",
     "synchronisation": "time",
-}
-"""The kinds of rule, and the quantity in which their weights are measured; "" for no unit."""
+}  # The kinds of rule, and the quantity in which their weights are measured; "" for no unit
 
 _LEAST, _MOST = 1e-6, 1e6
 """Limits of weights. A weight outside is a slip: one term of the sum would hide all others."""
@@ -36,46 +35,23 @@ _LONGEST_LAG = 60.0
 """Longest lag of a synchronisation, s. No scene lasts so long that two actions could be farther
 apart."""
 
-_UNSTATED = math.nan
-"""Marks a rule without a weight until the whole file has been read."""
+_UNSTATED = math.nan  # Marks a rule without a weight until the whole file has been read
 
 
 @dataclass(frozen=True)
 class Draft:
-    """A rule as written.
+    """A rule as written."""
 
-    Attributes
-    ----------
-    kind : str
-        The kind of rule.
-    rule : SemanticRule
-        The rule; its weight is NaN and its moment "" if the text names none.
-    symbols : tuple of Token
-        The symbols that the rule is attached to.
-    within : Token or None
-        The nonterminal below which it holds.
-    targets : tuple of Token
-        Names of the places and roles that it is about.
-    actions : tuple of Token
-        Names of the partner's actions.
-    """
-
-    kind: str
-    rule: SemanticRule
-    symbols: tuple[Token, ...]
-    within: Token | None
-    targets: tuple[Token, ...]
-    actions: tuple[Token, ...]
+    kind: str  # The kind of rule
+    rule: SemanticRule  # The rule; its weight is NaN and its moment "" if the text names none
+    symbols: tuple[Token, ...]  # The symbols that the rule is attached to
+    within: Token | None  # The nonterminal below which it holds
+    targets: tuple[Token, ...]  # Names of the places and roles that it is about
+    actions: tuple[Token, ...]  # Names of the partner's actions
 
 
 def read_rules(cursor: Cursor) -> list[Draft]:
-    """Read all rules of a statement.
-
-    Raises
-    ------
-    SceneError
-        The message names the place.
-    """
+    """Read all rules of a statement."""
     symbols = [_name_token(cursor, "a symbol of the grammar")]
     while cursor.meets(","):
         symbols.append(_name_token(cursor, "a symbol of the grammar"))
@@ -183,14 +159,7 @@ def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
 
 
 def read_weight(cursor: Cursor, kind: str) -> float:
-    """Read a weight: a quantity above 0, with a unit if its kind has one.
-
-    Raises
-    ------
-    SceneError
-        The weight is 0, which would allow no deviation at all, or is so large or small that one
-        term would hide all others.
-    """
+    """Read a weight: a quantity above 0, with a unit if its kind has one."""
     token = cursor.here
     advice = "Write the deviation that costs 1; it must be above 0."
     value = cursor.quantity(kind, "a weight") if kind else cursor.number("a weight", advice)

@@ -48,37 +48,22 @@ THROUGHOUT, START, END, PATH = "throughout", "start", "end", "path"
 
 @dataclass(frozen=True)
 class Spot:
-    """A point on the ground.
+    """A point on the ground."""
 
-    Attributes
-    ----------
-    x : float, m
-        Distance to the right.
-    z : float, m
-        Distance away from the baseline.
-    """
-
-    x: float
-    z: float
+    x: float  # Distance to the right
+    z: float  # Distance away from the baseline
 
 
-Target = str | Spot
-"""A named place, a role ("receiver", "opponent"), a player, or a point."""
+Target = str | Spot  # A named place, a role ("receiver", "opponent"), a player, or a point
 
 
 @dataclass(frozen=True)
 class Moment:
-    """The time at which a rule is evaluated.
+    """The time at which a rule is evaluated."""
 
-    Attributes
-    ----------
-    name : str
-        ``start``, ``end``, an event, ``throughout`` (the mean over the frames), or ``path``.
-    fraction : float
-        For ``path`` the fraction of the action's distance that has been covered.
-    """
-
+    # ``start``, ``end``, an event, ``throughout`` (the mean over the frames), or ``path``
     name: str = THROUGHOUT
+    # For ``path`` the fraction of the action's distance that has been covered
     fraction: float = 0.0
 
 
@@ -153,22 +138,12 @@ class Weights:
 
     The values are chosen by hand: a missing element of a diagram and a collision cost 10, a seam
     costs what it is.
-
-    Attributes
-    ----------
-    user : float
-        W_1, missing elements of a diagram.
-    smooth : float
-        W_2, mismatch of poses and velocities at seams.
-    collision : float
-        W_3, whether characters touch that should not.
-    effort : float
-        W_4, metres travelled by all characters; the paper calls the term optional.
     """
 
-    user: float = 0.1
-    smooth: float = 1.0
-    collision: float = 0.1
+    user: float = 0.1  # W_1, missing elements of a diagram
+    smooth: float = 1.0  # W_2, mismatch of poses and velocities at seams
+    collision: float = 0.1  # W_3, whether characters touch that should not
+    # W_4, metres travelled by all characters; the paper calls the term optional
     effort: float = math.inf
 
 

@@ -22,8 +22,7 @@ from functools import cached_property
 from motiondb.scene.language.semantic_rules import Spot
 
 ATTACK, DEFENCE, PLAYER = "attack", "defence", "player"
-TEAMS = (ATTACK, DEFENCE, PLAYER)
-"""Teams of players; ``player`` is for people without a team."""
+TEAMS = (ATTACK, DEFENCE, PLAYER)  # Teams of players; ``player`` is for people without a team
 
 MOVES = ("move", "walk", "run", "cut", "dribble")
 SHOTS = ("shoot", "layup")
@@ -41,24 +40,12 @@ WITHOUT_BALL = ("walk", "run", "cut", "screen", "feint")
 
 @dataclass(frozen=True)
 class Court:
-    """The ground that may be used.
-
-    Attributes
-    ----------
-    width : float, m
-        Extent along x.
-    length : float, m
-        Extent along z.
-    behind_rim : float, m
-        Distance from the baseline to the origin.
-    lines : bool
-        Whether the lines of basketball are drawn.
-    """
+    """The ground that may be used."""
 
     width: float = 15.0
     length: float = 14.0
-    behind_rim: float = 1.575
-    lines: bool = True
+    behind_rim: float = 1.575  # Distance from the baseline to the origin
+    lines: bool = True  # Whether the lines of basketball are drawn
 
     def holds(self, spot: Spot) -> bool:
         """Return whether a point is on the court, its edge included."""
@@ -68,61 +55,28 @@ class Court:
 
 @dataclass(frozen=True)
 class Player:
-    """A player at the beginning of the play.
-
-    Attributes
-    ----------
-    name : str
-        Name.
-    team : str
-        One of :data:`TEAMS`.
-    at : Spot
-        Position of the player.
-    guards : str
-        Name of the guarded opponent; "" if none is named.
-    line : int
-        Line of the file.
-    """
+    """A player at the beginning of the play."""
 
     name: str
     team: str
-    at: Spot
-    guards: str = ""
-    line: int = 0
+    at: Spot  # Position of the player
+    guards: str = ""  # Name of the guarded opponent; "" if none is named
+    line: int = 0  # Line of the file
 
 
 @dataclass(frozen=True)
 class Element:
-    """An action of a player in a diagram.
-
-    Attributes
-    ----------
-    kind : str
-        One of :data:`KINDS`.
-    step : int
-        When it begins, from 1.
-    player : str
-        The player who acts.
-    other : str
-        Receiver of a pass, or the player who is screened, guarded, blocked or run at; or "".
-    via : tuple of Spot
-        Points that the player's curve passes.
-    to : Spot or None
-        End of the curve; None if the player stays.
-    caught : int
-        The step at which a pass arrives; 0 for the same as ``step``.
-    line : int
-        Line of the file.
-    """
+    """An action of a player in a diagram."""
 
     kind: str
-    step: int
-    player: str
+    step: int  # When it begins, from 1
+    player: str  # The player who acts
+    # Receiver of a pass, or the player who is screened, guarded, blocked or run at; or ""
     other: str = ""
-    via: tuple[Spot, ...] = ()
-    to: Spot | None = None
-    caught: int = 0
-    line: int = 0
+    via: tuple[Spot, ...] = ()  # Points that the player's curve passes
+    to: Spot | None = None  # End of the curve; None if the player stays
+    caught: int = 0  # The step at which a pass arrives; 0 for the same as ``step``
+    line: int = 0  # Line of the file
 
     def __str__(self) -> str:
         """Return the element in words, for messages."""
@@ -132,49 +86,24 @@ class Element:
 
 @dataclass(frozen=True)
 class Act:
-    """An element from the side of one player who takes part in it.
+    """An element from the side of one player who takes part in it."""
 
-    Attributes
-    ----------
-    element : int
-        Index of the element.
-    part : str
-        "own", "catch" or "push".
-    """
-
-    element: int
-    part: str = "own"
+    element: int  # Index of the element
+    part: str = "own"  # "own", "catch" or "push"
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """A play.
-
-    Attributes
-    ----------
-    name : str
-        Its title.
-    players : tuple of Player
-        The players.
-    elements : tuple of Element
-        Their actions.
-    grammar : str
-        Name of the grammar that the play follows.
-    court : Court
-        The ground.
-    places : tuple of tuple[str, Spot]
-        Names and positions of places that rules may refer to.
-    ball : str
-        Name of the first holder of the ball; "" if the file does not say.
-    """
+    """A play."""
 
     name: str
     players: tuple[Player, ...]
     elements: tuple[Element, ...]
-    grammar: str = "basketball"
+    grammar: str = "basketball"  # Name of the grammar that the play follows
     court: Court = field(default_factory=Court)
+    # Names and positions of places that rules may refer to
     places: tuple[tuple[str, Spot], ...] = (("rim", Spot(0.0, 0.0)),)
-    ball: str = ""
+    ball: str = ""  # Name of the first holder of the ball; "" if the file does not say
 
     @cached_property
     def player(self) -> dict[str, Player]:

@@ -45,50 +45,21 @@ from motiondb.scene.language.tokens import Cursor, refuse, statements
 
 _KEYWORDS = ("diagram", "grammar", "court", "place", "ball", *TEAMS)
 _ONCE = ("diagram", "grammar", "court", "place", "ball")
-_LONGEST_NAME = 60
-"""Most characters of a player's name, which becomes part of the names of files."""
-_LAST_STEP = 10_000
-"""Largest step. A larger number is a slip; chosen by hand."""
+_LONGEST_NAME = 60  # Most characters of a player's name, which becomes part of the names of files
+_LAST_STEP = 10_000  # Largest step. A larger number is a slip;
 _SMALLEST, _LARGEST = 2.0, 100.0
 """Limits of the size of the ground, m. Outside, the file is likely to use another unit."""
 
 
 def read_diagram(text: str, where: str = "diagram") -> Diagram:
-    """Read a diagram from its text, and check that it can be played.
-
-    Parameters
-    ----------
-    text : str
-        The contents of the file.
-    where : str
-        Name of the file, for messages.
-
-    Raises
-    ------
-    SceneError
-        The message names file, line and column of the unexpected text; for an infeasible diagram it
-        names all faulty elements.
-    """
+    """Read a diagram from its text, and check that it can be played."""
     diagram = parse_diagram(text, where)
     check_diagram(diagram, where)
     return diagram
 
 
 def parse_diagram(text: str, where: str = "diagram") -> Diagram:
-    """Read a diagram from its text, whether or not it can be played.
-
-    Parameters
-    ----------
-    text : str
-        The contents of the file.
-    where : str
-        Name of the file, for messages.
-
-    Raises
-    ------
-    SceneError
-        The message names file, line and column of the unexpected text.
-    """
+    """Read a diagram from its text, whether or not it can be played."""
     diagram = Diagram("", (), ())
     said: dict[str, int] = {}
     for cursor in statements(text, where):

@@ -29,28 +29,15 @@ UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01},
     "angle": {"deg": math.pi / 180.0, "rad": 1.0},
     "time": {"s": 1.0, "frames": 1.0 / 30.0, "ms": 0.001},
-}
-"""Units of every quantity, as multiples of metres, radians and seconds."""
+}  # Units of every quantity, as multiples of metres, radians and seconds
 
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of text.
+    """A piece of text."""
 
-    Attributes
-    ----------
-    kind : str
-        "name", "number", "text", "sign", or "end" after the last token of a statement.
-    text : str
-        The characters; quoted text without its quotes.
-    line : int
-        Line, from 1.
-    column : int
-        Column, from 1.
-    """
-
-    kind: str
-    text: str
+    kind: str  # "name", "number", "text", "sign", or "end" after the last token of a statement
+    text: str  # The characters; quoted text without its quotes
     line: int
     column: int
 
@@ -62,13 +49,6 @@ class Token:
 def tokens_of(text: str, where: str) -> list[Token]:
     """Return all tokens of a text; quoted text comes without its quotes.
 
-    Raises
-    ------
-    SceneError
-        A character begins no token.
-
-    Examples
-    --------
     >>> [token.text for token in tokens_of("A -> run | walk  # moves", "x.grammar")]
     ['A', '->', 'run', '|', 'walk']
     """
@@ -168,19 +148,7 @@ class Cursor:
         return float(self.take().text)
 
     def once(self, said: dict[str, int], key: str, what: str, token: Token | None = None) -> None:
-        """Refuse a token (the next one by default) if an earlier line stated the same thing.
-
-        Parameters
-        ----------
-        said : dict of str to int
-            Lines of earlier statements by key; the new one is added.
-        key : str
-            What the statement is about.
-        what : str
-            What was expected, for the message.
-        token : Token or None
-            The token to refuse.
-        """
+        """Refuse a token (the next one by default) if an earlier line stated the same thing."""
         token = token or self.here
         line = said.setdefault(key, token.line)
         if line != token.line:

@@ -22,16 +22,11 @@ from motiondb.scene.energy.rule_table import DISTANCE, RuleTable
 from motiondb.scene.timing.timeline import Timeline
 from motiondb.scene.timing.waiting import ON_GUARD
 
-ASIDE = np.radians(25.0)
-"""How far from the focus a body may face, rad; the head turns the rest. Chosen by hand."""
-TURNING = np.radians(100.0)
-"""Speed of a body that turns in place, rad/s. Chosen by hand."""
-_SMOOTH = 10.0
-"""Standard deviation of the smoothing, frames. Chosen by hand."""
-_BRIEF = 50
-"""Frames of a pause that is too short to turn away and back. Chosen by hand."""
-_LEAST_RAMP, _MOST_RAMP = 15, 80
-"""Limits of the frames that a turn takes to begin and to end. Chosen by hand."""
+ASIDE = np.radians(25.0)  # How far from the focus a body may face, rad; the head turns the rest
+TURNING = np.radians(100.0)  # Speed of a body that turns in place, rad/s
+_SMOOTH = 10.0  # Standard deviation of the smoothing, frames
+_BRIEF = 50  # Frames of a pause that is too short to turn away and back
+_LEAST_RAMP, _MOST_RAMP = 15, 80  # Limits of the frames that a turn takes to begin and to end
 
 
 def turn_who_waits(
@@ -42,16 +37,7 @@ def turn_who_waits(
     A guard faces half way between the opponent and the ball. The player with the ball is not
     turned.
 
-    Parameters
-    ----------
-    table : RuleTable
-        The rules.
-    timeline : Timeline
-        The scene.
-    waits : array of bool (players, frames)
-        Whether they wait.
-    acts : BallActs or None
-        Who has the ball; None without a ball.
+    Shapes: `waits` (players, frames), bool.
     """
     places = timeline.places.copy()
     for player, path in enumerate(timeline.places):
@@ -85,12 +71,7 @@ def _guarded(table: RuleTable, player: int) -> int:
 def ball_on_ground(acts: BallActs, places: FloatArray) -> FloatArray:
     """Return the approximate place of the ball, array (frames, 2), m: its holder's, or on the way.
 
-    Parameters
-    ----------
-    acts : BallActs
-        Who has the ball.
-    places : array (players, frames, 3), m and rad
-        x, z and heading.
+    Shapes: `places` (players, frames, 3), m and rad.
     """
     n_frames = places.shape[1]
     known, at = [], []
@@ -120,14 +101,7 @@ def between(position: FloatArray, first: FloatArray, second: FloatArray) -> Floa
 def turns_to(places: FloatArray, waits: NDArray[np.bool_], focus: FloatArray) -> FloatArray:
     """Return the turn of a player who waits: array (frames,), rad; 0 elsewhere.
 
-    Parameters
-    ----------
-    places : array (frames, 3), m and rad
-        x, z and heading.
-    waits : array of bool (frames,)
-        Whether they wait.
-    focus : array (frames, 2), m
-        What to turn to; NaN for nothing.
+    Shapes: `places` (frames, 3), m and rad; `waits` (frames,), bool; `focus` (frames, 2), m.
     """
     turned = np.zeros(len(places))
     for start, end in runs(waits):

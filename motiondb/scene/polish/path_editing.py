@@ -46,62 +46,34 @@ WITHIN, BEYOND = 0.8, 0.95
 """Fractions of a rule's tolerance c_k: to which it is fulfilled, and from which on it is edited.
 
 Chosen by hand: the gap keeps corrections from being repeated for rounding errors."""
-SLACK = 0.03
-"""Margin of distances and discs inside their bounds, m. Chosen by hand."""
-MOST_ROUNDS = 60
-"""Most rounds of projection. Chosen by hand; most scenes settle within ten."""
-OWN_SHARE = 0.8
-"""Fraction of a correction between two players for the one whose rule it is. Chosen by hand."""
+SLACK = 0.03  # Margin of distances and discs inside their bounds, m
+MOST_ROUNDS = 60  # Most rounds of projection. Chosen by hand; most scenes settle within ten
+OWN_SHARE = 0.8  # Fraction of a correction between two players for the one whose rule it is
 _BEND, _RETURN, _HOLD = 60.0, 1.0 / 60.0**2, 50.0
-"""b, c, and the weight of held frames: changes spread over about 60 frames. Chosen by hand."""
-_RETURN_TURNS = 1.0 / 15.0**2
-"""c of headings: turns spread over about 15 frames. Chosen by hand."""
+"""b, c, and the weight of held frames: changes spread over about 60 frames."""
+_RETURN_TURNS = 1.0 / 15.0**2  # c of headings: turns spread over about 15 frames
 _STANDING, _WALKING = 8.0, 0.6
-"""How much stiffer standing is than moving, and the speed of moving, m/s. Chosen by hand."""
+"""How much stiffer standing is than moving, and the speed of moving, m/s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Facing:
-    """A player has to face another one.
-
-    Attributes
-    ----------
-    player : int
-        The player.
-    frames : array of int
-        Frames at which they face.
-    target : int
-        The other player.
-    seen : array of int
-        Frames at which the other player's place counts.
-    tolerance : float, rad
-        Accepted deviation.
-    """
+    """A player has to face another one."""
 
     player: int
-    frames: IntArray
+    frames: IntArray  # Frames at which they face
     target: int
-    seen: IntArray
+    seen: IntArray  # Frames at which the other player's place counts
     tolerance: float
 
 
 @dataclass(frozen=True, eq=False)
 class Edited:
-    """The result of editing paths.
-
-    Attributes
-    ----------
-    timeline : Timeline
-        The edited timeline.
-    rounds : int
-        Number of rounds; 0 if no edit was needed.
-    settled : bool
-        Whether all rules of place hold.
-    """
+    """The result of editing paths."""
 
     timeline: Timeline
-    rounds: int
-    settled: bool
+    rounds: int  # Number of rounds; 0 if no edit was needed
+    settled: bool  # Whether all rules of place hold
 
 
 class _Held:
@@ -139,21 +111,10 @@ def edit_paths(
 ) -> Edited:
     """Return the timeline with all paths edited so that the rules hold and no players overlap.
 
-    Parameters
-    ----------
-    table : RuleTable
-        The rules.
-    spliced : Timeline
-        The steps and turns to keep.
-    wished : array (players, frames, 3), m and rad
-        Where every player would be without the drift of splicing.
-    facings : tuple of Facing
-        Further directions to keep.
-    before : Timeline or None
-        A timeline of the same times, by which fractions of a distance are found; by default
-        ``spliced``.
-    radius : float, m
-        Radius of the discs that must not overlap.
+    Shapes: `wished` (players, frames, 3), m and rad.
+
+    `before`: A timeline of the same times, by which fractions of a distance are found; by default
+    ``spliced``.
     """
     before = before or spliced
     n_players, n_frames, _ = spliced.places.shape

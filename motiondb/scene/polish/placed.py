@@ -14,39 +14,20 @@ from motiondb.scene.timing.time_editing import TimeMap
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """One player of the polished scene, with the origin of each frame.
-
-    Attributes
-    ----------
-    player : str
-        Name.
-    motion : Motion
-        The finished motion.
-    captures : tuple of str
-        Source captures of the frames.
-    licences : tuple of str
-        Their licences.
-    source_numbers : array of int (frames,)
-        Index into ``captures``.
-    source_frames : array (frames,)
-        Frame of the capture; may lie between two.
-    warps : array (frames,)
-        Frames of the source per frame; 0 if a pose is held, negative where waiting is played
-        backwards.
-    edits : tuple of str
-        The edits of each frame.
-    clips : array of int (frames,)
-        The player's action that it belongs to; waiting belongs to the first or the last.
-    """
+    """One player of the polished scene, with the origin of each frame."""
 
     player: str
     motion: Motion
-    captures: tuple[str, ...]
+    captures: tuple[str, ...]  # Source captures of the frames
     licences: tuple[str, ...]
-    source_numbers: IntArray
-    source_frames: FloatArray
+    source_numbers: IntArray  # (frames,), int: index into ``captures``
+    source_frames: FloatArray  # (frames,): frame of the capture; may lie between two
+    # (frames,): frames of the source per frame; 0 if a pose is held, negative where waiting is
+    # played backwards
     warps: FloatArray
-    edits: tuple[str, ...]
+    edits: tuple[str, ...]  # The edits of each frame
+    # (frames,), int: the player's action that it belongs to; waiting belongs to the first or the
+    # last
     clips: IntArray
 
 

@@ -41,10 +41,8 @@ from motiondb.scene.timing.waiting import ON_GUARD, lead_in, lead_out
 
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
 """Rounds of editing time and paths in turn: at least, before giving up without progress, at most.
-
-They depend on each other through the flight of balls. Chosen by hand."""
-_MIDDLE = 0.3
-"""Radius of the discs, m, between :data:`COMFORT` and :data:`RADIUS`. Chosen by hand."""
+They depend on each other through the flight of balls."""
+_MIDDLE = 0.3  # Radius of the discs, m, between :data:`COMFORT` and :data:`RADIUS`
 _WAYS = (
     *((frame_cost, radius, True) for radius, frame_cost in product((COMFORT, _MIDDLE), (1.0, 0.5))),
     *product((1.0,), (COMFORT, _MIDDLE), (False,)),
@@ -57,39 +55,26 @@ opponent. Chosen by hand, from the best looking to the most permissive."""
 _FAR, _NEARLY = 1.0, 2e-3
 """Limits of the fault of a way (see :func:`_fault`) if polishing is approximate. Above the first,
 other radii and facings will not help, and the next schedule is tried at once. Up to the second, the
-way is accepted although a rule fails slightly. Chosen by hand."""
+way is accepted although a rule fails slightly."""
 _FASTEST = 7.0
 """Speed of the pelvis, m/s, above which a way counts as faulty: a fast run of untrained people."""
 CATCH_FACING = np.radians(75.0)
-"""Largest angle between the ball and the heading of its catcher, rad. Chosen by hand."""
+"""Largest angle between the ball and the heading of its catcher, rad."""
 GUARD_FACING = np.radians(45.0)
-"""Largest angle between the opponent and the heading of a guard, rad. Chosen by hand."""
-_EVERY = 4
-"""Frames between those at which guards are checked. Chosen by hand."""
+"""Largest angle between the opponent and the heading of a guard, rad."""
+_EVERY = 4  # Frames between those at which guards are checked
 _Plan = tuple[tuple[tuple[Part, ...], ...], tuple[float, ...]]
 """The clips and the begin of every player; equal for equal schedules."""
 
 
 @dataclass(frozen=True, eq=False)
 class PolishedScene:
-    """A polished scene.
-
-    Attributes
-    ----------
-    players : tuple of Placed
-        The players.
-    ball : Ball or None
-        The ball, or None if nobody has one.
-    timeline : Timeline
-        The timeline after editing.
-    settled : bool
-        Whether every rule of place could be satisfied; the report lists the others.
-    """
+    """A polished scene."""
 
     players: tuple[Placed, ...]
-    ball: Ball | None
-    timeline: Timeline
-    settled: bool
+    ball: Ball | None  # The ball, or None if nobody has one
+    timeline: Timeline  # The timeline after editing
+    settled: bool  # Whether every rule of place could be satisfied; the report lists the others
 
 
 def polish(
@@ -102,26 +87,8 @@ def polish(
 ) -> PolishedScene:
     """Return a sampled scene as motions in which its rules hold as far as possible.
 
-    Parameters
-    ----------
-    state : SceneState
-        The sampled scene.
-    library : ClipLibrary
-        The clips.
-    motions : dict of str to Motion
-        Motions of whole captures by name, for all entries of the state.
-    table : RuleTable
-        The rules of the state's trees.
-    gaze : bool
-        Whether heads follow the ball.
-    approximate : bool
-        Leave out attempts that seldom help, for a scene that was polished before and changed
-        little.
-
-    Raises
-    ------
-    SceneError
-        A capture is not among the motions.
+    `approximate`: Leave out attempts that seldom help, for a scene that was polished before and
+    changed little.
     """
     best = _best(state, library, motions, table, approximate)
     timeline = best.edited.timeline

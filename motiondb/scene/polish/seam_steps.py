@@ -14,58 +14,38 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import foot_heights
 from motiondb.body import body, retarget
 from motiondb.body.features import runs
+from motiondb.generate.contact import foot_heights
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.polish.stepping import APART, LIFT, SWING, move_ankles
 
-LIFTED = 0.025
-"""Height, m, above which a foot is seen to be lifted. Chosen by hand."""
-SLIDE = 0.05
-"""Shortest slide that becomes a step, m: shorter ones are hardly visible. Chosen by hand."""
+LIFTED = 0.025  # Height, m, above which a foot is seen to be lifted
+SLIDE = 0.05  # Shortest slide that becomes a step, m: shorter ones are hardly visible
 _STILL = 0.3
 """Speed of a foot, m/s, up to which it does not slide. With .15, a slide could not be told from a
 slow lift of the foot after it."""
-_PAUSE = 2
-"""Frames of rest between two slides that are one step."""
-_QUICKEST = 4
-"""Fewest frames between the ends of a step; a slide with less time is left. Chosen by hand."""
+_PAUSE = 2  # Frames of rest between two slides that are one step
+_QUICKEST = 4  # Fewest frames between the ends of a step; a slide with less time is left
 ANKLES = [body.INDEX["l_ankle"], body.INDEX["r_ankle"]]
 TOES = [body.INDEX["l_toe"], body.INDEX["r_toe"]]
 
 
 @dataclass(frozen=True)
 class Slide:
-    """A slide of a foot.
+    """A slide of a foot."""
 
-    Attributes
-    ----------
-    foot : int
-        0 for the left foot, 1 for the right.
-    start : int
-        Last frame at the old place.
-    end : int
-        First frame at the new place.
-    metres : float
-        Horizontal distance between the places: that of the ankle or the toe, whichever is smaller.
-    """
-
-    foot: int
-    start: int
-    end: int
+    foot: int  # 0 for the left foot, 1 for the right
+    start: int  # Last frame at the old place
+    end: int  # First frame at the new place
+    # Horizontal distance between the places: that of the ankle or the toe, whichever is smaller
     metres: float
 
 
 def find_slides(joints: FloatArray, blended: NDArray[np.bool_]) -> list[Slide]:
     """Find where feet slide in blends, in the order of time.
 
-    Parameters
-    ----------
-    joints : array (frames, 21, 3), m
-        Joint positions on the canonical body, ground at y = 0.
-    blended : array of bool (frames,)
-        Where the motion is not that of one capture.
+    Shapes: `joints` (frames, 21, 3), m; `blended` (frames,), bool.
     """
     heights, slides = foot_heights(joints), []
     for foot in range(2):
@@ -86,15 +66,7 @@ def find_slides(joints: FloatArray, blended: NDArray[np.bool_]) -> list[Slide]:
 
 
 def step_at_seams(motion: Motion, blended: NDArray[np.bool_]) -> Motion:
-    """Return the motion with a step in place of each slide of a foot.
-
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    blended : array of bool (frames,)
-        Where the motion is not that of one capture.
-    """
+    """Return the motion with a step in place of each slide of a foot; `blended` (frames,), bool."""
     if not blended.any():
         return motion
     positions, world = retarget.motion_positions(motion)

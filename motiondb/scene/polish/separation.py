@@ -17,32 +17,17 @@ from motiondb.scene.energy.collisions import CONTACT_FRAMES, CONTACT_RADIUS, RAD
 from motiondb.scene.energy.rule_table import RuleTable
 from motiondb.scene.timing.timeline import Timeline, contact_frames
 
-COMFORT = 0.36
-"""Radius, m, that keeps arms, and a ball in the hands, away from other players. Chosen by hand."""
+COMFORT = 0.36  # Radius, m, that keeps arms, and a ball in the hands, away from other players
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two players touch.
+    """Two players touch."""
 
-    Attributes
-    ----------
-    first : int
-        Index of a player.
-    second : int
-        Index of the other.
-    start : int
-        First frame.
-    end : int
-        Frame after the last.
-    depth : float, m
-        Largest overlap.
-    """
-
-    first: int
-    second: int
+    first: int  # Index of a player
+    second: int  # Index of the other
     start: int
-    end: int
+    end: int  # Frame after the last
     depth: float
 
 

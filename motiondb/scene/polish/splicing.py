@@ -17,11 +17,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body import body, pose_vectors, retarget, rotation
+from motiondb.body.features import runs
 from motiondb.errors import SceneError
 from motiondb.generate.contact import FEET, find_contacts, lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
-from motiondb.body import body, pose_vectors, retarget, rotation
-from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clips.clip_motion import clip_motion
 from motiondb.scene.clips.clips import ClipSource
@@ -32,45 +32,24 @@ from motiondb.scene.timing.playing import Part
 
 _MARGIN = 20
 """Frames of the capture around a clip that are used: for the blend, and for velocities at its
-ends. Chosen by hand; not tuned."""
-_HALF = BLEND_FRAMES // 2
-"""Frames of a blend on each side of a seam."""
+ends."""
+_HALF = BLEND_FRAMES // 2  # Frames of a blend on each side of a seam
 
 
 @dataclass(frozen=True, eq=False)
 class Spliced:
-    """A player's string as one sequence of frames, at the pace of the captures.
+    """A player's string as one sequence of frames, at the pace of the captures."""
 
-    Attributes
-    ----------
-    lead : int
-        Frames of waiting before the string's first.
-    places : array (frames, 3), m and rad
-        The path as spliced, from the first clip's place.
-    heights : array (frames,), m
-        Height of the pelvis.
-    rotations : array (frames, 21, 4)
-        Local rotations; that of the pelvis is relative to the heading.
-    parts : tuple of Part
-        What was spliced.
-    part : array of int (frames,)
-        Index of the part with the largest weight.
-    source_frames : array of int (frames,)
-        Its frame of the capture.
-    shares : array (frames,)
-        Its weight; 1 away from seams.
-    contacts : array of bool (frames, 2)
-        Whether the left and the right foot stand in the capture.
-    """
-
-    lead: int
-    places: FloatArray
-    heights: FloatArray
+    lead: int  # Frames of waiting before the string's first
+    places: FloatArray  # (frames, 3), m and rad: the path as spliced, from the first clip's place
+    heights: FloatArray  # (frames,), m: height of the pelvis
+    # (frames, 21, 4): local rotations; that of the pelvis is relative to the heading
     rotations: FloatArray
     parts: tuple[Part, ...]
-    part: IntArray
-    source_frames: IntArray
-    shares: FloatArray
+    part: IntArray  # (frames,), int: index of the part with the largest weight
+    source_frames: IntArray  # (frames,), int: its frame of the capture
+    shares: FloatArray  # (frames,): its weight; 1 away from seams
+    # (frames, 2), bool: whether the left and the right foot stand in the capture
     contacts: NDArray[np.bool_]
 
     @property
@@ -122,21 +101,9 @@ def splice(
 ) -> Spliced:
     """Return parts one after another, the string's first one beginning at ``origin``.
 
-    Parameters
-    ----------
-    parts : sequence of Part
-        Of the string, with those before it, whose ``clip`` is -1, and after it.
-    motions : dict of str to Motion
-        Motions of whole captures by name.
-    origin : array (3,), m and rad
-        x, z, heading.
-    shelf : Shelf or None
-        Sources taken from the same motions; new ones are added.
+    Shapes: `origin` (3,), m and rad.
 
-    Raises
-    ------
-    SceneError
-        A capture is not among the motions.
+    `parts`: Of the string, with those before it, whose ``clip`` is -1, and after it.
     """
     shelf = {} if shelf is None else shelf
     played, pieces = {}, []

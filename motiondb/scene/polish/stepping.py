@@ -18,29 +18,20 @@ from motiondb.body import body, features, kinematics, pose_vectors, retarget, ro
 from motiondb.body.features import runs
 from motiondb.records import FloatArray, Motion
 
-SWING = 9
-"""Frames of a step: 0.3 s. Chosen by hand."""
-LIFT = 0.07
-"""Height to which a stepping foot is raised, m. Chosen by hand."""
+SWING = 9  # Frames of a step: 0.3 s
+LIFT = 0.07  # Height to which a stepping foot is raised, m
 APART, TURNED = 0.09, np.radians(25.0)
-"""Distance, m, and turn, rad, from its place at which a foot steps. Chosen by hand."""
+"""Distance, m, and turn, rad, from its place at which a foot steps."""
 _SETTLED, _SOLE = 0.015, 0.02
-"""Distance, m, at which a foot needs no last step; lowest height of a toe, m. Chosen by hand."""
+"""Distance, m, at which a foot needs no last step; lowest height of a toe, m."""
 _I = body.INDEX
 
 
 def footing(wanted: FloatArray, leading: bool) -> FloatArray:
     """Return both feet's places while a player stands: array (frames, 2, 4), x, y, z and heading.
 
-    Parameters
-    ----------
-    wanted : array (frames, 2, 4), m and rad
-        Where the clip would have the left and the right foot.
-    leading : bool
-        Whether another clip continues after the last frame.
+    Shapes: `wanted` (frames, 2, 4), m and rad.
 
-    Examples
-    --------
     >>> still = np.zeros((40, 2, 4))
     >>> bool((footing(still, True) == 0.0).all())
     True
@@ -118,18 +109,7 @@ def move_ankles(
 ) -> Motion:
     """Return the motion with its ankles moved by two-bone inverse kinematics.
 
-    Parameters
-    ----------
-    motion : Motion
-        The motion.
-    joints : tuple of arrays (frames, 21, 3), m, and (frames, 21, 4)
-        Its joint positions and their world rotations.
-    target : array (frames, 2, 3), m
-        Places of the left and the right ankle.
-    moved : array of bool (frames,)
-        The frames to change.
-    turns : array (frames, 2), rad, optional
-        Angles by which the feet turn about the vertical; 0 without.
+    Shapes: `target` (frames, 2, 3), m; `moved` (frames,), bool; `turns` (frames, 2), rad.
     """
     positions, world = joints
     local = motion.local_rotations.astype(np.float64)

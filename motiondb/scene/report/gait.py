@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import MAX_HEIGHT, foot_heights
 from motiondb.body.features import runs
+from motiondb.generate.contact import MAX_HEIGHT, foot_heights
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.polish.seam_steps import ANKLES, LIFTED, TOES
 
@@ -28,21 +28,11 @@ Slower displacements are slides, which are measured by the mean speed of feet on
 
 @dataclass(frozen=True)
 class GaitRange:
-    """The most that captures of an action show.
+    """The most that captures of an action show."""
 
-    Attributes
-    ----------
-    airborne : int, frames
-        Longest time with both feet in the air.
-    step : float, m
-        Largest horizontal distance between the ankles.
-    speed : float, m/s
-        Largest mean speed of the pelvis over half a second.
-    """
-
-    airborne: int = 0
-    step: float = 0.0
-    speed: float = 0.0
+    airborne: int = 0  # Longest time with both feet in the air
+    step: float = 0.0  # Largest horizontal distance between the ankles
+    speed: float = 0.0  # Largest mean speed of the pelvis over half a second
 
     def including(self, other: GaitRange) -> GaitRange:
         """Return the range that includes both.
@@ -75,19 +65,8 @@ def on_the_ground(
     2.5 cm looks like a planted foot that jumps. People may step so; so this counts only where the
     motion is not that of a capture.
 
-    Parameters
-    ----------
-    joints : array (frames, 21, 3), m
-        The joints.
-    contacts : array of bool (frames, 2)
-        Contacts of the left and the right foot.
-    edited : array of bool (frames,)
-        Where the motion is a blend, or steps that were made for waiting.
-
-    Returns
-    -------
-    array of bool (frames, 2)
-        Whether the left and the right foot is planted.
+    Shapes: `joints` (frames, 21, 3), m; `contacts`, result (frames, 2), bool; `edited` (frames,),
+    bool.
     """
     planted, heights = contacts.copy(), foot_heights(joints)
     for foot in range(2):
@@ -139,23 +118,11 @@ def gait_range(joints: FloatArray, intervals: Iterable[tuple[int, int]]) -> Gait
 
 @dataclass(frozen=True)
 class FootJump:
-    """The largest displacement of a planted foot within a short time.
-
-    Attributes
-    ----------
-    metres : float, m
-        The displacement.
-    foot : int
-        0 for the left foot, 1 for the right; -1 if no foot was ever planted.
-    start : int
-        First frame of the displacement.
-    end : int
-        Its last frame.
-    """
+    """The largest displacement of a planted foot within a short time."""
 
     metres: float = 0.0
-    foot: int = -1
-    start: int = 0
+    foot: int = -1  # 0 for the left foot, 1 for the right; -1 if no foot was ever planted
+    start: int = 0  # First frame of the displacement
     end: int = 0
 
 
@@ -165,17 +132,7 @@ def foot_jump(joints: FloatArray, planted: NDArray[np.bool_]) -> FootJump:
     A foot may roll over its toe or its heel. So the displacement is that of the ankle or of the
     toe, whichever is smaller.
 
-    Parameters
-    ----------
-    joints : array (frames, 21, 3), m
-        The joints.
-    planted : array of bool (frames, 2)
-        Whether the left and the right foot is planted.
-
-    Returns
-    -------
-    FootJump
-        The largest one; the shortest time of those that are equal.
+    Shapes: `joints` (frames, 21, 3), m; `planted` (frames, 2), bool.
     """
     worst = FootJump()
     for foot in range(2):

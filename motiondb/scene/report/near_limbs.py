@@ -17,8 +17,7 @@ from motiondb.records import FloatArray
 REACH = 2.4
 """Distance of two pelvises, m, from which on no limbs can be near: twice an arm and the trunk."""
 _CHILDREN = np.arange(1, len(body.JOINTS))
-_TINY = 1e-12
-"""Squared length, m^2, below which a segment counts as a point."""
+_TINY = 1e-12  # Squared length, m^2, below which a segment counts as a point
 
 
 def limb_distances(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -26,12 +25,7 @@ def limb_distances(first: FloatArray, second: FloatArray) -> FloatArray:
 
     It is infinite if the bodies are out of each other's reach.
 
-    Parameters
-    ----------
-    first : array (frames, 21, 3), m
-        Joints of one body.
-    second : array (frames, 21, 3), m
-        Joints of the other.
+    Shapes: `first`, `second` (frames, 21, 3), m.
     """
     nearest = np.full(len(first), np.inf)
     near = np.flatnonzero(np.linalg.norm(first[:, 0] - second[:, 0], axis=1) < REACH)

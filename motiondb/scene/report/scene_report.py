@@ -21,8 +21,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from motiondb.generate.contact import contact_speeds
 from motiondb.body import body, features, retarget
+from motiondb.generate.contact import contact_speeds
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import rule_table as kinds

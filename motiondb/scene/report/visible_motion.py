@@ -15,9 +15,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.generate.contact import find_contacts, foot_heights
 from motiondb.body import retarget
 from motiondb.body.features import runs
+from motiondb.generate.contact import find_contacts, foot_heights
 from motiondb.records import FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import rule_table as kinds
@@ -45,50 +45,31 @@ from motiondb.scene.timing.time_editing import SLOWEST
 from motiondb.scene.timing.timeline import Timeline, moment_frames
 from motiondb.scene.timing.waiting import ON_GUARD
 
-WAITING = "waiting"
-"""Name of the time between the actions of a player."""
+WAITING = "waiting"  # Name of the time between the actions of a player
 STANDING = GaitRange(airborne=0, step=0.8, speed=0.8)
-"""The allowed range of standing, which includes small steps. Chosen by hand."""
+"""The allowed range of standing, which includes small steps."""
 AIR_SLACK = 3
 """Frames in the air beyond those of the captures (as long as time may stretch them). Less than 4
-frames are not visible, and blends lift feet for as long. Chosen by hand."""
+frames are not visible, and blends lift feet for as long."""
 SPEED_FACTOR, SPEED_SLACK = 1.5, 0.25
 """An action may be this many times as fast as in its captures, plus so many m/s. A clip may be
-stretched by 1.3, and time by 1.25; both together look wrong. Chosen by hand."""
+stretched by 1.3, and time by 1.25; both together look wrong."""
 STEP_FACTOR, STEP_SLACK = 1.3, 0.1
 """An action's steps may be this many times as long as in its captures, plus so many m: the stretch
-of a clip. Chosen by hand."""
+of a clip."""
 JUMP_LIMIT = 0.15
 """Displacement of a planted foot within 0.3 s, m, that is clearly visible. Chosen by
 hand; smaller ones are reported but not refused."""
 NEAR_LIMBS = 0.05
 """Distance between the axes of bones, m, below which limbs count as near: half a limb's width."""
-CROSSING = 0.01
-"""Distance between the axes of bones, m, below which limbs pass through each other. Chosen by
-hand; not tuned."""
-_BLEND = 5
-"""Frames around a seam in which either neighbour's limits hold: half a blend."""
+CROSSING = 0.01  # Distance between the axes of bones, m, below which limbs pass through each other
+_BLEND = 5  # Frames around a seam in which either neighbour's limits hold: half a blend
 
 
 def natural_ranges(
     library: ClipLibrary, motions: Mapping[str, Motion], actions: set[str]
 ) -> dict[str, GaitRange]:
-    """Return the gait of each of some actions in all captures that the library has of it.
-
-    Parameters
-    ----------
-    library : ClipLibrary
-        The clips.
-    motions : dict of str to Motion
-        Motions of whole captures by name.
-    actions : set of str
-        Names of actions.
-
-    Returns
-    -------
-    dict of str to GaitRange
-        By action; also that of waiting.
-    """
+    """Return the gait of each of some actions in all captures that the library has of it."""
     ranges = {WAITING: STANDING}
     joints: dict[str, FloatArray] = {}
     for action in sorted(actions):
@@ -117,16 +98,7 @@ def impossible_gait(
 ) -> list[ImpossibleMotion]:
     """Return the frames in which a player's gait is impossible for their action.
 
-    Parameters
-    ----------
-    player : str
-        Name of the player.
-    joints : array (frames, 21, 3), m
-        The player's joints.
-    labels : sequence of str
-        What the player does at every frame.
-    ranges : dict of str to GaitRange
-        What is natural for each of these.
+    Shapes: `joints` (frames, 21, 3), m.
     """
     natural = [ranges[label] for label in labels]
     airborne_limits = _widest([n.airborne for n in natural], _BLEND)
@@ -137,10 +109,17 @@ def impossible_gait(
             middle = (start + end) // 2
             faults.append(
                 ImpossibleMotion(
-                    "airborne", (player,), labels[middle], start, end, middle,
-                    float(end - start), float(limit), "frames",
+                    "airborne",
+                    (player,),
+                    labels[middle],
+                    start,
+                    end,
+                    middle,
+                    float(end - start),
+                    float(limit),
+                    "frames",
                 )
-            )  # fmt: skip
+            )
     speed_limits = _widest([n.speed for n in natural], _BLEND + SPEED_FRAMES // 2)
     step_limits = _widest([n.step for n in natural], _BLEND)
     for kind, unit, values, limits in (
@@ -211,10 +190,17 @@ def impossible_jump(jump: JumpReport, labels: Sequence[str]) -> list[ImpossibleM
         return []
     return [
         ImpossibleMotion(
-            "foot jump", (jump.player,), labels[jump.end], jump.start, jump.end + 1, jump.end,
-            jump.metres, limit, "m",
+            "foot jump",
+            (jump.player,),
+            labels[jump.end],
+            jump.start,
+            jump.end + 1,
+            jump.end,
+            jump.metres,
+            limit,
+            "m",
         )
-    ]  # fmt: skip
+    ]
 
 
 def near_limbs(names: Sequence[str], joints: Sequence[FloatArray]) -> Iterator[LimbReport]:
@@ -231,12 +217,19 @@ def crossing_limbs(limbs: Sequence[LimbReport]) -> list[ImpossibleMotion]:
     """Return the pairs of players whose limbs pass through each other."""
     return [
         ImpossibleMotion(
-            "limbs", pair.players, "", pair.frame, pair.frame + 1, pair.frame,
-            pair.metres, CROSSING, "m",
+            "limbs",
+            pair.players,
+            "",
+            pair.frame,
+            pair.frame + 1,
+            pair.frame,
+            pair.metres,
+            CROSSING,
+            "m",
         )
         for pair in limbs
         if pair.metres < CROSSING
-    ]  # fmt: skip
+    ]
 
 
 def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
@@ -256,7 +249,13 @@ def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
         near, far = float(row["near"]), float(row["far"])
         frame = int(np.argmax(apart))
         reports[player, target] = GuardReport(
-            table.players[player], table.players[target], near, far, len(looked),
-            float(((apart < near) | (apart > far)).mean()), float(apart[frame]), frame,
-        )  # fmt: skip
+            table.players[player],
+            table.players[target],
+            near,
+            far,
+            len(looked),
+            float(((apart < near) | (apart > far)).mean()),
+            float(apart[frame]),
+            frame,
+        )
     return list(reports.values())

@@ -32,18 +32,11 @@ def bootstrap(play: Play, rng: np.random.Generator) -> SceneState:
     return scene_state(scene, trees)
 
 
-_TRIES = 1000
-"""Draws before giving up. A grammar that needs more has almost no short strings."""
+_TRIES = 1000  # Draws before giving up. A grammar that needs more has almost no short strings
 
 
 def first_derivation(derivations: Derivations, rng: np.random.Generator, most: int) -> Derivation:
-    """Return a random derivation that fits the expression, of 1 to ``most`` actions.
-
-    Raises
-    ------
-    SceneError
-        None of many draws is short enough.
-    """
+    """Return a random derivation that fits the expression, of 1 to ``most`` actions."""
     start, last = derivations.grammar.start, derivations.n_states - 1
     for _ in range(_TRIES):
         derivation = derivations.draw(start, 0, [last], rng, most)

@@ -34,47 +34,20 @@ from motiondb.scene.energy.placement import ClipArrays
 
 
 class ClipGroups(NamedTuple):
-    """The entries of a library by terminal and seam class: G groups, K entries, C classes.
+    """The entries of a library by terminal and seam class: G groups, K entries, C classes."""
 
-    Attributes
-    ----------
-    members : array of int (K,)
-        Entries, sorted by group.
-    first : array of int (G + 1,)
-        Where each group begins in ``members``.
-    group : array of int (K,)
-        The group of an entry.
-    seam : array of int (G,)
-        The seam class of a group.
-    near : array of int (K, 2)
-        For every entry the first group of its terminal, and the one after the last.
-    follow : array (C, C)
-        exp(-seam cost / T) of class a before b.
-    precede : array (C, C)
-        The transpose of ``follow``.
-    """
-
-    members: IntArray
-    first: IntArray
-    group: IntArray
-    seam: IntArray
+    members: IntArray  # (K,), int: entries, sorted by group
+    first: IntArray  # (G + 1,), int: where each group begins in ``members``
+    group: IntArray  # (K,), int: the group of an entry
+    seam: IntArray  # (G,), int: the seam class of a group
+    # (K, 2), int: for every entry the first group of its terminal, and the one after the last
     near: IntArray
-    follow: FloatArray
-    precede: FloatArray
+    follow: FloatArray  # (C, C): exp(-seam cost / T) of class a before b
+    precede: FloatArray  # (C, C): the transpose of ``follow``
 
 
 def clip_groups(library: ClipArrays, smooth: float, temperature: float) -> ClipGroups:
-    """Return the groups of a library.
-
-    Parameters
-    ----------
-    library : ClipArrays
-        The library.
-    smooth : float
-        W_2, by which the mismatch of a seam is divided.
-    temperature : float
-        T of the chain that draws.
-    """
+    """Return the groups of a library."""
     clips = library.clips
     keys = np.stack([clips["first"], clips["seam"]], axis=1)
     groups, group = np.unique(keys, axis=0, return_inverse=True)
@@ -179,20 +152,7 @@ def smooth_string(
 ) -> tuple[IntArray, float]:
     """Return a clip for each of several actions, drawn by the seams, and its log probability.
 
-    Parameters
-    ----------
-    groups : ClipGroups
-        The groups.
-    ranges : array of int (actions, 2)
-        The entries of each action's terminal.
-    before : int
-        Seam class of the entry before the actions, -1 if there is none.
-    after : int
-        Seam class of the entry after them, -1 if there is none.
-    rng : Generator or None
-        Source of random numbers; not needed if ``entries`` are given.
-    entries : array of int (actions,), optional
-        If given, no clips are drawn, and the log probability of these is returned.
+    Shapes: `ranges` (actions, 2), int; `entries` (actions,), int.
     """
     n = len(ranges)
     if n == 0:

@@ -56,8 +56,7 @@ weight of a direction."""
 FRAMES = 4.0
 """Standard deviation of a DELAY step, frames. Chosen by hand: about the weight of a
 synchronisation."""
-DRAWS = 9
-"""Random numbers that a step may use."""
+DRAWS = 9  # Random numbers that a step may use
 TAIL = 2.0
 """Half width of the Cauchy distribution of a MEET step, frames: the accepted error of a
 synchronisation."""
@@ -65,50 +64,24 @@ synchronisation."""
 
 Focus = tuple[int, int, int, float]
 """A player, the clips [since, until) of theirs, and the fraction of inner steps for that player."""
-EVERYBODY: Focus = (-1, 0, 0, 0.0)
-"""A focus on no player in particular."""
+EVERYBODY: Focus = (-1, 0, 0, 0.0)  # A focus on no player in particular
 
 
 class Walk(NamedTuple):
-    """Settings and work space of a walk.
-
-    Attributes
-    ----------
-    temperature : float
-        T.
-    shares : array (6,)
-        Cumulative probabilities of the kinds of steps; the last is 1.
-    focus : int
-        A player, or -1.
-    since : int
-        First clip of the player in focus that SMOOTH and VARIANT steps exchange.
-    until : int
-        The clip after the last of these.
-    attention : float
-        Probability of choosing the player in focus before drawing from all actions.
-    delay : float
-        Price of every frame of every player's delay.
-    duration : float
-        Price of every frame of the scene.
-    tails : float
-        Probability that SMOOTH and VARIANT steps keep the clips after the exchanged one in place.
-    errors : array (P, L)
-        Work space for the errors of the clips.
-    after : array (P, L)
-        The same for a proposed scene.
-    """
+    """Settings and work space of a walk."""
 
     temperature: float
-    shares: FloatArray
-    focus: int
-    since: int
-    until: int
-    attention: float
-    delay: float
-    duration: float
+    shares: FloatArray  # (6,): cumulative probabilities of the kinds of steps; the last is 1
+    focus: int  # A player, or -1
+    since: int  # First clip of the player in focus that SMOOTH and VARIANT steps exchange
+    until: int  # The clip after the last of these
+    attention: float  # Probability of choosing the player in focus before drawing from all actions
+    delay: float  # Price of every frame of every player's delay
+    duration: float  # Price of every frame of the scene
+    # Probability that SMOOTH and VARIANT steps keep the clips after the exchanged one in place
     tails: float
-    errors: FloatArray
-    after: FloatArray
+    errors: FloatArray  # (P, L): work space for the errors of the clips
+    after: FloatArray  # (P, L): the same for a proposed scene
 
 
 @compiled

@@ -41,69 +41,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Prices:
-    """Penalties that are added to -log P(Z); 1 is the cost of a rule that fails by its weight.
+    """Penalties that are added to -log P(Z); 1 is the cost of a rule that fails by its weight."""
 
-    Attributes
-    ----------
-    delay : float
-        For every frame that a player stands before they begin.
-    duration : float
-        For every frame until the last player's last.
-    action : float
-        For every action.
-    stray : float
-        Additionally for every action that the diagram does not ask for.
-    excess : float
-        For every multiple of its weight by which a rule fails beyond the first. It does not apply
-        to synchronisations, because polishing bends time more easily than paths.
-    """
-
-    delay: float = 0.0
-    duration: float = 0.0
+    delay: float = 0.0  # For every frame that a player stands before they begin
+    duration: float = 0.0  # For every frame until the last player's last
     action: float = 0.0
-    stray: float = 0.0
+    stray: float = 0.0  # Additionally for every action that the diagram does not ask for
+    # For every multiple of its weight by which a rule fails beyond the first. It does not apply to
+    # synchronisations, because polishing bends time more easily than paths
     excess: float = 0.0
 
 
-FREE = Prices()
-"""No prices: -log P(Z) as printed."""
+FREE = Prices()  # No prices: -log P(Z) as printed
 
 
 @dataclass(frozen=True, eq=False)
 class Play:
-    """A diagram under a grammar with a library's clips.
+    """A diagram under a grammar with a library's clips."""
 
-    Attributes
-    ----------
-    binder : Binder
-        Binds rules to trees.
-    derivations : tuple of Derivations
-        For every player, in the order of the diagram.
-    library : ClipArrays
-        The clips.
-    groups : ClipGroups
-        The clips by terminal and seam class, for no particular temperature.
-    first : dict of str to tuple[int, int]
-        For every terminal its entries [first, last) of the library.
-    most_actions : int
-        Largest number of actions of a player.
-    prices : Prices
-        Prices of delays, frames and actions.
-    tails : float
-        Fraction of changes that keep the clips after the change in place, instead of those before.
-    every : int
-        Frames between grid points.
-    """
-
-    binder: Binder
-    derivations: tuple[Derivations, ...]
+    binder: Binder  # Binds rules to trees
+    derivations: tuple[Derivations, ...]  # For every player, in the order of the diagram
     library: ClipArrays
-    groups: ClipGroups
-    first: dict[str, tuple[int, int]]
-    most_actions: int = MOST_ACTIONS
-    prices: Prices = FREE
+    groups: ClipGroups  # The clips by terminal and seam class, for no particular temperature
+    first: dict[str, tuple[int, int]]  # For every terminal its entries [first, last) of the library
+    most_actions: int = MOST_ACTIONS  # Largest number of actions of a player
+    prices: Prices = FREE  # Prices of delays, frames and actions
+    # Fraction of changes that keep the clips after the change in place, instead of those before
     tails: float = 0.5
-    every: int = EVERY
+    every: int = EVERY  # Frames between grid points
 
     @property
     def grammar(self) -> MotionGrammar:
@@ -162,28 +127,7 @@ def make_play(
     prices: Prices = FREE,
     only_asked: Sequence[str] = ONLY_ASKED,
 ) -> Play:
-    """Return the target of sampling for a diagram.
-
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    grammar : MotionGrammar
-        The grammar.
-    library : ClipLibrary
-        The clips.
-    most_actions : int
-        Largest number of actions of a player.
-    prices : Prices
-        Prices of delays, frames and actions.
-    only_asked : sequence of str
-        Actions that are drawn only where the diagram asks for them.
-
-    Raises
-    ------
-    SceneError
-        The grammar has no string that satisfies the requirements of a player.
-    """
+    """Return the target of sampling for a diagram."""
     binder = Binder(diagram, grammar)
     derivations = tuple(
         _derivations(grammar.started(grammar.start_of(player.team)), items, tuple(only_asked))

@@ -38,8 +38,7 @@ _TOLERANCE = 1e-14
 """Relative change of the sums at which the iteration ends: near the precision of floats."""
 _ROUNDS = 10_000
 """Most rounds of the iteration; the grammars that are shipped need fewer than a hundred."""
-NOWHERE = -1
-"""State of a string that cannot be continued."""
+NOWHERE = -1  # State of a string that cannot be continued
 
 
 @dataclass(frozen=True)
@@ -53,23 +52,6 @@ class Derivation:
 class Derivations:
     """The derivations of a grammar that fit an expression.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        With the player's start symbol; rules of probability 0 are never used.
-    items : sequence of Item
-        The player's expression.
-    only_asked : sequence of str
-        Actions that are allowed only where an item asks for them. If the grammar has no such string
-        (a play that ends with a catch, for example), all are allowed everywhere.
-
-    Raises
-    ------
-    SceneError
-        No string of the grammar fits the expression.
-
-    Examples
-    --------
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> toy = Derivations(read_grammar("S -> a | b S"), [Item(("a",))])
     >>> round(float(toy.inside("S")[0, 1]), 9), toy.run(["b", "a"])

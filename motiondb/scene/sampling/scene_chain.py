@@ -52,32 +52,18 @@ from motiondb.scene.sampling.tree_growth import places
 from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
 
 AROUND = 3
-"""Clips before and after an inserted or removed link that the following inner steps favour. Chosen
-by hand."""
-LONGEST = 5
-"""Largest number of actions whose clips are drawn again together. Chosen by hand."""
+"""Clips before and after an inserted or removed link that the following inner steps favour."""
+LONGEST = 5  # Largest number of actions whose clips are drawn again together
 
 
 @dataclass
 class Jumps:
-    """Counts of a chain's jumps.
-
-    Attributes
-    ----------
-    tried : int
-        Proposed jumps.
-    refused : int
-        Jumps that gave a string that is too long or begins too early.
-    taken : int
-        Accepted jumps.
-    steps : array of int (kinds, 2)
-        Inner steps of each kind, proposed and accepted.
-    """
+    """Counts of a chain's jumps."""
 
     tried: int
-    refused: int
+    refused: int  # Jumps that gave a string that is too long or begins too early
     taken: int
-    steps: IntArray
+    steps: IntArray  # (kinds, 2), int: inner steps of each kind, proposed and accepted
 
 
 class Chain:

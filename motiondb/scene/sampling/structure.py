@@ -19,24 +19,12 @@ from motiondb.scene.sampling.play import Play
 
 
 class Structure(NamedTuple):
-    """A scene with everything that its derivations determine.
-
-    Attributes
-    ----------
-    scene : SceneArrays
-        The scene, evaluated.
-    trees : list of Tree
-        The players' derivations.
-    table : RuleTable
-        The rules.
-    spans : list of (Spans or None)
-        The actions of each player's items.
-    """
+    """A scene with everything that its derivations determine."""
 
     scene: SceneArrays
     trees: list[Tree]
     table: RuleTable
-    spans: list[Spans | None]
+    spans: list[Spans | None]  # The actions of each player's items
 
 
 def least_error(

@@ -43,7 +43,7 @@ from motiondb.scene.sampling.scene_chain import Chain
 
 USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
 """Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
-its weight, so that players avoid unneeded actions. Chosen by hand."""
+its weight, so that players avoid unneeded actions."""
 
 Progress = Callable[[int, float], bool]
 """Called with the number of rounds done and the best -log P(Z); returns whether to stop."""
@@ -55,60 +55,28 @@ class SamplerSettings:
 
     The defaults were chosen by hand on the eight shipped diagrams; docs/scenes-measured.md has what
     they give.
-
-    Attributes
-    ----------
-    temperatures : tuple of float
-        Ascending, one chain each; a single one is a single chain.
-    heat : float
-        Factor of all temperatures at the beginning. They come down evenly in logarithms; 1 for
-        plain tempering.
-    warmth : float
-        Fraction of the rounds over which they come down.
-    rounds : int
-        Number of blocks between exchanges.
-    jumps : int
-        Structural jumps in a block.
-    inner : int
-        M, steps of the inner loop after each jump, before it is accepted.
-    steps : int
-        Steps with the structure fixed after each jump, accepted or not.
-    growth : float
-        Fraction of the jumps that insert or remove one link of a chain.
-    recasting : float
-        Fraction of the jumps that draw the clips of some actions again.
-    attention : float
-        Fraction of a jump's inner steps for the player who jumped.
-    shares : tuple of float
-        Weights of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1.
-    patience : int
-        Rounds without a scene that is better by 1 % after which to stop.
-    cooling : int
-        Steps of the final cooling.
-    most_actions : int
-        Largest number of actions of a player.
-    prices : Prices
-        Prices of delays, frames, actions and large failures.
-    threads : int
-        Chains that run at the same time; no influence on the result.
     """
 
+    # Ascending, one chain each; a single one is a single chain
     temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
+    # Factor of all temperatures at the beginning. They come down evenly in logarithms; 1 for plain
+    # tempering
     heat: float = 15.0
-    warmth: float = 0.85
-    rounds: int = 70
-    jumps: int = 25
-    inner: int = 200
-    steps: int = 200
-    growth: float = 0.5
-    recasting: float = 0.25
-    attention: float = 0.7
+    warmth: float = 0.85  # Fraction of the rounds over which they come down
+    rounds: int = 70  # Number of blocks between exchanges
+    jumps: int = 25  # Structural jumps in a block
+    inner: int = 200  # M, steps of the inner loop after each jump, before it is accepted
+    steps: int = 200  # Steps with the structure fixed after each jump, accepted or not
+    growth: float = 0.5  # Fraction of the jumps that insert or remove one link of a chain
+    recasting: float = 0.25  # Fraction of the jumps that draw the clips of some actions again
+    attention: float = 0.7  # Fraction of a jump's inner steps for the player who jumped
+    # Weights of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
-    patience: int = 20
-    cooling: int = 40_000
-    most_actions: int = MOST_ACTIONS
-    prices: Prices = USUAL
-    threads: int = 2
+    patience: int = 20  # Rounds without a scene that is better by 1 % after which to stop
+    cooling: int = 40_000  # Steps of the final cooling
+    most_actions: int = MOST_ACTIONS  # Largest number of actions of a player
+    prices: Prices = USUAL  # Prices of delays, frames, actions and large failures
+    threads: int = 2  # Chains that run at the same time; no influence on the result
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -150,33 +118,17 @@ class SamplerSettings:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """The course of the sampling.
+    """The course of the sampling."""
 
-    Attributes
-    ----------
-    energies : array (rounds + 1, chains)
-        -log P(Z) with all prices, by temperature; row 0 is the start.
-    best : array (rounds + 1,)
-        The lowest so far.
-    cooled : float
-        The lowest after cooling.
-    final : float
-        The same of that scene without prices except that of delays.
-    jumps : array of int (chains, 3)
-        By chain: proposed, refused as too long or too early, accepted.
-    steps : array of int (kinds, 2)
-        Inner steps of all chains, proposed and accepted.
-    exchanges : array of int (chains - 1, 2)
-        Proposed and accepted, by temperature.
-    """
-
+    # (rounds + 1, chains): -log P(Z) with all prices, by temperature; row 0 is the start
     energies: FloatArray
-    best: FloatArray
-    cooled: float
-    final: float
+    best: FloatArray  # (rounds + 1,): the lowest so far
+    cooled: float  # The lowest after cooling
+    final: float  # The same of that scene without prices except that of delays
+    # (chains, 3), int: by chain: proposed, refused as too long or too early, accepted
     jumps: IntArray
-    steps: IntArray
-    exchanges: IntArray
+    steps: IntArray  # (kinds, 2), int: inner steps of all chains, proposed and accepted
+    exchanges: IntArray  # (chains - 1, 2), int: proposed and accepted, by temperature
 
 
 @dataclass
@@ -206,25 +158,7 @@ def sample(
 ) -> tuple[SceneState, Trace]:
     """Find a scene of low error.
 
-    Parameters
-    ----------
-    play : Play
-        What is sampled; see :func:`.play.make_play`.
-    settings : SamplerSettings
-        Settings.
-    rng : Generator
-        Source of random numbers.
-    state : SceneState or None
-        Where to begin; by default every chain begins with a random scene of g_user = 0.
-    progress : Progress or None
-        Called after each round; may stop.
-
-    Returns
-    -------
-    SceneState
-        The best scene.
-    Trace
-        How it was found.
+    `state`: Where to begin; by default every chain begins with a random scene of g_user = 0.
     """
     *chain_rngs, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in chain_rngs]
@@ -283,18 +217,7 @@ def exchange(
 ) -> None:
     """Exchange the scenes of neighbouring temperatures by (11), from the hottest pair down.
 
-    Parameters
-    ----------
-    order : list of int
-        The chain of each temperature; changed in place.
-    energies : sequence of float
-        -log P(Z) by temperature, before.
-    temperatures : sequence of float
-        The temperatures.
-    rng : Generator
-        Source of random numbers.
-    counts : array of int (chains - 1, 2)
-        Proposed and accepted exchanges are added to it.
+    Shapes: `counts` (chains - 1, 2), int.
     """
     by_temperature = list(energies)
     for n in range(len(order) - 2, -1, -1):

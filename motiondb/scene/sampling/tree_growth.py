@@ -34,42 +34,20 @@ from motiondb.scene.sampling.tree_shapes import TreeShape
 
 @dataclass(frozen=True)
 class Linked:
-    """A tree with one link more or less.
+    """A tree with one link more or less."""
 
-    Attributes
-    ----------
-    rules : tuple of int
-        Its rules in preorder.
-    span : tuple[int, int]
-        The actions [first, last) of the old tree that are replaced.
-    actions : tuple of str
-        The actions that replace them.
-    log_ratio : float
-        Log q(old) / q(new).
-    """
-
-    rules: tuple[int, ...]
-    span: tuple[int, int]
-    actions: tuple[str, ...]
-    log_ratio: float
+    rules: tuple[int, ...]  # Its rules in preorder
+    span: tuple[int, int]  # The actions [first, last) of the old tree that are replaced
+    actions: tuple[str, ...]  # The actions that replace them
+    log_ratio: float  # Log q(old) / q(new)
 
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """The rules A -> B A of a player's grammar.
-
-    Attributes
-    ----------
-    derivations : Derivations
-        The player's derivations.
-    links : dict of str to tuple[int, ...]
-        Numbers of these rules for every A that has some.
-    rules : frozenset[int]
-        All of them.
-    """
+    """The rules A -> B A of a player's grammar."""
 
     derivations: Derivations
-    links: dict[str, tuple[int, ...]]
+    links: dict[str, tuple[int, ...]]  # Numbers of these rules for every A that has some
     rules: frozenset[int]
 
     def places(self, shape: TreeShape, growing: bool) -> list[int]:

@@ -25,33 +25,19 @@ from numba import njit
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.records import FloatArray, IntArray
 
-LEAF = -1
-"""Marks an action among the numbers of children."""
+LEAF = -1  # Marks an action among the numbers of children
 
 
 @dataclass(frozen=True, eq=False)
 class TreeShape:
-    """A derivation tree of one player.
+    """A derivation tree of one player."""
 
-    Attributes
-    ----------
-    rules : tuple of int
-        Numbers of the rules in preorder, one for each nonterminal node.
-    actions : tuple of str
-        The leaves.
-    children : array of int (all nodes,)
-        Number of children in preorder; LEAF for an action.
-    symbols : tuple of str
-        The symbol of each nonterminal node.
-    spans : array of int (nonterminal nodes, 3)
-        The rule after the last of the node's subtree (its first has the number of the node), its
-        first action, and the action after its last.
-    """
-
-    rules: tuple[int, ...]
+    rules: tuple[int, ...]  # Numbers of the rules in preorder, one for each nonterminal node
     actions: tuple[str, ...]
-    children: IntArray
-    symbols: tuple[str, ...]
+    children: IntArray  # (all nodes,), int: number of children in preorder; LEAF for an action
+    symbols: tuple[str, ...]  # The symbol of each nonterminal node
+    # (nonterminal nodes, 3), int: the rule after the last of the node's subtree (its first has the
+    # number of the node), its first action, and the action after its last
     spans: IntArray
 
 

@@ -20,21 +20,7 @@ from motiondb.scene.services.services import plan
 def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str, Tree]:
     """Return for each player the shortest string of the grammar that fits the diagram (g_user = 0).
 
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    grammar : MotionGrammar
-        The grammar that it is played by.
-    where : str
-        Name of the diagram's file, for messages; by default the name of the diagram.
-
-    Raises
-    ------
-    SceneError
-        The grammar does not allow an action that a player needs, a place for the grammar's rules is
-        missing, an element has a rule about an opponent and there is none, or a player has more
-        actions than a string can hold. The message names the player.
+    `where`: Name of the diagram's file, for messages; by default the name of the diagram.
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)
@@ -49,26 +35,7 @@ def try_cast(
 ) -> tuple[dict[str, Tree], dict[str, str]]:
     """Cast every player by itself.
 
-    Parameters
-    ----------
-    diagram : Diagram
-        The diagram.
-    grammar : MotionGrammar
-        The grammar that it is played by.
-    where : str
-        Name of the diagram's file, for messages; by default the name of the diagram.
-
-    Returns
-    -------
-    trees : dict of str to Tree
-        The shortest string of each player who can satisfy the diagram.
-    faults : dict of str to str
-        Why each of the others cannot.
-
-    Raises
-    ------
-    SceneError
-        A place is missing that the grammar's rules need.
+    `where`: Name of the diagram's file, for messages; by default the name of the diagram.
     """
     where = where or diagram.name
     _check_places(diagram, grammar, where)

@@ -22,35 +22,21 @@ from dataclasses import dataclass
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols, reachable_symbols
 
-END_MARK = "the end"
-"""Name of the end of a string among lookaheads."""
+END_MARK = "the end"  # Name of the end of a string among lookaheads
 
 _Core = tuple[int, int]
 _State = dict[_Core, int]
-_AUGMENTED = -1
-"""Number of the added rule that derives the start symbol."""
+_AUGMENTED = -1  # Number of the added rule that derives the start symbol
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """Two actions for one lookahead.
+    """Two actions for one lookahead."""
 
-    Attributes
-    ----------
-    kind : str
-        "shift-reduce" or "reduce-reduce"; "predict" if LL(1) cannot choose a rule.
-    lookaheads : tuple of str
-        The next terminals; :data:`END_MARK` for the end.
-    rules : tuple of int
-        Numbers of the rules involved.
-    prefix : tuple of str
-        Symbols that lead to the conflict.
-    """
-
-    kind: str
-    lookaheads: tuple[str, ...]
-    rules: tuple[int, ...]
-    prefix: tuple[str, ...] = ()
+    kind: str  # "shift-reduce" or "reduce-reduce"; "predict" if LL(1) cannot choose a rule
+    lookaheads: tuple[str, ...]  # The next terminals; :data:`END_MARK` for the end
+    rules: tuple[int, ...]  # Numbers of the rules involved
+    prefix: tuple[str, ...] = ()  # Symbols that lead to the conflict
 
     def describe(self, grammar: Grammar) -> str:
         """Return the conflict as a sentence."""
@@ -62,24 +48,12 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Automaton:
-    """Size and conflicts of a canonical LR(1) automaton.
+    """Size and conflicts of a canonical LR(1) automaton."""
 
-    Attributes
-    ----------
-    n_states : int
-        Number of its states.
-    conflicts : tuple of Conflict
-        Its conflicts.
-    lalr_states : int
-        Number of states after merging for LALR(1).
-    lalr_conflicts : tuple of Conflict
-        Conflicts of the merged states.
-    """
-
-    n_states: int
+    n_states: int  # Number of its states
     conflicts: tuple[Conflict, ...]
-    lalr_states: int
-    lalr_conflicts: tuple[Conflict, ...]
+    lalr_states: int  # Number of states after merging for LALR(1)
+    lalr_conflicts: tuple[Conflict, ...]  # Conflicts of the merged states
 
 
 def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
@@ -157,20 +131,11 @@ def lr1_automaton(
 ) -> Automaton:
     """Return the canonical LR(1) automaton of a grammar, and its LALR(1) form.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar.
-    max_states : int
-        Largest number of states. The default keeps the test within seconds; chosen by hand.
-    max_items : int
-        Largest number of items in all states together. The default keeps the test within 10 s and
-        1 GB: a grammar of 1,000 alternatives, each followed by all, has a million items.
+    `max_states`: Largest number of states. The default keeps the test within seconds; chosen by
+    hand.
 
-    Raises
-    ------
-    SceneError
-        The automaton needs more states or items.
+    `max_items`: Largest number of items in all states together. The default keeps the test within
+    10 s and 1 GB: a grammar of 1,000 alternatives, each followed by all, has a million items.
     """
     building = _Building(grammar)
     start: _State = {(_AUGMENTED, 0): 1}

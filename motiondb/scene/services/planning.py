@@ -29,8 +29,7 @@ from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, Tree, derive_by
 
 Cost = tuple[int, int]
-Whole = tuple[str, int, int]
-"""A symbol, and the states that it leads from and to."""
+Whole = tuple[str, int, int]  # A symbol, and the states that it leads from and to
 Part = tuple[int, int, int, int]
 """The number of a rule, the covered symbols of its right side, and the states from and to."""
 
@@ -40,22 +39,8 @@ def plan(
 ) -> Tree:
     r"""Return the derivation of a shortest string; it is never the empty string.
 
-    Parameters
-    ----------
-    grammar : Grammar
-        The grammar.
-    prefix : sequence of str
-        The terminals that the string begins with.
-    goals : sequence of Collection[str]
-        Sets of terminals to pass after the prefix, in this order; any member of a set will do.
+    `goals`: Sets of terminals to pass after the prefix, in this order; any member of a set will do.
 
-    Raises
-    ------
-    SceneError
-        The grammar has no such string. The message says which goals can be met.
-
-    Examples
-    --------
     >>> from motiondb.grammar.cfg.context_free import read_grammar
     >>> grammar = read_grammar("S -> a S | B\nB -> b | b c")
     >>> plan(grammar, ["a"], [{"a"}, {"c"}]).leaves()

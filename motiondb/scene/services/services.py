@@ -27,31 +27,13 @@ so 400 are some minutes."""
 
 @dataclass(frozen=True)
 class StartReport:
-    """Properties of the strings of one start symbol.
-
-    Attributes
-    ----------
-    symbol : str
-        The start symbol.
-    team : str
-        The team that begins with it, or "".
-    empty : bool
-        Whether it derives the empty string, which no character on court may have.
-    n_states : int
-        Number of states of the canonical LR(1) automaton.
-    conflicts : tuple of Conflict
-        LR(1) conflicts; () if the grammar is LR(1).
-    lalr_conflicts : tuple of Conflict
-        LALR(1) conflicts.
-    ll1_conflicts : tuple of Conflict
-        LL(1) conflicts.
-    """
+    """Properties of the strings of one start symbol."""
 
     symbol: str
-    team: str
-    empty: bool
-    n_states: int
-    conflicts: tuple[Conflict, ...]
+    team: str  # The team that begins with it, or ""
+    empty: bool  # Whether it derives the empty string, which no character on court may have
+    n_states: int  # Number of states of the canonical LR(1) automaton
+    conflicts: tuple[Conflict, ...]  # LR(1) conflicts; () if the grammar is LR(1)
     lalr_conflicts: tuple[Conflict, ...]
     ll1_conflicts: tuple[Conflict, ...]
 
@@ -161,9 +143,15 @@ def check(grammar: MotionGrammar) -> GrammarReport:
     useless = tuple(s for s in (*whole.nonterminals, *names) if s not in reached)
     nullable = tuple(s for s in whole.nonterminals if s in nullable_symbols(whole))
     return GrammarReport(
-        grammar.name, whole.nonterminals, names, useless, nullable,
-        tuple(map(str, whole.rules)), len(grammar.annotations), tuple(starts),
-    )  # fmt: skip
+        grammar.name,
+        whole.nonterminals,
+        names,
+        useless,
+        nullable,
+        tuple(map(str, whole.rules)),
+        len(grammar.annotations),
+        tuple(starts),
+    )
 
 
 def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> Validation:
@@ -171,11 +159,6 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
 
     Without ``start``, the start symbols that parse the longest prefix answer together. The empty
     string is never allowed: every player on court has at least one action.
-
-    Raises
-    ------
-    SceneError
-        There are more than 400 actions.
     """
     _check_length(grammar, actions)
     symbols = [start] if start else [s.symbol for s in grammar.starts]
@@ -230,11 +213,6 @@ def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> 
     """Return the actions that may follow a string, most probable first.
 
     Without ``start``, every start symbol is weighted by the probability of the string from it.
-
-    Raises
-    ------
-    SceneError
-        No string of the grammar begins with these actions, or there are more than 400.
     """
     _check_length(grammar, actions)
     symbols = [start] if start else [s.symbol for s in grammar.starts]
@@ -265,14 +243,7 @@ def plan(
     goals: Sequence[Collection[str]] = (),
     start: str = "",
 ) -> Tree:
-    """Return the shortest string that begins with ``actions`` and then reaches the goals in order.
-
-    Raises
-    ------
-    SceneError
-        The grammar has no such string, a goal is not one of its actions, or there are more than 400
-        actions.
-    """
+    """The shortest string that begins with ``actions`` and then reaches the goals in order."""
     _check_length(grammar, [*actions, *goals])
     known = grammar.terminal
     for goal in goals:

@@ -20,48 +20,23 @@ from motiondb.scene.energy.scene_state import PlayerState
 
 @dataclass(frozen=True)
 class Part:
-    """Frames of one source, or of a pause, which plays its source forwards and backwards.
-
-    Attributes
-    ----------
-    source : ClipSource
-        The source.
-    n_frames : int
-        Number of frames.
-    clip : int
-        The action that it belongs to; for a pause the one before it, -1 before the first.
-    waits : bool
-        Whether it is a pause.
-    """
+    """Frames of one source, or of a pause, which plays its source forwards and backwards."""
 
     source: ClipSource
     n_frames: int
-    clip: int
-    waits: bool = False
+    clip: int  # The action that it belongs to; for a pause the one before it, -1 before the first
+    waits: bool = False  # Whether it is a pause
 
 
 @dataclass(frozen=True, eq=False)
 class Playing:
-    """A player's string with its pauses; frames count from the first frame of the first clip.
-
-    Attributes
-    ----------
-    parts : tuple of Part
-        What is played.
-    begins : array of int (clips + 1,)
-        Frames at which clips begin, and where the last one ends.
-    ends : array of int (clips,)
-        The frames after the clips' last.
-    instants : array of int (clips,)
-        Where rules look: the clip's event, or its middle.
-    rows : array of int (frames,)
-        The frame of the string as sampled; for a pause the one before it.
-    """
+    """A player's string with its pauses; frames count from the first frame of the first clip."""
 
     parts: tuple[Part, ...]
-    begins: IntArray
-    ends: IntArray
-    instants: IntArray
+    begins: IntArray  # (clips + 1,), int: frames at which clips begin, and where the last one ends
+    ends: IntArray  # (clips,), int: the frames after the clips' last
+    instants: IntArray  # (clips,), int: where rules look: the clip's event, or its middle
+    # (frames,), int: the frame of the string as sampled; for a pause the one before it
     rows: IntArray
 
     @property
@@ -87,20 +62,10 @@ class Playing:
 
 @dataclass(frozen=True)
 class Pause:
-    """A pause after a clip.
+    """A pause after a clip."""
 
-    Attributes
-    ----------
-    behind : int
-        Index of the clip before it.
-    source : ClipSource
-        The clip in place that is played.
-    n_frames : int
-        Its length.
-    """
-
-    behind: int
-    source: ClipSource
+    behind: int  # Index of the clip before it
+    source: ClipSource  # The clip in place that is played
     n_frames: int
 
 
@@ -112,16 +77,7 @@ def play(
 ) -> Playing:
     """Return a player's clips, cut to given lengths, with pauses.
 
-    Parameters
-    ----------
-    player : PlayerState
-        The sampled player.
-    library : ClipLibrary
-        The clips.
-    lengths : sequence of int or None
-        Frames of each clip, all by default. A clip that is cut must have no event.
-    pauses : sequence of Pause
-        The pauses.
+    `lengths`: Frames of each clip, all by default. A clip that is cut must have no event.
     """
     entries = np.asarray(player.entries).tolist()
     whole = [int(library.n_frames[entry]) for entry in entries]

@@ -32,26 +32,16 @@ from motiondb.scene.timing.waiting import lead_out, least_lengths, may_pause, pa
 AFTER_SHOT = 66
 """Frames of a scene after a shot, in which the ball flies, falls and bounces. Chosen by hand: a
 shot from 7 m needs 40 to the ring."""
-SETTLING = 8
-"""Frames of a scene after a last step to rest. Chosen by hand."""
+SETTLING = 8  # Frames of a scene after a last step to rest
 
 
 @dataclass(frozen=True, eq=False)
 class Scheduled:
-    """The schedule of a scene.
+    """The schedule of a scene."""
 
-    Attributes
-    ----------
-    playing : tuple of Playing
-        What every player plays.
-    delays : tuple of float
-        Frames for which every player waits before that.
-    partners : tuple of int
-        For every rule the partner's clip that a synchronisation refers to, or -1.
-    """
-
-    playing: tuple[Playing, ...]
-    delays: tuple[float, ...]
+    playing: tuple[Playing, ...]  # What every player plays
+    delays: tuple[float, ...]  # Frames for which every player waits before that
+    # For every rule the partner's clip that a synchronisation refers to, or -1
     partners: tuple[int, ...]
 
 

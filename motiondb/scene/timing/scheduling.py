@@ -28,59 +28,34 @@ import numpy as np
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.timing.time_editing import SLOWEST, Meeting
 
-SHORTEST_PAUSE = 12
-"""Shortest pause, frames: the transitions into it and out of it take ten."""
+SHORTEST_PAUSE = 12  # Shortest pause, frames: the transitions into it and out of it take ten
 _PACE, _MEET, _PAUSE, _CUT = 4.0, 50.0, 0.05, 0.02
 """Costs per frame of a change of pace, a missed synchronisation, a pause, and a cut of standing.
-
-Only their order matters: synchronisations before pace, pace before pauses and cuts. Chosen by hand.
-"""
+Only their order matters: synchronisations before pace, pace before pauses and cuts."""
 _BESIDE, _DELAY = 0.3, 0.02
 """Costs per frame of the fifth term and of a changed delay. Chosen by hand, below those of pace."""
 
 
 @dataclass(frozen=True, eq=False)
 class Strings:
-    """One player's string for a schedule.
+    """One player's string for a schedule."""
 
-    Attributes
-    ----------
-    lengths : array of int (clips,)
-        Frames of the clips.
-    least : array of int (clips,)
-        Frames to which they may be cut.
-    pauses : array of int (clips,)
-        1 if a pause may follow; the last one never counts.
-    delay : int
-        Frames before the first clip, as sampled.
-    after : array of int (clips,)
-        Frames that the scene lasts after the end of each clip, for a ball in the air; mostly 0.
-    """
-
-    lengths: IntArray
-    least: IntArray
-    pauses: IntArray
-    delay: int
+    lengths: IntArray  # (clips,), int: frames of the clips
+    least: IntArray  # (clips,), int: frames to which they may be cut
+    pauses: IntArray  # (clips,), int: 1 if a pause may follow; the last one never counts
+    delay: int  # Frames before the first clip, as sampled
+    # (clips,), int: frames that the scene lasts after the end of each clip, for a ball in the air;
+    # mostly 0
     after: IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """The schedule of one player.
+    """The schedule of one player."""
 
-    Attributes
-    ----------
-    lengths : tuple of int
-        Frames of every clip.
-    pauses : tuple of int
-        Frames of the pause after each, 0 for none.
-    delay : float
-        Frames before the first clip.
-    """
-
-    lengths: tuple[int, ...]
-    pauses: tuple[int, ...]
-    delay: float
+    lengths: tuple[int, ...]  # Frames of every clip
+    pauses: tuple[int, ...]  # Frames of the pause after each, 0 for none
+    delay: float  # Frames before the first clip
 
 
 def schedule(
@@ -91,19 +66,8 @@ def schedule(
 ) -> tuple[Schedule, ...]:
     """Return the schedules of all players; see the module.
 
-    Parameters
-    ----------
-    strings : sequence of Strings
-        The players' strings.
-    meetings : sequence of Meeting
-        Synchronisations, in frames of the strings as sampled, end to end.
-    beside : sequence of Meeting
-        Frames of two strings that show the same moment as sampled; their lags are 0.
-    frame_cost : float
-        C, the cost of a frame of the scene.
+    `beside`: Frames of two strings that show the same moment as sampled; their lags are 0.
 
-    Examples
-    --------
     >>> standing = Strings(np.array([100, 30]), np.array([15, 30]), np.array([1, 1]), 0,
     ...     np.array([0, 0]))
     >>> running = Strings(np.array([40]), np.array([40]), np.array([0]), 80, np.array([0]))

@@ -29,35 +29,19 @@ from motiondb.records import FloatArray, IntArray
 SLOWEST = 1.25
 """Most frames of the scene per frame of a clip; the inverse is the least. Chosen by hand: faster or
 slower looks wrong."""
-_DELAY_WEIGHT = 0.05
-"""Weight of the delays: small, because delays are hardly visible. Chosen by hand."""
-_MEET_WEIGHT = 100.0
-"""Weight of the synchronisations: large enough to act as equations. Chosen by hand."""
+_DELAY_WEIGHT = 0.05  # Weight of the delays: small, because delays are hardly visible
+_MEET_WEIGHT = 100.0  # Weight of the synchronisations: large enough to act as equations
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """A synchronisation of two players' source frames.
-
-    Attributes
-    ----------
-    player : int
-        The first player.
-    own : float
-        Source frame of the first player.
-    partner : int
-        The second player.
-    theirs : float
-        Source frame of the second player.
-    lag : float
-        Frames by which ``theirs`` must come after ``own``.
-    """
+    """A synchronisation of two players' source frames."""
 
     player: int
-    own: float
+    own: float  # Source frame of the first player
     partner: int
-    theirs: float
-    lag: float
+    theirs: float  # Source frame of the second player
+    lag: float  # Frames by which ``theirs`` must come after ``own``
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,17 +74,9 @@ def edit_times(
 ) -> tuple[TimeMap, ...]:
     """Return the time maps of all players that let meetings happen; see the module.
 
-    Parameters
-    ----------
-    knots : sequence of array
-        For every player source frames, ascending from 0 to their last; those of meetings are added.
-    delays : sequence of float
-        Frames at which the players begin as sampled.
-    meetings : sequence of Meeting
-        The synchronisations.
+    `knots`: For every player source frames, ascending from 0 to their last; those of meetings are
+    added.
 
-    Examples
-    --------
     >>> knots = [np.array([0.0, 10.0]), np.array([0.0, 10.0])]
     >>> maps = edit_times(knots, [0, 4], [Meeting(0, 10, 1, 10, 4.0)])
     >>> [round(float(m.frame_of(10.0)), 6) for m in maps]

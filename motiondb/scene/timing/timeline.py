@@ -39,24 +39,16 @@ SYNCHRONOUS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """The places of all players over time.
+    """The places of all players over time."""
 
-    Attributes
-    ----------
-    places : array (players, frames, 3), m and rad
-        x, z and heading.
-    begins : tuple of array of int (clips + 1,)
-        For every player the frames at which their clips begin, and after the last the end.
-    instants : tuple of array of int (clips,)
-        For every player the frames of their clips' events.
-    ends : tuple of array of int (clips,)
-        For every player the frames after their clips' last; () if each begins where the one before
-        it ends.
-    """
-
-    places: FloatArray
+    places: FloatArray  # (players, frames, 3), m and rad: x, z and heading
+    # each (clips + 1,), int: for every player the frames at which their clips begin, and after the
+    # last the end
     begins: tuple[IntArray, ...]
+    # each (clips,), int: for every player the frames of their clips' events
     instants: tuple[IntArray, ...]
+    # each (clips,), int: for every player the frames after their clips' last; () if each begins
+    # where the one before it ends
     ends: tuple[IntArray, ...] = ()
 
     @property
@@ -72,21 +64,11 @@ class Timeline:
 
 @dataclass(frozen=True)
 class Measured:
-    """The value of a rule.
-
-    Attributes
-    ----------
-    value : float
-        F_k.
-    frame : int
-        The frame that counts; of several the worst.
-    partner_clip : int
-        The partner's clip, or -1.
-    """
+    """The value of a rule."""
 
     value: float
-    frame: int
-    partner_clip: int = -1
+    frame: int  # The frame that counts; of several the worst
+    partner_clip: int = -1  # The partner's clip, or -1
 
 
 def own_places(player: PlayerState, library: ClipLibrary) -> FloatArray:

@@ -14,8 +14,7 @@ from motiondb.records import IntArray
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.timing.playing import Part
 
-IDLE, HOLDING = "idle", "hold"
-"""Actions for waiting: without the ball, and with it."""
+IDLE, HOLDING = "idle", "hold"  # Actions for waiting: without the ball, and with it
 BALL_BEFORE = (
     "hold",
     "dribble",
@@ -25,20 +24,16 @@ BALL_BEFORE = (
     "fake_shot",
     "pivot_left",
     "pivot_right",
-)
-"""A player who begins with one of these actions has the ball."""
+)  # A player who begins with one of these actions has the ball
 BALL_BEHIND = ("hold", "catch", "dribble", "fake_shot", "pivot_left", "pivot_right")
 """A player who ends with one of these actions still has it."""
-ON_GUARD = "guard"
-"""Action of guarding; players who guard also wait in it."""
+ON_GUARD = "guard"  # Action of guarding; players who guard also wait in it
 AT_REST = 0.35
 """Mean speed of the joints, m/s, up to which a body may pause. Chosen by hand on the sample
 captures."""
-_STILL = 0.12
-"""Largest displacement of a clip in place, m. Chosen by hand."""
+_STILL = 0.12  # Largest displacement of a clip in place, m
 _LEAST = {IDLE: 15, HOLDING: 15, ON_GUARD: 30}
-"""Frames to which clips of standing may be cut: half a second, guarding a second. Chosen by
-hand."""
+"""Frames to which clips of standing may be cut: half a second, guarding a second."""
 
 
 def least_lengths(library: ClipLibrary, entries: IntArray) -> IntArray:
@@ -143,9 +138,11 @@ def _step(library: ClipLibrary, entry: int, side: int) -> int:
     )
     if len(steps) == 0:
         return -1
-    seams = library.seam[kinds[steps], kinds[entry]] if side == 0 else (
-        library.seam[kinds[entry], kinds[steps]]
-    )  # fmt: skip
+    seams = (
+        library.seam[kinds[steps], kinds[entry]]
+        if side == 0
+        else (library.seam[kinds[entry], kinds[steps]])
+    )
     best = int(np.argmin(seams))
     return int(steps[best]) if seams[best] < stopping else -1
 

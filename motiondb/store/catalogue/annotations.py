@@ -16,17 +16,7 @@ from motiondb.store.connection.transactions import touch, transaction
 
 
 def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
-    """Replace all tags of a capture.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-    tags : mapping of str to str
-        Key -> value. Values are saved as text.
-    """
+    """Replace all tags of a capture."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM capture_tag WHERE capture_id = ?", [capture_id])
         insert(
@@ -42,15 +32,6 @@ def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) ->
     """Replace all captions of a capture.
 
     The learned model is then no longer current (``learning_is_current``).
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-    captions : iterable of Caption
-        The captions, in the order in which they are kept.
     """
     rows = list(captions)
     with transaction(store) as connection:
@@ -68,21 +49,7 @@ def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) ->
 
 
 def load_captions(store: Store, capture_id: int | None = None) -> dict[int, tuple[Caption, ...]]:
-    """Load the captions of one capture or of all captures.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int, optional
-        Number of the capture; None: all captures.
-
-    Returns
-    -------
-    dict
-        Capture number -> tuple of captions, in the order in which they were saved. Captures
-        without captions are left out.
-    """
+    """Load the captions of one capture or of all captures."""
     some = "" if capture_id is None else "WHERE capture_id = ?"
     rows = store.connection.execute(
         "SELECT capture_id, words, start_s, end_s FROM caption "
@@ -99,13 +66,6 @@ def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
     """Replace the user's synonyms.
 
     The learned model is then no longer current (``learning_is_current``).
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    synonyms : mapping of str to str
-        Word -> the word that replaces it.
     """
     with transaction(store) as connection:
         connection.execute("DELETE FROM synonym")
@@ -114,12 +74,6 @@ def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
 
 
 def load_synonyms(store: Store) -> dict[str, str]:
-    """Load the user's synonyms.
-
-    Returns
-    -------
-    dict
-        Word -> the word that replaces it, sorted by word.
-    """
+    """Load the user's synonyms."""
     rows = store.connection.execute("SELECT word, canonical FROM synonym ORDER BY word").fetchall()
     return dict(rows)

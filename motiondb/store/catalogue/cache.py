@@ -29,17 +29,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
+from motiondb.files.whole_files import is_being_written
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.columns import fetch, from_rows
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import read_meta
-from motiondb.files.whole_files import is_being_written
 
 Arrays = dict[str, NDArray[Any]]
 
-_VERSION = 1
-"""Version of the list's format. A list of another version is not read."""
+_VERSION = 1  # Version of the list's format. A list of another version is not read
 _PAGE = 4096
 """Bytes that are summed before weighting: the size of a page of memory and of most disks."""
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
@@ -48,39 +47,18 @@ _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 
 @dataclass(frozen=True, eq=False)
 class MotionPool:
-    """All motions, concatenated in order of capture number.
+    """All motions, concatenated in order of capture number."""
 
-    Attributes
-    ----------
-    capture_ids : array (captures,)
-        Numbers of the captures, ascending.
-    offsets : array (captures + 1,)
-        The rows of ``poses`` that hold capture n are [offsets[n], offsets[n + 1]).
-    leg_lengths : array (captures,)
-        Leg length of each performer, hip to ankle, metres.
-    poses : array (frames, 87), float32
-        Root position (metres) and 21 quaternions (w, x, y, z) of each frame, as in
-        :func:`flatten_motion`; may be a memory map.
-    """
-
-    capture_ids: IntArray
+    capture_ids: IntArray  # (captures,): numbers of the captures, ascending
+    # (captures + 1,): the rows of ``poses`` that hold capture n are [offsets[n], offsets[n + 1])
     offsets: IntArray
-    leg_lengths: FloatArray
+    leg_lengths: FloatArray  # (captures,): leg length of each performer, hip to ankle, metres
+    # (frames, 87), float32: root position (metres) and 21 quaternions (w, x, y, z) of each frame,
+    # as in :func:`flatten_motion`; may be a memory map
     poses: Float32Array
 
     def motion(self, capture_id: int) -> Motion:
-        """Return the motion of one capture, as views into ``poses`` and without its notes.
-
-        Parameters
-        ----------
-        capture_id : int
-            Number of the capture.
-
-        Raises
-        ------
-        QueryError
-            The pool has no such capture.
-        """
+        """Return the motion of one capture, as views into ``poses`` and without its notes."""
         number = int(np.searchsorted(self.capture_ids, capture_id))
         if number == len(self.capture_ids) or self.capture_ids[number] != capture_id:
             raise QueryError(f"capture {capture_id}: expected a capture in the pool, found none.")
@@ -92,11 +70,6 @@ def load_motion_pool(store: Store) -> MotionPool:
     """Load all motions at once.
 
     The first call writes the arrays to the cache. Later calls map them, until the motions change.
-
-    Returns
-    -------
-    MotionPool
-        All motions; ``poses`` is a memory map where the cache can be used.
     """
     return MotionPool(**cached_arrays(store, "motions", lambda: _read_motions(store)))
 
@@ -109,21 +82,10 @@ def cached_arrays(
     The cached arrays are valid until the motions change. Within a transaction the cache is neither
     read nor written, because the transaction may yet be rolled back.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    kind : str
-        What the arrays are, one word of letters and digits; part of the files' names.
-    build : callable
-        Returns the arrays by name. It is called when the cache has no arrays for the current
-        motions, or damaged ones.
+    `kind`: What the arrays are, one word of letters and digits; part of the files' names.
 
-    Returns
-    -------
-    dict
-        Name -> array. Arrays that were read from files or written to them are read-only memory
-        maps.
+    `build`: Returns the arrays by name. It is called when the cache has no arrays for the current
+    motions, or damaged ones.
     """
     if store.in_transaction:
         return dict(build())  # the transaction may yet be rolled back
@@ -139,15 +101,7 @@ def cached_arrays(
 
 
 def is_cached(store: Store, kind: str) -> bool:
-    """Whether the cache holds arrays of the current motions; they may yet prove to be damaged.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    kind : str
-        What the arrays are, as in :func:`cached_arrays`.
-    """
+    """Whether the cache holds arrays of the current motions; they may yet prove to be damaged."""
     folder, stem = _place(store, kind)
     return (folder / f"{stem}.json").is_file()
 
@@ -174,13 +128,7 @@ def _read_motions(store: Store) -> Arrays:
 
 
 def _read_arrays(folder: Path, stem: str) -> Arrays:
-    """Map all arrays of the list, and check that each matches its entry.
-
-    Raises
-    ------
-    OSError, ValueError, EOFError, KeyError, TypeError, AttributeError
-        The list or a file is missing, damaged, or of another format.
-    """
+    """Map all arrays of the list, and check that each matches its entry."""
     text = (folder / f"{stem}.json").read_bytes()
     listed = json.loads(text)
     if listed["version"] != _VERSION or listed["checksum"] != _list_checksum(listed["arrays"]):
@@ -241,18 +189,6 @@ def page_checksum(array: NDArray[Any]) -> int:
     one. A change of any single word changes the checksum. Swapping two pages usually changes
     it too; it does not where the sums of their words agree.
 
-    Parameters
-    ----------
-    array : array of any shape and type, contiguous in memory
-        The array whose bytes are summed.
-
-    Returns
-    -------
-    int
-        The checksum, 0 to 2^64 - 1.
-
-    Examples
-    --------
     >>> page_checksum(np.array([7, 1])), page_checksum(np.ones(1024, dtype=np.int64))
     (8, 2048)
     """

@@ -48,30 +48,8 @@ def save_capture(
 
     Many calls are faster within one ``transaction``, which saves all of them or none.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    info : CaptureInfo
-        The row of the capture. Its ``capture_id``, ``sha256``, ``motion_frames`` and
-        ``leg_length`` are ignored and set here.
-    motion : Motion
-        The canonical motion, at 30 frames a second.
-    source : Source
-        The capture file, packed (:func:`~motiondb.store.catalogue.sources.pack_source`).
-    captions : iterable of Caption
-        What people wrote about the capture.
-
-    Returns
-    -------
-    CaptureInfo
-        The row as it was saved.
-
-    Raises
-    ------
-    StoreError
-        The store already has a capture of this name or content, or the motion holds NaN or
-        infinity.
+    `info`: The row of the capture. Its ``capture_id``, ``sha256``, ``motion_frames`` and
+    ``leg_length`` are ignored and set here.
     """
     poses = flatten_motion(motion)
     if not np.isfinite(poses).all():
@@ -110,13 +88,6 @@ def remove_capture(store: Store, capture_id: int) -> None:
 
     This includes its file, motion, tags, captions, events, relations and segments. Players of
     scenes whose motion it held stay, with ``capture_id`` -1.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
     """
     with transaction(store) as connection:
         for table in _OWN_TABLES:
@@ -143,23 +114,8 @@ def remove_capture(store: Store, capture_id: int) -> None:
 def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[CaptureInfo]:
     """Load the captures that satisfy a filter, in order of number.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    where : str or sequence of Filter
-        The filter (see :mod:`motiondb.store.catalogue.where`), as text or parsed. If empty, all
-        captures are loaded.
-
-    Returns
-    -------
-    list of CaptureInfo
-        The rows of these captures, with their tags.
-
-    Raises
-    ------
-    QueryError
-        The filter cannot be parsed, or names neither a column nor a tag in use.
+    `where`: The filter (see :mod:`motiondb.store.catalogue.where`), as text or parsed. If empty,
+    all captures are loaded.
     """
     filters = parse_where(where) if isinstance(where, str) else where
     tags: dict[int, dict[str, str]] = {}
@@ -177,26 +133,8 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
 def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureInfo:
     """Load the capture of this name, or else the only one whose name ends in ``/name``.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    name : str
-        The whole name, or its last parts.
-    or_file : bool
-        Whether the user could also have given the name of a file. The message then says that there
-        is no such file either.
-
-    Returns
-    -------
-    CaptureInfo
-        The row of the capture, with its tags.
-
-    Raises
-    ------
-    QueryError
-        There is no such capture, or more than one. The message suggests the nearest names, or
-        lists those that match.
+    `or_file`: Whether the user could also have given the name of a file. The message then says that
+    there is no such file either.
     """
     rows = store.connection.execute("SELECT name FROM capture ORDER BY capture_id").fetchall()
     names = [row[0] for row in rows]
@@ -221,13 +159,7 @@ def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureIn
 
 
 def load_digests(store: Store) -> dict[str, str]:
-    """Load the digests of all captures.
-
-    Returns
-    -------
-    dict
-        SHA-256 digest, hexadecimal -> name of the capture.
-    """
+    """Load the digests of all captures."""
     return dict(store.connection.execute("SELECT sha256, name FROM capture").fetchall())
 
 
@@ -235,18 +167,6 @@ def load_motion(store: Store, capture_id: int) -> Motion:
     """Load the canonical motion of a capture, at 30 frames a second.
 
     This takes 1.5 ms for 400 frames.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-
-    Raises
-    ------
-    QueryError
-        There is no such capture.
     """
     row = store.connection.execute(
         "SELECT leg_length, motion_notes FROM capture WHERE capture_id = ?", [capture_id]

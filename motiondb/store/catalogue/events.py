@@ -16,22 +16,7 @@ from motiondb.store.connection.transactions import transaction
 
 
 def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
-    """Replace all events of a capture.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-    events : iterable of Event
-        The events, in any order. Equal events are saved once.
-
-    Raises
-    ------
-    StoreError
-        The frame of an event lies outside the capture's motion.
-    """
+    """Replace all events of a capture."""
     rows = sorted(set(events))
     with transaction(store) as connection:
         capture = connection.execute(
@@ -57,20 +42,7 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
 
 
 def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[Event, ...]]:
-    """Load the events of one capture or of all captures.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int, optional
-        Number of the capture; None: all captures.
-
-    Returns
-    -------
-    dict
-        Capture number -> tuple of events, in order of frame. Captures without events are left out.
-    """
+    """Load the events of one capture or of all captures."""
     some = "" if capture_id is None else "WHERE capture_id = ?"
     rows = store.connection.execute(
         f"SELECT capture_id, frame, name, joint, other FROM event {some} ORDER BY ALL",

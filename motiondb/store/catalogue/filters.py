@@ -26,8 +26,7 @@ COLUMNS = (
     "leg_length",
     "path",
     "run_id",
-)
-"""Columns of the catalogue that a filter can name. They override tags of the same name."""
+)  # Columns of the catalogue that a filter can name. They override tags of the same name
 CAPTION = "caption"
 """Name that stands for the captions in a filter. It overrides a tag of the same name."""
 
@@ -43,45 +42,24 @@ _COMPARE: dict[str, Callable[[Any, Any], bool]] = {
 
 @dataclass(frozen=True)
 class Condition:
-    """One comparison of a filter: ``name operator value``.
+    """One comparison of a filter: ``name operator value``."""
 
-    Attributes
-    ----------
-    name : str
-        Name of a column or tag, or ``CAPTION``.
-    operator : str
-        One of ``=``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``~`` (contains) and ``!~``.
-    value : str
-        The value to compare with.
-    """
-
-    name: str
-    operator: str
-    value: str
+    name: str  # Name of a column or tag, or ``CAPTION``
+    operator: str  # One of ``=``, ``!=``, ``<``, ``<=``, ``>``, ``>=``, ``~`` (contains) and ``!~``
+    value: str  # The value to compare with
 
 
 @dataclass(frozen=True)
 class OneOf:
-    """A disjunction: at least one alternative must hold.
+    """A disjunction: at least one alternative must hold."""
 
-    Attributes
-    ----------
-    alternatives : tuple of tuple of Filter
-        The filters of each alternative; these must all hold.
-    """
-
+    # The filters of each alternative; these must all hold
     alternatives: tuple[tuple[Filter, ...], ...]
 
 
 @dataclass(frozen=True)
 class NoneOf:
-    """A negation: the filters must not all hold.
-
-    Attributes
-    ----------
-    filters : tuple of Filter
-        The filters.
-    """
+    """A negation: the filters must not all hold."""
 
     filters: tuple[Filter, ...]
 
@@ -90,18 +68,7 @@ Filter: TypeAlias = Condition | OneOf | NoneOf
 
 
 def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
-    """Yield every comparison of some filters, from left to right.
-
-    Parameters
-    ----------
-    filters : iterable of Filter
-        The filters.
-
-    Yields
-    ------
-    Condition
-        Each comparison, also those within alternatives and negations.
-    """
+    """Yield every comparison of some filters, from left to right."""
     for each in filters:
         if isinstance(each, Condition):
             yield each
@@ -112,20 +79,7 @@ def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
 
 
 def check_names(filters: Iterable[Filter], tags: Iterable[str]) -> None:
-    """Check that filters name only columns, ``CAPTION`` and tags in use.
-
-    Parameters
-    ----------
-    filters : iterable of Filter
-        The filters.
-    tags : iterable of str
-        Keys of all tags in use.
-
-    Raises
-    ------
-    QueryError
-        A filter names something else. The message suggests the nearest names.
-    """
+    """Check that filters name only columns, ``CAPTION`` and tags in use."""
     named = (*COLUMNS, CAPTION)
     known = (*named, *sorted(set(tags) - set(named)))
     for condition in conditions_of(filters):
@@ -142,22 +96,7 @@ def asks_captions(filters: Iterable[Filter]) -> bool:
 
 
 def matches(info: CaptureInfo, filters: Sequence[Filter], captions: Sequence[str] = ()) -> bool:
-    """Whether a capture satisfies all filters.
-
-    Parameters
-    ----------
-    info : CaptureInfo
-        The row of the capture, with its tags.
-    filters : sequence of Filter
-        The filters.
-    captions : sequence of str
-        Texts of the capture's captions.
-
-    Returns
-    -------
-    bool
-        True if every filter holds, also when there are none.
-    """
+    """Whether a capture satisfies all filters."""
     return all(_fulfils(info, each, captions) for each in filters)
 
 
@@ -179,8 +118,9 @@ def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[s
 
 def _holds(values: Sequence[str], condition: Condition) -> bool:
     if condition.operator.startswith("!"):
-        opposite = Condition(condition.name, {"!=": "=", "!~": "~"}[condition.operator],
-                             condition.value)  # fmt: skip
+        opposite = Condition(
+            condition.name, {"!=": "=", "!~": "~"}[condition.operator], condition.value
+        )
         return not _holds(values, opposite)
     return any(_compare(value, condition) for value in values)
 

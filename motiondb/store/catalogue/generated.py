@@ -15,46 +15,25 @@ from motiondb.store.connection.transactions import transaction
 
 @dataclass(frozen=True)
 class SourceCapture:
-    """A capture that a generated capture was made from, as it was at that time.
+    """A capture that a generated capture was made from, as it was at that time."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the capture.
-    sha256 : str
-        Digest of its file, hexadecimal.
-    licence : str
-        Its tag ``licence``, "" if it has none.
-    """
-
-    name: str
-    sha256: str
-    licence: str
+    name: str  # Name of the capture
+    sha256: str  # Digest of its file, hexadecimal
+    licence: str  # Its tag ``licence``, "" if it has none
 
 
 @dataclass(frozen=True, eq=False)
 class Provenance:
-    """The source of every frame of a generated capture.
+    """The source of every frame of a generated capture."""
 
-    Attributes
-    ----------
-    sources : tuple of SourceCapture
-        The captures that frames come from.
-    source_numbers : array (frames,)
-        Index into ``sources``, -1 where the frame was drawn from the model.
-    source_frames : array (frames,)
-        Frame of the source, at 30 a second, possibly between two frames; 0 if the frame was
-        drawn from the model.
-    warps : array (frames,)
-        Number of source frames that pass for each frame.
-    edits : tuple of str
-        What was changed in each frame, such as "", "blend 0.40" or "foot lock".
-    """
-
-    sources: tuple[SourceCapture, ...]
+    sources: tuple[SourceCapture, ...]  # The captures that frames come from
+    # (frames,): index into ``sources``, -1 where the frame was drawn from the model
     source_numbers: IntArray
+    # (frames,): frame of the source, at 30 a second, possibly between two frames; 0 if the frame
+    # was drawn from the model
     source_frames: FloatArray
-    warps: FloatArray
+    warps: FloatArray  # (frames,): number of source frames that pass for each frame
+    # What was changed in each frame, such as "", "blend 0.40" or "foot lock"
     edits: tuple[str, ...]
 
     @property
@@ -73,29 +52,7 @@ def to_provenance(
 ) -> Provenance:
     """Look up the names, digests and licences of the captures that frames come from.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_ids : array (frames,)
-        Number of the capture that each frame comes from, -1 where the frame was drawn from the
-        model.
-    source_frames : array (frames,)
-        Frame of that capture, at 30 a second.
-    warps : array (frames,), optional
-        Number of source frames that pass for each frame; None: 1 throughout.
-    edits : tuple of str
-        What was changed in each frame. If empty, every frame gets "".
-
-    Returns
-    -------
-    Provenance
-        The source of every frame. ``sources`` are in order of capture number.
-
-    Raises
-    ------
-    QueryError
-        The store has no capture of one of the numbers.
+    Shapes: `capture_ids`, `source_frames`, `warps` (frames,).
     """
     n = len(capture_ids)
     known = {
@@ -120,17 +77,7 @@ def to_provenance(
 
 
 def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> None:
-    """Save the provenance of a capture, replacing any that it had.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the generated capture.
-    provenance : Provenance
-        The source of each of its frames.
-    """
+    """Save the provenance of a capture, replacing any that it had."""
     sources, n = provenance.sources, len(provenance.source_numbers)
     with transaction(store) as connection:
         for table in ("generated_source", "frame_source"):
@@ -157,20 +104,7 @@ def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> No
 
 
 def load_provenance(store: Store, capture_id: int) -> Provenance:
-    """Load the provenance of a capture.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-
-    Returns
-    -------
-    Provenance
-        The source of every frame; empty, with no frames, if the capture was not generated.
-    """
+    """Load the provenance of a capture."""
     sources = store.connection.execute(
         "SELECT source_name, source_sha256, licence FROM generated_source "
         "WHERE capture_id = ? ORDER BY ordinal",

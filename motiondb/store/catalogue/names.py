@@ -21,18 +21,6 @@ def check_new_name(name: str, kind: str) -> None:
     A name may consist of several parts separated by ``/``. No part may be empty, consist only of
     dots, or begin or end with a space. A name has at most ``LONGEST_NAME`` bytes, no backslash and
     no character that cannot be printed.
-
-    Parameters
-    ----------
-    name : str
-        The name that a user gave to something new.
-    kind : str
-        What is named: "capture", "grammar" or "scene".
-
-    Raises
-    ------
-    QueryError
-        The name breaks one of these rules. The message says which.
     """
     fault = _fault(name)
     if fault:
@@ -61,26 +49,7 @@ def _fault(name: str) -> str | None:
 
 
 def unknown_name(store: Store, name: str, kind: str, known: Sequence[str], remedy: str) -> str:
-    """Return the message that the store has no entry of this name.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    name : str
-        The name that was looked up.
-    kind : str
-        What the name should denote: "grammar" or "scene".
-    known : sequence of str
-        All names of this kind. The nearest are suggested.
-    remedy : str
-        A sentence that says what to do if there are none.
-
-    Returns
-    -------
-    str
-        The message.
-    """
+    """Return the message that the store has no entry of this name."""
     if not known:
         more = f" {remedy}"
     else:

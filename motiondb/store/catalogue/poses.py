@@ -14,16 +14,7 @@ POSE_SIZE = 3 + 4 * len(body.JOINTS)
 def flatten_motion(motion: Motion) -> Float32Array:
     """Put the root position and the joints' quaternions of each frame into one row.
 
-    Parameters
-    ----------
-    motion : Motion
-        The canonical motion.
-
-    Returns
-    -------
-    array (frames, 87), float32
-        World position of the root (x, y, z, metres on the standard body), then the quaternion
-        (w, x, y, z) of each joint relative to its parent, in the order of ``body.JOINTS``.
+    Shapes: result (frames, 87), float32.
     """
     rotations = motion.local_rotations.reshape(motion.n_frames, 4 * len(body.JOINTS))
     return np.concatenate([motion.root_positions, rotations], axis=1, dtype=np.float32)
@@ -34,22 +25,8 @@ def unflatten_motion(
 ) -> Motion:
     """Make a motion from rows of poses; the inverse of :func:`flatten_motion`.
 
-    Parameters
-    ----------
-    poses : array (frames, 87), float32
-        Rows as :func:`flatten_motion` returns them.
-    leg_length : float
-        The performer's leg length, hip to ankle, metres.
-    notes : tuple of str
-        Notes of the motion.
+    Shapes: `poses` (frames, 87), float32.
 
-    Returns
-    -------
-    Motion
-        The motion. Its arrays are views into ``poses``.
-
-    Examples
-    --------
     >>> motion = unflatten_motion(np.zeros((5, POSE_SIZE), dtype=np.float32))
     >>> motion.local_rotations.shape, motion.root_positions.shape
     ((5, 21, 4), (5, 3))

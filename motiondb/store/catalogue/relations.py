@@ -14,18 +14,6 @@ def save_relations(store: Store, relations: Iterable[Relation]) -> None:
     """Add relations between captures.
 
     A relation replaces an earlier one of the same captures and the same kind.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    relations : iterable of Relation
-        The relations, with the names of captures.
-
-    Raises
-    ------
-    QueryError
-        The store has no capture of one of the names.
     """
     numbers = dict(store.connection.execute("SELECT name, capture_id FROM capture").fetchall())
     with transaction(store) as connection:
@@ -51,18 +39,8 @@ def save_relations(store: Store, relations: Iterable[Relation]) -> None:
 def load_relations(store: Store, capture: str | None = None) -> list[Relation]:
     """Load all relations, or those of one capture.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture : str, optional
-        Name of a capture: load the relations in which it repeats another capture or is repeated.
-        None: load all relations.
-
-    Returns
-    -------
-    list of Relation
-        The relations, sorted by the names of both captures and by kind.
+    `capture`: Name of a capture: load the relations in which it repeats another capture or is
+    repeated. None: load all relations.
     """
     rows = store.connection.execute(
         "SELECT a.name, b.name, r.kind, start_s, end_s, distance FROM relation r "

@@ -17,21 +17,8 @@ def start_run(
 ) -> int:
     """Record the start of a command.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    kind : str
-        The command: "add", "learn", "generate", ...
-    parameters : mapping, optional
-        Everything that decides the result. Values that JSON cannot hold are saved as text.
-    seed : int, optional
-        Seed of the run's random generator.
-
-    Returns
-    -------
-    int
-        Number of the run. The rows that the command writes refer to it.
+    `parameters`: Everything that decides the result. Values that JSON cannot hold are saved as
+    text.
     """
     text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
     with transaction(store) as connection:
@@ -48,13 +35,6 @@ def finish_run(store: Store, run_id: int) -> None:
     """Record the end of a run.
 
     A second call for the same run changes nothing.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    run_id : int
-        Number of the run.
     """
     with transaction(store) as connection:
         connection.execute(
@@ -63,15 +43,7 @@ def finish_run(store: Store, run_id: int) -> None:
 
 
 def save_runs(store: Store, runs: Iterable[Run]) -> None:
-    """Copy the runs of another store, with their numbers, into a store that has no runs.
-
-    Parameters
-    ----------
-    store : Store
-        The open database, without runs.
-    runs : iterable of Run
-        The runs to write.
-    """
+    """Copy the runs of another store, with their numbers, into a store that has no runs."""
     with transaction(store) as connection:
         for run in runs:
             connection.execute(

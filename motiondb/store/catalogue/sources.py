@@ -19,51 +19,24 @@ Level 6 takes five times as long on captures, and its output is a sixth smaller 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A capture file and, where it needs one, its skeleton file.
+    """A capture file and, where it needs one, its skeleton file."""
 
-    Attributes
-    ----------
-    sha256 : str
-        Digest of the uncompressed bytes of the file followed by those of the skeleton file,
-        hexadecimal.
-    format : str
-        Format of the file, as in ``Clip``.
-    file_name : str
-        Name of the file, without folders.
-    data : bytes
-        Content of the file. It is compressed with zlib in the store and after
-        :func:`pack_source`, and uncompressed after :func:`load_source`.
-    skeleton_name : str or None
-        Name of the skeleton file, without folders; None: there is no skeleton file.
-    skeleton_data : bytes or None
-        Content of the skeleton file, compressed where ``data`` is.
-    """
-
+    # Digest of the uncompressed bytes of the file followed by those of the skeleton file,
+    # hexadecimal
     sha256: str
-    format: str
-    file_name: str
+    format: str  # Format of the file, as in ``Clip``
+    file_name: str  # Name of the file, without folders
+    # Content of the file. It is compressed with zlib in the store and after :func:`pack_source`,
+    # and uncompressed after :func:`load_source`
     data: bytes
+    # Name of the skeleton file, without folders; None: there is no skeleton file
     skeleton_name: str | None = None
-    skeleton_data: bytes | None = None
+    skeleton_data: bytes | None = None  # Content of the skeleton file, compressed where ``data`` is
 
 
 def digest(data: bytes, skeleton_data: bytes | None = None) -> str:
     """Return the SHA-256 digest of a file's bytes followed by those of its skeleton file.
 
-    Parameters
-    ----------
-    data : bytes
-        Content of the file.
-    skeleton_data : bytes, optional
-        Content of the skeleton file.
-
-    Returns
-    -------
-    str
-        The digest, 64 hexadecimal digits.
-
-    Examples
-    --------
     >>> digest(b"walk")[:8], digest(b"wa", b"lk")[:8]
     ('7a6c4fac', '7a6c4fac')
     """
@@ -80,24 +53,6 @@ def pack_source(
     """Compress a file for ``save_capture``.
 
     This takes 13 ms a megabyte, so it should run in the processes that read the files.
-
-    Parameters
-    ----------
-    file_name : str
-        Name of the file, without folders.
-    data : bytes
-        Content of the file.
-    format : str
-        Format of the file, as in ``Clip``.
-    skeleton_name : str, optional
-        Name of the skeleton file, without folders.
-    skeleton_data : bytes, optional
-        Content of the skeleton file.
-
-    Returns
-    -------
-    Source
-        The file with its digest; the content is compressed.
     """
     return Source(
         digest(data, skeleton_data),
@@ -110,27 +65,7 @@ def pack_source(
 
 
 def load_source(store: Store, capture_id: int) -> Source:
-    """Load the file of a capture, uncompressed and equal bit for bit to the file that was added.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-
-    Returns
-    -------
-    Source
-        The file; the content is uncompressed.
-
-    Raises
-    ------
-    QueryError
-        There is no such capture.
-    StoreError
-        The stored bytes are damaged: they do not match their digest.
-    """
+    """Load the file of a capture, uncompressed and equal bit for bit to the file that was added."""
     row = store.connection.execute(
         "SELECT sha256, s.format, file_name, data, skeleton_name, skeleton_data FROM source s "
         "JOIN capture USING (sha256) WHERE capture_id = ?",
@@ -142,25 +77,7 @@ def load_source(store: Store, capture_id: int) -> Source:
 
 
 def unpack_source(path: Path, source: Source) -> Source:
-    """Decompress the stored bytes of a file and check their digest.
-
-    Parameters
-    ----------
-    path : Path
-        The database file, which the message names.
-    source : Source
-        The file as it is stored, compressed.
-
-    Returns
-    -------
-    Source
-        The file; the content is uncompressed.
-
-    Raises
-    ------
-    StoreError
-        The stored bytes are damaged: they do not match their digest.
-    """
+    """Decompress the stored bytes of a file and check their digest."""
     packed = source.skeleton_data
     try:
         data = zlib.decompress(source.data)

@@ -38,8 +38,7 @@ __all__ = ["COLUMNS", "Condition", "asks_captions", "check_names", "matches", "p
 
 MOST_CHARACTERS = 100_000
 """Most characters of a filter. Chosen by hand: a list of a thousand captures has about 20,000."""
-MOST_DEPTH = 50
-"""Most parentheses and negations within one another. Chosen by hand; not tuned."""
+MOST_DEPTH = 50  # Most parentheses and negations within one another
 
 _TOKEN = re.compile(
     r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
@@ -51,24 +50,6 @@ _TOKEN = re.compile(
 def parse_where(text: str) -> tuple[Filter, ...]:
     """Parse the text of a filter.
 
-    Parameters
-    ----------
-    text : str
-        The filter, in the syntax of this module.
-
-    Returns
-    -------
-    tuple of Filter
-        Filters that must all hold; empty if the text is empty.
-
-    Raises
-    ------
-    QueryError
-        The text is not a filter, is too long or is nested too deeply. The message says what was
-        expected.
-
-    Examples
-    --------
     >>> parse_where("performer=14 and words ~ 'walk and turn'")[1].value
     'walk and turn'
     >>> parse_where("not performer in (14, 16)")[0].filters[0].alternatives[1]

@@ -44,13 +44,7 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
 
 
 def block_faults(path: Path) -> list[str]:
-    """A sentence where blocks of the file do not fit their checksums, none if all do.
-
-    Parameters
-    ----------
-    path : Path
-        The file, which this process may have open.
-    """
+    """A sentence where blocks of the file do not fit their checksums, none if all do."""
     return _ask(path, _BLOCKS, 0.0)
 
 
@@ -80,13 +74,19 @@ def _run(what: str, path: Path, wait: float) -> subprocess.CompletedProcess[str]
     """Run this module as a program, which ends when this process does."""
     return subprocess.run(
         [
-            sys.executable, "-m", __name__, what, str(path), str(wait),
-            str(os.getpid()), str(int(is_main_thread())),
+            sys.executable,
+            "-m",
+            __name__,
+            what,
+            str(path),
+            str(wait),
+            str(os.getpid()),
+            str(int(is_main_thread())),
         ],
         capture_output=True,
         text=True,
         check=False,
-    )  # fmt: skip
+    )
 
 
 def _answer(what: str, path: Path, wait: float) -> dict[str, object]:

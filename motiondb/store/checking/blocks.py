@@ -27,57 +27,28 @@ from typing import BinaryIO
 
 import numpy as np
 
-_HEADER_SIZE = 4096
-"""Bytes of a header. This and the following are of DuckDB's format of files."""
-_BLOCKS_START = 3 * _HEADER_SIZE
-"""Byte at which the blocks begin: after three headers."""
-_PARTS = 64
-"""Parts of a block of metadata."""
-_NO_POINTER = 2**64 - 1
-"""Pointer of the last block of a chain."""
+_HEADER_SIZE = 4096  # Bytes of a header. This and the following are of DuckDB's format of files
+_BLOCKS_START = 3 * _HEADER_SIZE  # Byte at which the blocks begin: after three headers
+_PARTS = 64  # Parts of a block of metadata
+_NO_POINTER = 2**64 - 1  # Pointer of the last block of a chain
 _FACTOR = np.uint64(0xBF58476D1CE4E5B9)
-_START = 5381
-"""Factor and initial value of DuckDB's checksum."""
+_START = 5381  # Factor and initial value of DuckDB's checksum
 _LARGEST_BLOCK = 2**24
 """Bytes; DuckDB's blocks are 262,144 by default. More is not believed of a header."""
 
 
 @dataclass(frozen=True)
 class FileLayout:
-    """The contents of the valid header.
+    """The contents of the valid header."""
 
-    Attributes
-    ----------
-    iteration : int
-        Rises with every checkpoint.
-    free_list : int
-        Pointer to the list of free blocks.
-    n_blocks : int
-        Blocks of the file, free ones included.
-    block_size : int
-        Bytes.
-    """
-
-    iteration: int
-    free_list: int
-    n_blocks: int
+    iteration: int  # Rises with every checkpoint
+    free_list: int  # Pointer to the list of free blocks
+    n_blocks: int  # Blocks of the file, free ones included
     block_size: int
 
 
 def find_damage(path: Path) -> str | None:
-    """Say which blocks of a database file are damaged, or None if none is.
-
-    Parameters
-    ----------
-    path : Path
-        A file of DuckDB, which this process has not opened.
-
-    Returns
-    -------
-    str or None
-        The end of a sentence that begins with "found". Where the header cannot be read it is None,
-        because then DuckDB refuses the file.
-    """
+    """Say which blocks of a database file are damaged, or None if none is."""
     with path.open("rb") as file:
         while True:
             layout = _read_layout(file)

@@ -122,15 +122,10 @@ def check_store(store: Store, *, sources: bool = False, blocks: bool | None = No
     Reads every column of every table, compares the tables with ``schema.sql``, and looks for rows
     that break a rule. Nothing is called sound that could not be read.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    sources : bool
-        Whether to unpack every stored file and compare its digest (0.1 s for every 30 MB).
-    blocks : bool or None
-        Whether to compare every block of the file with its checksum, in another process (0.4 s);
-        None: where ``sources`` is True.
+    `sources`: Whether to unpack every stored file and compare its digest (0.1 s for every 30 MB).
+
+    `blocks`: Whether to compare every block of the file with its checksum, in another process (0.4
+    s); None: where ``sources`` is True.
     """
     faults = block_faults(store.path) if (sources if blocks is None else blocks) else []
     try:

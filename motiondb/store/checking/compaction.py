@@ -8,12 +8,12 @@ import duckdb
 
 from motiondb.errors import StoreError
 from motiondb.files.file_names import plain_name
+from motiondb.files.whole_files import delete_all
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import is_lock
 from motiondb.store.connection.opening import open_store
 from motiondb.store.connection.statements import Connection
-from motiondb.files.whole_files import delete_all
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
@@ -86,13 +86,7 @@ def _identity(path: Path) -> tuple[int, int]:
 
 
 def _attach(store: Store, new: Path) -> None:
-    """Make the copy's file and attach it, which keeps every other process from it.
-
-    Raises
-    ------
-    StoreError
-        Another process is at it, or there is no room for it.
-    """
+    """Make the copy's file and attach it, which keeps every other process from it."""
     target = plain_name(new).replace("'", "''")
     try:
         store.connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")

@@ -14,22 +14,11 @@ Rules = Sequence[tuple[str, str]]
 
 FINISHED_RUN = {
     "a finished run": "run_id NOT IN (SELECT run_id FROM run WHERE finished IS NOT NULL)"
-}
-"""The reference of every derived row."""
+}  # The reference of every derived row
 
 
 def broken_rules(store: Store, rules: Rules, kind: str = "") -> list[str]:
-    """Say which rows break rules.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    rules : sequence of (str, str)
-        Sentence and query of every rule.
-    kind : str
-        Text before the name of an offender, such as "grammar ".
-    """
+    """Say which rows break rules."""
     return [
         f"{kind}{name}: {rule}, found others."
         for rule, query in rules
@@ -40,14 +29,7 @@ def broken_rules(store: Store, rules: Rules, kind: str = "") -> list[str]:
 def foreign_rows(store: Store, table: str, references: Mapping[str, str]) -> list[str]:
     """Say how many rows of a table belong to something that is not there.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    table : str
-        The table.
-    references : mapping of str to str
-        What rows should belong to -> the SQL condition of a row that does not.
+    `references`: What rows should belong to -> the SQL condition of a row that does not.
     """
     faults = []
     for wanted, condition in references.items():

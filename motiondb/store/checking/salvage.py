@@ -47,39 +47,20 @@ _DEFAULTS: dict[str, Any] = {
     "run_id": 0,
     "notes": (),
     "motion_notes": (),
-}
-"""Replacement for a column of the table ``capture`` that cannot be read."""
+}  # Replacement for a column of the table ``capture`` that cannot be read
 
 
 @dataclass(frozen=True, eq=False)
 class SalvagedCapture:
-    """A capture as far as it could be read.
+    """A capture as far as it could be read."""
 
-    Attributes
-    ----------
-    info : CaptureInfo
-        Its row and its tags; defaults where they could not be read.
-    source : Source or None
-        The file as it was added, unpacked; None if it could not be read.
-    motion : Motion or None
-        The canonical motion; None if it could not be read.
-    captions : tuple of Caption
-        What people wrote about it.
-    events : tuple of Event
-        Its instants.
-    provenance : Provenance or None
-        Origin of the frames of a generated capture.
-    lost : tuple of str
-        What could not be read: "file", "motion", "words", ...
-    """
-
-    info: CaptureInfo
-    source: Source | None
-    motion: Motion | None
-    captions: tuple[Caption, ...] = ()
+    info: CaptureInfo  # Its row and its tags; defaults where they could not be read
+    source: Source | None  # The file as it was added, unpacked; None if it could not be read
+    motion: Motion | None  # The canonical motion; None if it could not be read
+    captions: tuple[Caption, ...] = ()  # What people wrote about it
     events: tuple[Event, ...] = ()
-    provenance: Provenance | None = None
-    lost: tuple[str, ...] = ()
+    provenance: Provenance | None = None  # Origin of the frames of a generated capture
+    lost: tuple[str, ...] = ()  # What could not be read: "file", "motion", "words",
 
 
 @dataclass
@@ -98,20 +79,7 @@ class _Losses:
 
 
 def open_damaged(path: str | Path, *, wait: float = 0.0) -> Store:
-    """Open a database for reading without checking its contents.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    wait : float
-        Seconds to wait for another process that holds it.
-
-    Raises
-    ------
-    StoreError
-        DuckDB cannot open the file: its headers, or the list of its tables, are damaged.
-    """
+    """Open a database for reading without checking its contents."""
     path = Path(path)
     return Store(path, lambda _mode, _wait: connect(path, True, wait=wait), read_only=True)
 
@@ -122,25 +90,6 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
 
     DuckDB keeps the latest changes in a log beside the file, ``PATH.wal``, and opens the file with
     all of the log or not at all. So the file is copied, and the copy opened without the log.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    wait : float
-        Seconds to wait for another process that holds it.
-
-    Yields
-    ------
-    store : Store
-        The open database.
-    lost : list of str
-        A sentence about the log, where it was left out.
-
-    Raises
-    ------
-    StoreError
-        DuckDB cannot open the file: its headers, or the list of its tables, are damaged.
     """
     path = Path(path)
     if not path.exists():
@@ -163,13 +112,7 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
 
 
 def salvage_captures(store: Store) -> Iterator[SalvagedCapture]:
-    """Every capture of which anything can be read, in order of number.
-
-    Parameters
-    ----------
-    store : Store
-        Opened by :func:`open_damaged`.
-    """
+    """Every capture of which anything can be read, in order of number."""
     rows, lost_columns = _read_catalogue(store)
     if rows is None:
         yield from _files_alone(store)

@@ -17,17 +17,7 @@ from motiondb.store.grammars.scenes import load_scene, load_scene_names, save_sc
 
 
 def copy_shared(damaged: Store, new: Store, run_id: int) -> list[str]:
-    """Copy the readable data; yield a sentence for everything else.
-
-    Parameters
-    ----------
-    damaged : Store
-        The store to read.
-    new : Store
-        The store to write, which has the captures already.
-    run_id : int
-        The run of the rescue, which grammars and scenes name from now on.
-    """
+    """Copy the readable data; yield a sentence for everything else."""
     numbers, lost = _new_numbers(damaged, new), []
     lost += _try("synonyms", lambda: save_synonyms(new, load_synonyms(damaged)))
     lost += _try("the list of copies", lambda: _copy_relations(damaged, new))

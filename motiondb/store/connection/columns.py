@@ -36,14 +36,7 @@ def from_rows(
 ) -> NDArray[Any]:
     """Make an array (rows, *shape) of a list column; the inverse of :func:`to_rows`.
 
-    Parameters
-    ----------
-    column : array (rows,) of arrays
-        As :func:`fetch` gives it.
-    shape : tuple of int
-        Of every row.
-    dtype : type
-        Of the array.
+    Shapes: `column` (rows,) of arrays.
     """
     if not len(column):
         return np.zeros((0, *shape), dtype=dtype)
@@ -54,17 +47,7 @@ def from_rows(
 
 
 def insert(connection: Connection, table: str, **columns: Column) -> None:
-    """Append rows to a table.
-
-    Parameters
-    ----------
-    connection : Connection
-        The open database.
-    table : str
-        The table.
-    **columns : array or sequence
-        Columns by name; texts and lists as sequences of objects.
-    """
+    """Append rows to a table."""
     arrays = {name: _as_column(values) for name, values in columns.items()}
     if not len(next(iter(arrays.values()))):
         return
@@ -81,17 +64,7 @@ def fetch(
     query: str,
     parameters: Sequence[Any] | Mapping[str, Any] = (),
 ) -> dict[str, NDArray[Any]]:
-    """Ask, and give the answer as arrays by column name; missing floats are NaN.
-
-    Parameters
-    ----------
-    connection : Connection
-        The open database.
-    query : str
-        A SELECT.
-    parameters : sequence or mapping
-        The values of its placeholders.
-    """
+    """Ask, and give the answer as arrays by column name; missing floats are NaN."""
     answer: Mapping[str, NDArray[Any]] = connection.execute(query, parameters).fetchnumpy()
     return {
         name: np.ma.filled(values, np.nan)

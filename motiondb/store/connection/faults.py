@@ -38,13 +38,7 @@ class OtherModeError(StoreError):
 
 
 def is_damage(error: BaseException) -> bool:
-    """Whether an error of DuckDB says that the file is damaged.
-
-    Parameters
-    ----------
-    error : BaseException
-        What was raised; an error of motiondb counts by its cause.
-    """
+    """Whether an error of DuckDB says that the file is damaged."""
     if isinstance(error, DamagedFileError):
         return True
     if isinstance(error, duckdb.Error) and _FULL.search(str(error)):
@@ -61,20 +55,7 @@ def is_damage(error: BaseException) -> bool:
 
 
 def translate(path: Path, error: duckdb.Error) -> StoreError:
-    """The error of motiondb for an error of DuckDB in an open database.
-
-    Parameters
-    ----------
-    path : Path
-        The database file.
-    error : duckdb.Error
-        What DuckDB raised.
-
-    Returns
-    -------
-    StoreError
-        Its message says what was expected and found, and what to do; raise it ``from`` the error.
-    """
+    """The error of motiondb for an error of DuckDB in an open database."""
     if is_damage(error):
         return DamagedFileError(damage_sentence(path, first_sentence(error)))
     if _FULL.search(str(error)):
@@ -93,15 +74,7 @@ def translate(path: Path, error: duckdb.Error) -> StoreError:
 
 
 def damage_sentence(path: Path, reason: str) -> str:
-    """The message for a damaged file, with advice.
-
-    Parameters
-    ----------
-    path : Path
-        The database file.
-    reason : str
-        What is wrong, a sentence.
-    """
+    """The message for a damaged file, with advice."""
     return (
         f"{path}: expected tables that can be read, found: {reason} The file is damaged: "
         f"restore a copy, or save what is readable: motiondb rescue {path} -o NEW.duckdb."

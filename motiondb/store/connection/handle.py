@@ -26,12 +26,10 @@ from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
 _LETTING_GO, _PAUSE = 10.0, 0.02
-"""Seconds to wait until DuckDB has closed a file, and between two attempts. A
-thread that ends at that moment holds its connection a little longer. Chosen by hand."""
-_OTHER_STORE = 1.0
-"""Seconds after which the file counts as open in another store of this process. Chosen by hand."""
-_LAST_BLOCKS = 5.0
-"""Seconds for which closing waits for running operations of other threads. Chosen by hand."""
+"""Seconds to wait until DuckDB has closed a file, and between two attempts. A thread that ends at
+that moment holds its connection a little longer."""
+_OTHER_STORE = 1.0  # Seconds after which the file counts as open in another store of this process
+_LAST_BLOCKS = 5.0  # Seconds for which closing waits for running operations of other threads
 
 
 def _close(connection: duckdb.DuckDBPyConnection) -> None:
@@ -64,27 +62,9 @@ class Store:
     """An open database file. Close it, or use it in a ``with`` statement.
 
     Threads may share it: each gets its own connection, and one thread at a time writes.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    connect : callable
-        Opens DuckDB on the file, and waits for other processes up to its time limit.
-    read_only : bool
-        Whether writing is refused.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    read_only : bool
-        Whether writing is refused.
-    changes_saved : int
-        Transactions that this process has saved, in all stores.
     """
 
-    changes_saved: ClassVar[int] = 0
+    changes_saved: ClassVar[int] = 0  # Transactions that this process has saved, in all stores
 
     def __init__(
         self,

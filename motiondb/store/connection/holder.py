@@ -14,8 +14,7 @@ import time
 from pathlib import Path
 
 _HOLDER = re.compile(r"held in (\S+) \(PID (\d+)\)")
-_LONGEST_COMMAND = 120
-"""Letters of a command that are shown: one or two lines of a terminal. Chosen by hand."""
+_LONGEST_COMMAND = 120  # Letters of a command that are shown: one or two lines of a terminal
 
 
 def is_lock(error: BaseException) -> bool:
@@ -24,17 +23,7 @@ def is_lock(error: BaseException) -> bool:
 
 
 def holder_sentence(path: Path, message: str, waited: float = 0.0) -> str:
-    """Return the process that holds the file, from DuckDB's message.
-
-    Parameters
-    ----------
-    path : Path
-        The database file.
-    message : str
-        The message of DuckDB.
-    waited : float
-        Seconds that were waited in vain.
-    """
+    """Return the process that holds the file, from DuckDB's message."""
     held = _HOLDER.search(message)
     who = "another process"
     if held:

@@ -35,20 +35,7 @@ def motiondb_version() -> str:
 
 
 def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
-    """Read the schema version of an open database; 0 for one without tables.
-
-    Parameters
-    ----------
-    connection : Connection or duckdb.DuckDBPyConnection
-        The open database.
-    where : str
-        The file, for the message.
-
-    Raises
-    ------
-    StoreError
-        The database belongs to another program, or its version is no number.
-    """
+    """Read the schema version of an open database; 0 for one without tables."""
     names = [
         row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()
     ]
@@ -70,22 +57,7 @@ def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
 
 
 def check_not_newer(connection: duckdb.DuckDBPyConnection, where: str, version: int) -> None:
-    """Refuse a database whose schema this motiondb does not know.
-
-    Parameters
-    ----------
-    connection : Connection or duckdb.DuckDBPyConnection
-        The open database.
-    where : str
-        The file, for the message.
-    version : int
-        The version of its schema.
-
-    Raises
-    ------
-    StoreError
-        Names both versions of the schema and of motiondb.
-    """
+    """Refuse a database whose schema this motiondb does not know."""
     newest = len(known_migrations())
     if version <= newest:
         return
@@ -101,17 +73,7 @@ def check_not_newer(connection: duckdb.DuckDBPyConnection, where: str, version: 
 def migrate(
     connection: duckdb.DuckDBPyConnection, version: int, migrations: Sequence[str] | None = None
 ) -> None:
-    """Bring an open database to the newest schema, one transaction for each step.
-
-    Parameters
-    ----------
-    connection : Connection or duckdb.DuckDBPyConnection
-        The open database.
-    version : int
-        The version that it has.
-    migrations : sequence of str, optional
-        SQL texts of all steps; those of motiondb when left out.
-    """
+    """Bring an open database to the newest schema, one transaction for each step."""
     migrations = known_migrations() if migrations is None else migrations
     for number in range(version + 1, len(migrations) + 1):
         connection.execute("BEGIN")

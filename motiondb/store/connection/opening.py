@@ -19,11 +19,11 @@ import duckdb
 
 from motiondb.errors import HeldError, StoreError
 from motiondb.files.file_names import check_file_name, plain_name
+from motiondb.files.whole_files import delete_all, is_being_written, is_duckdb
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import holder_sentence, is_lock
-from motiondb.files.whole_files import delete_all, is_being_written, is_duckdb
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -40,22 +40,7 @@ def open_store(
 ) -> Store:
     """Open the database file at ``path``, bringing an older one up to date.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    read_only : bool
-        Whether other processes may read the file at the same time.
-    create : bool
-        Whether to make a new database if there is no file (never when ``read_only``).
-    wait : float
-        Seconds to wait for another process that holds the file.
-
-    Raises
-    ------
-    StoreError
-        No such file, not a database of motiondb, one of a newer motiondb, or the file is held by
-        another process, which is named.
+    `create`: Whether to make a new database if there is no file (never when ``read_only``).
     """
     path = Path(path)
     check_file_name(path)
@@ -141,24 +126,7 @@ def _sweep_copies(path: Path) -> None:
 def connect(
     path: Path, read_only: bool, named: Path | None = None, wait: float = 0.0
 ) -> duckdb.DuckDBPyConnection:
-    """A connection of DuckDB, whatever is in the file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    read_only : bool
-        Whether writing is refused.
-    named : Path or None
-        What messages call the file, where it is not ``path``.
-    wait : float
-        Seconds to wait for a process that holds the file.
-
-    Raises
-    ------
-    StoreError
-        The file is held, or is none of DuckDB's, or is damaged.
-    """
+    """A connection of DuckDB, whatever is in the file."""
     if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
         actual = "neither a file nor a folder" if path.exists() else "no such file"
         raise StoreError(

@@ -22,20 +22,7 @@ def released(store: Store) -> Iterator[Callable[[], None]]:
     comparing them or :func:`~motiondb.store.connection.transactions.revision`. A store opened for
     reading stays open, because it does not block readers.
 
-    Parameters
-    ----------
-    store : Store
-        The open database; not within a transaction or a ``reading`` block of this thread.
-
-    Yields
-    ------
-    callable
-        Releases the file that was opened again for loading.
-
-    Raises
-    ------
-    StoreError
-        Another process held the file for :data:`TAKE_BACK` seconds after the computation.
+    `store`: The open database; not within a transaction or a ``reading`` block of this thread.
     """
     if store.read_only or store.in_transaction:
         yield lambda: None

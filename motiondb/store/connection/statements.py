@@ -28,17 +28,7 @@ Parameters = Sequence[Any] | Mapping[str, Any]
 
 
 class Connection:
-    """The connection of one thread; its errors are motiondb's.
-
-    Parameters
-    ----------
-    path : Path
-        The database file, for messages.
-    cursor : callable
-        Gives the thread's connection of DuckDB, opened again if the file was released.
-    keep_open : callable
-        Makes a block that keeps the file open, and gives whether no outer block of the thread does.
-    """
+    """The connection of one thread; its errors are motiondb's."""
 
     def __init__(
         self,
@@ -53,14 +43,7 @@ class Connection:
         self._first_error: duckdb.Error | None = None
 
     def execute(self, query: str, parameters: Parameters = ()) -> Connection:
-        """Run statements; the answer is fetched from the object returned.
-
-        Raises
-        ------
-        StoreError
-            DuckDB refuses. In a transaction that an earlier error has ended, that error is
-            reported.
-        """
+        """Run statements; the answer is fetched from the object returned."""
         with self._keep_open() as is_alone:
             raw = self._run(query, parameters)
         self._asked = (raw, query, parameters) if is_alone else None

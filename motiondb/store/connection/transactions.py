@@ -23,8 +23,7 @@ from motiondb.store.connection.statements import Connection
 _OTHER_WRITER = 60.0
 """Seconds to wait for another connection of this process that writes. Chosen by hand: the longest
 transaction seen, an ``add`` of 2,000 captures, takes about 20."""
-_PAUSE = 0.02
-"""Seconds between two attempts to begin."""
+_PAUSE = 0.02  # Seconds between two attempts to begin
 
 
 @contextmanager
@@ -33,12 +32,6 @@ def transaction(store: Store) -> Iterator[Connection]:
 
     Inside another transaction of the same thread the block becomes part of that one. Threads and
     connections of one process take turns.
-
-    Raises
-    ------
-    StoreError
-        The store was opened for reading, or DuckDB refuses (a full disk, for example). The message
-        reports the first error in the transaction.
     """
     check_writable(store)
     if store.in_transaction:
@@ -67,13 +60,7 @@ def transaction(store: Store) -> Iterator[Connection]:
 
 
 def check_writable(store: Store) -> None:
-    """Refuse a store that was opened for reading.
-
-    Raises
-    ------
-    StoreError
-        Says so.
-    """
+    """Refuse a store that was opened for reading."""
     if store.read_only:
         raise StoreError(
             f"{store.path}: expected a database opened for writing, found one opened for reading."
@@ -87,11 +74,6 @@ def reading(store: Store) -> Iterator[int]:
 
     Inside a transaction or another such block of the same thread, the block sees what that one
     sees.
-
-    Yields
-    ------
-    int
-        The revision of that state.
     """
     with store.in_use() as is_outermost:
         connection = store.connection
@@ -120,13 +102,7 @@ def content_revision(store: Store) -> str:
 
 
 def read_meta(store: Store, key: str) -> str:
-    """The value of ``key`` in the table ``meta``.
-
-    Raises
-    ------
-    StoreError
-        There is no such key.
-    """
+    """The value of ``key`` in the table ``meta``."""
     row = store.connection.execute("SELECT value FROM meta WHERE key = ?", [key]).fetchone()
     if row is None:
         raise StoreError(
@@ -143,15 +119,7 @@ def write_meta(store: Store, key: str, value: str) -> None:
 
 
 def touch(store: Store, *, motions: bool = False) -> None:
-    """Mark, when the transaction commits, that the data for learning have changed.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    motions : bool
-        Whether motions have changed, too, so that arrays cached from them are stale.
-    """
+    """Mark, when the transaction commits, that the data for learning have changed."""
     with transaction(store):
         store.changed.add("content_revision")
         if motions:

@@ -14,20 +14,11 @@ from motiondb.store.connection.transactions import transaction
 
 @dataclass(frozen=True)
 class Derivation:
-    """The derivation tree of a generated capture, and the clips of its leaves.
+    """The derivation tree of a generated capture, and the clips of its leaves."""
 
-    Attributes
-    ----------
-    grammar : str
-        Name of the grammar.
-    rules : tuple of int
-        Numbers of the rules of the tree, in preorder (``derive_by``).
-    clips : tuple of int
-        For each leaf of the tree, from left to right, the segment of the grammar that plays it.
-    """
-
-    grammar: str
-    rules: tuple[int, ...]
+    grammar: str  # Name of the grammar
+    rules: tuple[int, ...]  # Numbers of the rules of the tree, in preorder (``derive_by``)
+    # For each leaf of the tree, from left to right, the segment of the grammar that plays it
     clips: tuple[int, ...]
 
 
@@ -36,18 +27,8 @@ def save_derivation(
 ) -> None:
     """Save the derivation of a generated capture.
 
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the generated capture.
-    grammar_id : int
-        Number of the grammar that derived it.
-    derivation : Derivation
-        The tree and its clips. Its name of the grammar is not saved; ``grammar_id`` identifies it.
-    run_id : int
-        The run that generated the capture.
+    `derivation`: The tree and its clips. Its name of the grammar is not saved; ``grammar_id``
+    identifies it.
     """
     with transaction(store) as connection:
         connection.execute(
@@ -57,21 +38,7 @@ def save_derivation(
 
 
 def load_derivation(store: Store, capture_id: int) -> Derivation | None:
-    """Load the derivation of a capture.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    capture_id : int
-        Number of the capture.
-
-    Returns
-    -------
-    Derivation or None
-        The derivation; None if the capture was not derived from a grammar, or if that grammar has
-        since been removed or learned again.
-    """
+    """Load the derivation of a capture."""
     row = store.connection.execute(
         "SELECT name, rules, clips FROM derivation JOIN grammar USING (grammar_id) "
         "WHERE capture_id = ?",

@@ -118,23 +118,7 @@ class GrammarSize:
 
 
 def save_grammar(store: Store, learned: LearnedGrammar, run_id: int) -> list[str]:
-    """Save a grammar, replacing any grammar of the same name.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    learned : LearnedGrammar
-        The grammar. Its ``run_id`` and ``grammar_id`` are ignored and set here.
-    run_id : int
-        The run that learned it.
-
-    Returns
-    -------
-    list of str
-        Names of the generated captures that were derived from the replaced grammar. They stay, but
-        can no longer be edited.
-    """
+    """Save a grammar, replacing any grammar of the same name."""
     with transaction(store) as connection:
         lost = _remove(store, learned.name)
         row = connection.execute("SELECT coalesce(max(grammar_id), 0) + 1 FROM grammar").fetchone()
@@ -221,13 +205,7 @@ def _lists(rows: Sequence[Sequence[int]]) -> NDArray[np.object_]:
 
 
 def load_grammar(store: Store, name: str) -> LearnedGrammar:
-    """Load the grammar of this name.
-
-    Raises
-    ------
-    QueryError
-        There is no such grammar. The message suggests the nearest names.
-    """
+    """Load the grammar of this name."""
     row = store.connection.execute(
         "SELECT grammar_id, start_symbol, objective, run_id FROM grammar WHERE name = ?", [name]
     ).fetchone()
@@ -322,18 +300,7 @@ def load_grammar_sizes(store: Store) -> list[GrammarSize]:
 
 
 def remove_grammar(store: Store, name: str) -> list[str]:
-    """Remove a grammar and its derivations; the derived captures stay, with their provenance.
-
-    Returns
-    -------
-    list of str
-        Names of the generated captures that can no longer be edited, in alphabetical order.
-
-    Raises
-    ------
-    QueryError
-        There is no such grammar. The message suggests the nearest names.
-    """
+    """Remove a grammar and its derivations; the derived captures stay, with their provenance."""
     if name not in load_grammar_names(store):
         raise QueryError(_unknown(store, name))
     return _remove(store, name)
@@ -360,14 +327,7 @@ def _unknown(store: Store, name: str) -> str:
 
 
 def load_source_numbers(store: Store, learned: LearnedGrammar) -> dict[int, int]:
-    """Load the numbers of the captures that a grammar was learned from.
-
-    Returns
-    -------
-    dict
-        Index into ``learned.sources`` -> number of the capture. Captures that are no longer in the
-        store, or whose number of frames differs, are left out.
-    """
+    """Load the numbers of the captures that a grammar was learned from."""
     known = {
         sha256: (number, n_frames)
         for number, sha256, n_frames in store.connection.execute(

@@ -27,113 +27,49 @@ TABLES = ("scene", "scene_player", "scene_clip", "scene_rule", "scene_ball")
 
 @dataclass(frozen=True)
 class SceneClip:
-    """A part of a capture that plays an action; see ``scene.clips.ClipSource``.
-
-    Attributes
-    ----------
-    terminal : str
-        The action.
-    capture : str
-        Name of the capture.
-    sha256 : str
-        Digest of the capture, hexadecimal.
-    start : int
-        Its first frame in the capture, at 30 a second.
-    end : int
-        The frame of the capture after its last one.
-    mirrored : bool
-        Whether left and right are exchanged.
-    bend : float
-        Angle by which its path is bent, radians.
-    stretch : float
-        Factor by which the lengths of its steps are multiplied.
-    begin : int
-        Frame of the scene, as sampled, at which it begins.
-    """
+    """A part of a capture that plays an action; see ``scene.clips.ClipSource``."""
 
     terminal: str
-    capture: str
-    sha256: str
-    start: int
-    end: int
-    mirrored: bool = False
-    bend: float = 0.0
-    stretch: float = 1.0
-    begin: int = 0
+    capture: str  # Name of the capture
+    sha256: str  # Digest of the capture, hexadecimal
+    start: int  # Its first frame in the capture, at 30 a second
+    end: int  # The frame of the capture after its last one
+    mirrored: bool = False  # Whether left and right are exchanged
+    bend: float = 0.0  # Angle by which its path is bent, radians
+    stretch: float = 1.0  # Factor by which the lengths of its steps are multiplied
+    begin: int = 0  # Frame of the scene, as sampled, at which it begins
 
 
 @dataclass(frozen=True)
 class ScenePlayer:
-    """A player of a scene.
+    """A player of a scene."""
 
-    Attributes
-    ----------
-    name : str
-        Name in the diagram.
-    team : str
-        Team in the diagram.
-    rules : tuple of int
-        Numbers of the rules of the player's tree, in preorder.
-    origin : tuple of float
-        Place and heading at the start: x and z in metres, heading in radians.
-    delay : int
-        Frames before the first clip, at 30 a second.
-    clips : tuple of SceneClip
-        The clips, in the order in which they are played.
-    capture_id : int
-        Number of the capture that holds the player's motion, -1 where it is not kept.
-    """
-
-    name: str
-    team: str
-    rules: tuple[int, ...]
+    name: str  # Name in the diagram
+    team: str  # Team in the diagram
+    rules: tuple[int, ...]  # Numbers of the rules of the player's tree, in preorder
+    # Place and heading at the start: x and z in metres, heading in radians
     origin: tuple[float, float, float]
-    delay: int
-    clips: tuple[SceneClip, ...]
+    delay: int  # Frames before the first clip, at 30 a second
+    clips: tuple[SceneClip, ...]  # The clips, in the order in which they are played
+    # Number of the capture that holds the player's motion, -1 where it is not kept
     capture_id: int = -1
 
 
 @dataclass(frozen=True)
 class SceneRule:
-    """A rule about a player or an object, and how well it is kept.
+    """A rule about a player or an object, and how well it is kept."""
 
-    Attributes
-    ----------
-    player : str
-        Name of the player whose rule it is.
-    action : str
-        The first action that the rule is about.
-    clip : int
-        Index of this action in the player's string.
-    kind : str
-        The kind of rule.
-    about : str
-        The player or place that the rule refers to, in words.
-    unit : str
-        Unit of ``before``, ``after`` and ``threshold``.
-    before : float
-        Value before the scene was polished.
-    after : float
-        Value after the scene was polished.
-    threshold : float
-        Largest accepted value.
-    frame : int
-        Frame of the polished scene where the rule fails most.
-    kept : bool
-        Whether the polished scene keeps the rule.
-    """
-
-    player: str
-    action: str
-    clip: int
-    kind: str
-    about: str
-    unit: str
-    before: float
-    after: float
+    player: str  # Name of the player whose rule it is
+    action: str  # The first action that the rule is about
+    clip: int  # Index of this action in the player's string
+    kind: str  # The kind of rule
+    about: str  # The player or place that the rule refers to, in words
+    unit: str  # Unit of ``before``, ``after`` and ``threshold``
+    before: float  # Value before the scene was polished
+    after: float  # Value after the scene was polished
     threshold: float
-    frame: int
-    kept: bool
+    frame: int  # Frame of the polished scene where the rule fails most
+    kept: bool  # Whether the polished scene keeps the rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,13 +211,7 @@ def _insert_rules(store: Store, number: int, rules: Sequence[SceneRule], run_id:
 
 
 def load_scene(store: Store, name: str) -> StoredScene:
-    """Load the scene of this name.
-
-    Raises
-    ------
-    QueryError
-        There is no such scene. The message suggests the nearest names.
-    """
+    """Load the scene of this name."""
     row = store.connection.execute(
         "SELECT scene_id, diagram, grammar, settings, error, report, n_frames, run_id FROM scene"
         " WHERE name = ?",
@@ -354,13 +284,7 @@ def load_scene_captures(store: Store, name: str) -> list[str]:
 
 
 def remove_scene(store: Store, name: str) -> None:
-    """Remove a scene; the captures that hold its players' motions stay.
-
-    Raises
-    ------
-    QueryError
-        There is no such scene. The message suggests the nearest names.
-    """
+    """Remove a scene; the captures that hold its players' motions stay."""
     if name not in load_scene_names(store):
         raise QueryError(_unknown(store, name))
     with transaction(store):

@@ -73,22 +73,7 @@ def save_learning(store: Store, learning: StoredLearning) -> None:
 
 
 def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> StoredLearning:
-    """Load everything that was learned.
-
-    Parameters
-    ----------
-    store : Store
-        The open database.
-    segments : bool
-        Whether to load the segments; else these arrays are empty.
-    scores : bool
-        Whether to load the segments' scores; else that array has no columns.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load everything that was learned."""
     size = load_learning_size(store)
     empty = np.zeros(0, dtype=np.int64), np.zeros(0)
     none = SegmentTable(
@@ -106,13 +91,7 @@ def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -
 
 
 def load_learning_size(store: Store) -> LearningSize:
-    """Load sizes and run of the learned model.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load sizes and run of the learned model."""
     row = store.connection.execute("SELECT * FROM learning").fetchone()
     if row is None:
         raise NotLearnedError(
@@ -128,83 +107,41 @@ def is_learned(store: Store) -> bool:
 
 
 def learning_is_current(store: Store) -> bool:
-    """Whether no capture, word or synonym has changed since ``learn``.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Whether no capture, word or synonym has changed since ``learn``."""
     return load_learning_size(store).content_revision == content_revision(store)
 
 
 def load_symbols(store: Store) -> MotionSymbols:
-    """Load the motion symbols.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load the motion symbols."""
     size = load_learning_size(store)
     return symbol_tables.select_symbols(store.connection, size.max_states, size.n_features)
 
 
 def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
-    """Load the segments; without ``scores`` that array has no columns.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load the segments; without ``scores`` that array has no columns."""
     size = load_learning_size(store)
     return segment_tables.select_segments(store.connection, size.n_symbols, scores)
 
 
 def load_space(store: Store) -> SymbolSpace:
-    """Load the symbol space.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load the symbol space."""
     size = load_learning_size(store)
     return symbol_tables.select_space(store.connection, size.n_coordinates)
 
 
 def load_association(store: Store) -> Association:
-    """Load the association of symbols and words.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load the association of symbols and words."""
     size = load_learning_size(store)
     return word_tables.select_association(store.connection, size.n_symbols)
 
 
 def load_transition_counts(store: Store) -> FloatArray:
-    """Load how often symbols follow one another: array (symbols + 1, symbols + 1).
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load how often symbols follow one another: array (symbols + 1, symbols + 1)."""
     size = load_learning_size(store)
     return word_tables.select_transitions(store.connection, size.n_symbols)
 
 
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray]:
-    """Load further arrays by name: the requested ones, or all.
-
-    Raises
-    ------
-    NotLearnedError
-        ``learn`` has not run.
-    """
+    """Load further arrays by name: the requested ones, or all."""
     load_learning_size(store)
     return word_tables.select_parameters(store.connection, names or None)

@@ -11,8 +11,7 @@ from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
 from motiondb.store.connection.statements import Connection
 
 TABLES = ("word", "translation", "alignment", "association_step", "transition_count", "parameter")
-PIECE = 65_536
-"""Numbers in one row of the table ``parameter``."""
+PIECE = 65_536  # Numbers in one row of the table ``parameter``
 
 
 def insert_association(connection: Connection, association: Association, run_id: int) -> None:

@@ -11,10 +11,10 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.search.word_answers import search_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.meaning.calibration import Certainty
+from motiondb.search.word_answers import search_words
 
 QUESTIONS = ("walk", "turn left", "walk, turn left, sit down", "kick or punch", "walk but not turn")
 

@@ -14,10 +14,10 @@ import motiondb
 from motiondb.cli.main import app
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.meaning.evidence import by_question
-from motiondb.search import reasons
 from motiondb.language.question.readings import readings
 from motiondb.language.question.say import say
+from motiondb.meaning.evidence import by_question
+from motiondb.search import reasons
 
 QUESTIONS = (
     "walk but not turn", "not walking", "kick or punch", "walk and kick", "walk twice",

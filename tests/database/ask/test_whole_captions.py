@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.search.whole_captions import CAPTION_WEIGHT
-from motiondb.search.word_answers import WordAnswer, search_words
 from motiondb.learn.learned import Learned
 from motiondb.search import reasons
+from motiondb.search.whole_captions import CAPTION_WEIGHT
+from motiondb.search.word_answers import WordAnswer, search_words
 
 LONG = '"walk, turn left, sit down"'
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.files import read_capture
+from motiondb.body import body, retarget
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from motiondb.database.catalogue.importing import ImportReport
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.body import body, retarget
+from motiondb.files import read_capture
 from motiondb.records import Motion
 
 

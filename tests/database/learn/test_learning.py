@@ -14,10 +14,10 @@ import pytest
 
 import motiondb
 from motiondb import store
+from motiondb.body.features import N_FEATURES
 from motiondb.errors import MotionDBError
 from motiondb.learn import symbol_fitting
 from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings
-from motiondb.body.features import N_FEATURES
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
 

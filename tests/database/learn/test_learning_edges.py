@@ -9,9 +9,9 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.files import read_capture
 from motiondb.database.catalogue.parts import cut_clip
 from motiondb.errors import MotionDBError, NotLearnedError
+from motiondb.files import read_capture
 from motiondb.learn.symbol_fitting import LearnSettings
 
 

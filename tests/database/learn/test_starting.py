@@ -16,14 +16,14 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.learn import starting
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
-from motiondb.search.described_motion import describe
-from motiondb.search.example_answers import search_motion
-from motiondb.search.word_answers import search_words
-from motiondb.meaning.certainty.certainties import Certainties
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.learn.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.start.joining import start_weight
 from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.search.described_motion import describe
+from motiondb.search.example_answers import search_motion
+from motiondb.search.word_answers import search_words
 
 NAMES = (
     "ana/walk_1", "ana/jump_1", "ana/bow_1", "boris/kick_1", "boris/punch_1", "boris/walk_1",

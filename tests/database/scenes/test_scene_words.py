@@ -13,8 +13,8 @@ import motiondb
 from motiondb.database.nearby_words import nearby_table
 from motiondb.database.scenes.scene_words import Phrases, take_phrases
 from motiondb.grammar.terminals.terminals import TerminalSettings
-from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.language.nearby.table import UNIT, read_table, write_table
+from motiondb.scene.language.grammar_file import read_motion_grammar
 
 STROLL = 'grammar odd\nstart S\nS -> amble\namble := "stroll"\n'
 BOTH = 'grammar odd\nstart S\nS -> amble | walk\namble := "stroll"\nwalk := "walk"\n'

@@ -7,10 +7,10 @@ import io
 import numpy as np
 import pytest
 
-from motiondb.files.limits import ReadOptions
-from motiondb.files.readers.amass import N_JOINTS, read_amass
 from motiondb.body import kinematics, rotation
 from motiondb.body.joint_names import joint_map
+from motiondb.files.limits import ReadOptions
+from motiondb.files.readers.amass import N_JOINTS, read_amass
 
 
 def npz(**arrays: object) -> bytes:

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motiondb.body import kinematics
+from motiondb.errors import CaptureError
 from motiondb.files import read_capture, skeleton_path
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.amc import AsfFile, read_amc
 from motiondb.files.readers.asf import read_asf
-from motiondb.errors import CaptureError
-from motiondb.body import kinematics
 
 CMU = 0.0254 / 0.45
 

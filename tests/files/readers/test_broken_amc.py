@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from motiondb.files import AsfFile, read_capture_bytes
 from motiondb.errors import CaptureError
+from motiondb.files import AsfFile, read_capture_bytes
 
 SKIP = (
     "The file may be cut short: export it again, or pass --skip-bad-frames to leave this frame out."

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from motiondb.errors import CaptureError
 from motiondb.files import read_capture_bytes
 from motiondb.files.limits import ReadOptions
-from motiondb.errors import CaptureError
 
 BVH = """HIERARCHY
 ROOT Hips

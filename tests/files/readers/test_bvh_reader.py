@@ -6,9 +6,9 @@ import naive_bvh
 import numpy as np
 import pytest
 
+from motiondb.body import kinematics
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.bvh import read_bvh
-from motiondb.body import kinematics
 
 TWO_BONES = """HIERARCHY
 ROOT Hips

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motiondb.body import body, kinematics
+from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.c3d import read_c3d
-from motiondb.errors import CaptureError
-from motiondb.body import body, kinematics
 
 ezc3d = pytest.importorskip("ezc3d")
 

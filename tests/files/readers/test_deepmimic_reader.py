@@ -7,10 +7,10 @@ import json
 import numpy as np
 import pytest
 
-from motiondb.files.limits import ReadOptions
-from motiondb.files.readers.deepmimic import read_deepmimic
 from motiondb.body import kinematics
 from motiondb.body.joint_names import joint_map
+from motiondb.files.limits import ReadOptions
+from motiondb.files.readers.deepmimic import read_deepmimic
 
 REST = [0.033333, 0.0, 0.9, 0.0] + [1.0, 0, 0, 0] * 4 + [0.0] + [1.0, 0, 0, 0] * 2 + [0.0]
 REST += [1.0, 0, 0, 0] + [0.0] + [1.0, 0, 0, 0] * 2 + [0.0]

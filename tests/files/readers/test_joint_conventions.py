@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.files import read_capture, write_bvh
 from motiondb.body import body, kinematics, retarget, rotation
+from motiondb.files import read_capture, write_bvh
 from motiondb.records import Clip, Skeleton
 
 LIMBS = ("hip", "knee", "ankle", "toe", "shoulder", "elbow", "wrist")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from test_gltf_writer import load, values, viewer_matrices
 
-from motiondb.files import Character, write_gltf_scene
-from motiondb.errors import CaptureError
 from motiondb.body import body, kinematics, rotation
+from motiondb.errors import CaptureError
+from motiondb.files import Character, write_gltf_scene
 from motiondb.records import Clip
 
 

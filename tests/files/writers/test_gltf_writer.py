@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.files import write_gltf
-from motiondb.errors import CaptureError
 from motiondb.body import body, kinematics, rotation
+from motiondb.errors import CaptureError
+from motiondb.files import write_gltf
 from motiondb.records import Clip
 
 COMPONENTS = {5126: np.float32, 5123: np.uint16, 5125: np.uint32}

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.cluster.hierarchy import linkage
 from scipy.spatial.distance import squareform
 
+from motiondb.body import body, rotation
 from motiondb.grammar.terminals.likeness import (
     class_levels,
     joinings,
@@ -16,7 +17,6 @@ from motiondb.grammar.terminals.likeness import (
     terminal_distances,
 )
 from motiondb.grammar.terminals.terminals import Terminals
-from motiondb.body import body, rotation
 from motiondb.records import Motion
 
 LENGTH = 20

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.body import rotation
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import pose_distance
 from motiondb.grammar.terminals.segment_distance import (
@@ -13,7 +14,6 @@ from motiondb.grammar.terminals.segment_distance import (
     segment_distance,
     segment_distances,
 )
-from motiondb.body import rotation
 from motiondb.records import Motion
 
 

@@ -8,6 +8,7 @@ import naive_terminals as naive
 import numpy as np
 import pytest
 
+from motiondb.body.retarget import to_motion
 from motiondb.files import read_capture
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import terminals as module
@@ -18,7 +19,6 @@ from motiondb.grammar.terminals.terminals import (
     strings_of,
     terminals_from_symbols,
 )
-from motiondb.body.retarget import to_motion
 from motiondb.records import Motion, SegmentTable
 
 QUICK = TerminalSettings(n_starts=4, n_trials=400)

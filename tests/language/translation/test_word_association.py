@@ -9,7 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.language.translation.association import em_step, fit_association, lay_out, uniform_start
+from motiondb.language.translation.association import (
+    em_step,
+    fit_association,
+    lay_out,
+    uniform_start,
+)
 from motiondb.language.translation.explanation import (
     alignment_posterior,
     alignment_table,

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.records import Association
 from motiondb.language.translation.decoding import decode_words, log_length_prior
 from motiondb.language.translation.decoding_bounds import relax, said_level, symbol_pays, track
 from motiondb.language.translation.decoding_problem import pose_problem, sequence_value
@@ -18,6 +17,7 @@ from motiondb.language.translation.transition import (
     log_bigram,
     log_clustered_bigram,
 )
+from motiondb.records import Association
 
 
 def random_model(rng, n_symbols, n_words, longest, peaked):

@@ -10,19 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_knowledge import N_COLUMNS, N_SYMBOLS, small_knowledge, small_rows
 
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.meaning.certainty.question_certainty import KindCertainty
-from motiondb.meaning.counting import Counts, make_reference
+from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.start import carried_certainty, joining
 from motiondb.learn.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
 from motiondb.learn.start.knowledge import Started, begin
-from motiondb.records import Association, SegmentTable
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.meaning.certainty.question_certainty import KindCertainty
+from motiondb.meaning.counting import Counts, make_reference
 from motiondb.meaning.maps.score_vectors import ScoreSpace
 from motiondb.meaning.maps.word_map import map_words
 from motiondb.meaning.maps.word_moments import WordMoments, word_moments
-from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.records import Association, SegmentTable
 
 JOINT = ("dash", "jump", "run", "walk")
 CALIBRATION = np.array([4.0, 1.0, -0.5])

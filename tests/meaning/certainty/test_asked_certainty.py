@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import motiondb
+from motiondb.learn.learned import Learned
 from motiondb.meaning.certainty import asked_certainty
 from motiondb.meaning.certainty.certainties import Certainties, fit_certainties
 from motiondb.meaning.counting import Described
-from motiondb.learn.learned import Learned
-from motiondb.records import SegmentTable
 from motiondb.meaning.maps.word_moments import solve_word_map, word_moments
+from motiondb.records import SegmentTable
 
 
 def made_up(seed: int, n_groups: int = 6, per_group: int = 8) -> asked_certainty.Written:

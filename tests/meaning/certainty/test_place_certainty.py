@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from motiondb.meaning.calibration import Certainty
 from motiondb.meaning.certainty.joined_takes import (
     JoinedPart,
     PlaceQuestion,
@@ -28,7 +29,6 @@ from motiondb.meaning.certainty.place_certainty import (
     single_cues,
     tell_place,
 )
-from motiondb.meaning.calibration import Certainty
 from motiondb.meaning.maps.place_map import PlaceMap
 
 N_WORDS = 4

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.search.answer_chances import Chances, PartChance, chances_of_kind
+from motiondb.meaning.calibration import Certainty
 from motiondb.meaning.certainty.question_certainty import (
     KindCertainty,
     cues_of,
     either_questions,
     without_questions,
 )
-from motiondb.meaning.calibration import Certainty
+from motiondb.search.answer_chances import Chances, PartChance, chances_of_kind
 
 NAMES = ["walk", "run", "jump"]
 SHOWN = np.array(

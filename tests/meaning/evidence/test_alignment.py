@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.evidence import alignment
+from motiondb.records import FloatArray, IntArray
 
 APART = np.array([[0.0, 2, 2, 2], [2, 0, 2, 2], [2, 2, 0, 2], [2, 2, 2, 0]])
 

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.files import read_capture
 from motiondb.body import features, retarget
-from motiondb.records import Float32Array, FloatArray
+from motiondb.files import read_capture
 from motiondb.meaning.evidence import alignment, by_motion, warping
 from motiondb.meaning.evidence.resemblance import meaning_space
 from motiondb.meaning.maps import score_vectors
-from motiondb.symbols.feature_space import fit_feature_space
-from motiondb.symbols.segmentation import segment
 from motiondb.meaning.maps.pooled_map import fit_pooled_map, pooled_statistics
 from motiondb.meaning.maps.word_map import WordMap
+from motiondb.records import Float32Array, FloatArray
+from motiondb.symbols.feature_space import fit_feature_space
+from motiondb.symbols.segmentation import segment
 
 SAMPLES = Path(__file__).parents[3] / "sample_data" / "captures"
 NAMES = (

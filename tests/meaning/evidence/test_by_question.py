@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.records import FloatArray
-from motiondb.meaning import calibration as certainty
-from motiondb.meaning.evidence import by_question, by_words, runs
-from motiondb.search import reasons
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning.evidence import by_question, by_words, runs
+from motiondb.records import FloatArray
+from motiondb.search import reasons
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.records import FloatArray
 from motiondb.meaning.evidence import by_question, by_words
 from motiondb.meaning.maps import word_map
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import FloatArray
 
 WALK, TURN, SIT = range(3)
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.records import FloatArray
 from motiondb.meaning.evidence import warping
+from motiondb.records import FloatArray
 
 
 def by_recursion(query: FloatArray, capture: FloatArray) -> float:

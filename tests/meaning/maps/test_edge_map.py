@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.records import Float32Array, FloatArray
 from motiondb.meaning.maps import edge_map
 from motiondb.meaning.maps.edge_map import (
     EdgeMap,
@@ -16,6 +15,7 @@ from motiondb.meaning.maps.edge_map import (
     frame_cues,
     refine_interval,
 )
+from motiondb.records import Float32Array, FloatArray
 
 N_DIMS = 3
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from motiondb.records import FloatArray
 from motiondb.meaning.maps import ordered_alignment
 from motiondb.meaning.maps.ordered_alignment import MOST_COST, SKIP, SPREAD, align_in_order
+from motiondb.records import FloatArray
 
 
 def enumerated(log_ratios: FloatArray, seconds: FloatArray | None = None) -> FloatArray:

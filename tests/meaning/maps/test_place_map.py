@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motiondb.records import FloatArray
 from motiondb.meaning.maps import place_map
 from motiondb.meaning.maps.listed_takes import ListedTakes
 from motiondb.meaning.maps.place_map import fit_place_map, map_places, take_weights
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import FloatArray
 
 N_COLUMNS, N_WORDS = 12, 5
 

@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.records import FloatArray
 from motiondb.meaning.maps import score_vectors
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import FloatArray
 
 
 def test_the_space_by_hand() -> None:

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motiondb.records import FloatArray, IntArray
 from motiondb.meaning.maps import word_map
 from motiondb.meaning.maps.unit_length import unit
+from motiondb.records import FloatArray, IntArray
 
 Described = tuple[FloatArray, NDArray[np.bool_], IntArray]
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from motiondb.meaning.maps.place_map import left_out_evidence, map_places, take_weights
 from motiondb.meaning.places.interval_labels import complete_labels, label_intervals
 from motiondb.meaning.places.place_fitting import (
     Written,
@@ -18,7 +19,6 @@ from motiondb.meaning.places.place_fitting import (
     window_vectors,
 )
 from motiondb.records import Caption, FloatArray, SegmentTable
-from motiondb.meaning.maps.place_map import left_out_evidence, map_places, take_weights
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
 N_COLUMNS = 6

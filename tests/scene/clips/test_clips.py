@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.errors import SceneError
 from motiondb.body import body, pose_vectors, retarget, rotation
+from motiondb.errors import SceneError
 from motiondb.records import Event, Motion
 from motiondb.scene.clips.body_frames import body_frames
 from motiondb.scene.clips.clip_cutting import ShownMotion

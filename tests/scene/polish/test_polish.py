@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from motiondb.body import body, retarget, rotation
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
-from motiondb.body import body, retarget, rotation
 from motiondb.records import Event, Motion
 from motiondb.scene.ball.ball_acts import Possession
 from motiondb.scene.ball.ball_flight import (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.generate.contact import find_contacts, foot_heights
 from motiondb.body import body, retarget
+from motiondb.generate.contact import find_contacts, foot_heights
 from motiondb.records import Motion
 from motiondb.scene.polish.seam_steps import ANKLES, LIFTED, find_slides, step_at_seams
 from motiondb.scene.polish.stepping import LIFT, SWING, move_ankles

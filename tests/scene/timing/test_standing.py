@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.generate.contact import foot_slip, lock_feet
 from motiondb.body import body, features, retarget, rotation
+from motiondb.generate.contact import foot_slip, lock_feet
 from motiondb.records import Motion
 from motiondb.scene.ball.ball_acts import BallActs, Bounce, Possession
 from motiondb.scene.ball.gaze import AIMING, MOST_YAW, look

@@ -34,50 +34,32 @@ from motiondb.records import FloatArray, IntArray
 _LARGEST_CHART = 20_000_000
 """Cells (nonterminals times spans) beyond which sentences are not parsed: 320 MB of memory."""
 
-_EQUAL = 1e-9
-"""Bits by which a cost must be lower to replace another."""
+_EQUAL = 1e-9  # Bits by which a cost must be lower to replace another
 
-RULE, PARENT, PLACE, SPAN = range(4)
-"""Columns of the nodes of a reading."""
+RULE, PARENT, PLACE, SPAN = range(4)  # Columns of the nodes of a reading
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """The cheapest parse of a sentence.
+    """The cheapest parse of a sentence."""
 
-    Attributes
-    ----------
-    cover : tuple of int
-        Right side of the new rule of a sentence that the rules do not derive, else ().
-    nodes : array (nodes, 4)
-        The nodes of the tree, or of the trees of the cover, each after its parent: the number of
-        the rule, the parent (-1 for none), the place in the right side of the parent, and the
-        number of symbols of the sentence that the node spans.
-    """
-
-    cover: Right
+    cover: Right  # Right side of the new rule of a sentence that the rules do not derive, else ()
+    # (nodes, 4): the nodes of the tree, or of the trees of the cover, each after its parent: the
+    # number of the rule, the parent (-1 for none), the place in the right side of the parent, and
+    # the number of symbols of the sentence that the node spans
     nodes: IntArray
 
 
 class _Chart(NamedTuple):
-    """The chart of a sentence of n symbols.
+    """The chart of a sentence of n symbols."""
 
-    Attributes
-    ----------
-    best : array (nonterminals, n + 1, n + 1)
-        Fewest bits by which a nonterminal derives a span.
-    how : array (nonterminals, n + 1, n + 1)
-        The row of the rule of this derivation.
-    ends : array (nonterminals, n + 1, 2)
-        Least and greatest end of the spans from a symbol on; the greatest is -1 if there is none.
-    reach : array (longest right side + 1, n + 1)
-        Work array of :func:`_reach_ends`.
-    """
-
+    # (nonterminals, n + 1, n + 1): fewest bits by which a nonterminal derives a span
     best: FloatArray
-    how: IntArray
+    how: IntArray  # (nonterminals, n + 1, n + 1): the row of the rule of this derivation
+    # (nonterminals, n + 1, 2): least and greatest end of the spans from a symbol on; the greatest
+    # is -1 if there is none
     ends: IntArray
-    reach: FloatArray
+    reach: FloatArray  # (longest right side + 1, n + 1): work array of :func:`_reach_ends`
 
 
 Parsed = tuple[list[tuple[int, Right]], dict[Right, Reading]]
@@ -86,22 +68,6 @@ Parsed = tuple[list[tuple[int, Right]], dict[Right, Reading]]
 
 def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     """Parse sentences in the fewest bits.
-
-    Parameters
-    ----------
-    donor : RuleSet
-        The rules; none of their nonterminals derives itself alone.
-    sentences : iterable of Right
-        Different sentences as terminal numbers.
-
-    Returns
-    -------
-    rows : list of (int, Right)
-        The rules in the order of their numbers in the readings.
-    readings : dict of Right to Reading
-        The parse of each sentence.
-
-    None is returned if a sentence is too long.
 
     >>> donor = RuleSet(2, {2: {(3,): 1}, 3: {(0, 3): 1, (1,): 1}}, loops=True)
     >>> rows, readings = read_all(donor, [(0, 0, 1), (0, 1, 0)])

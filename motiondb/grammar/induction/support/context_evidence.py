@@ -39,32 +39,19 @@ LEAST_CHANCE = 0.005
 """Probability below which a rule is not missing in a context by chance. It is low because many
 contexts and rules are tested. Chosen by hand on drawn languages."""
 
-Row = tuple[int, Right]
-"""A rule: its left and its right side."""
+Row = tuple[int, Right]  # A rule: its left and its right side
 
-_ROOT = -1
-"""The rule above the root of a tree."""
+_ROOT = -1  # The rule above the root of a tree
 
 
 class Context(NamedTuple):
-    """The place of a nonterminal in a tree.
+    """The place of a nonterminal in a tree."""
 
-    Attributes
-    ----------
-    left : int
-        Left side of the rule above it; -1 at the root of the tree.
-    right : Right
-        Right side of the rule above it.
-    place : int
-        Its place in this right side.
-    beside : tuple of (int, Right) or None
-        The place of another nonterminal of the right side, and the rule that it is rewritten by;
-        None if this does not matter.
-    """
-
-    left: int
-    right: Right
-    place: int
+    left: int  # Left side of the rule above it; -1 at the root of the tree
+    right: Right  # Right side of the rule above it
+    place: int  # Its place in this right side
+    # The place of another nonterminal of the right side, and the rule that it is rewritten by; None
+    # if this does not matter
     beside: tuple[int, Right] | None = None
 
 
@@ -76,42 +63,19 @@ class _Doubt(NamedTuple):
 
 
 class _Nodes(NamedTuple):
-    """The nodes of all trees.
+    """The nodes of all trees."""
 
-    Attributes
-    ----------
-    table : array (nodes, 5)
-        The rule of each node, the rule above and the place in it, and the rule above that and the
-        place in it; -1 where there is none.
-    weights : array (nodes,)
-        How often the sentence of each node occurs.
-    pairs : array (pairs, 2)
-        Nodes of one parent: all ordered pairs.
-    """
-
+    # (nodes, 5): the rule of each node, the rule above and the place in it, and the rule above that
+    # and the place in it; -1 where there is none
     table: IntArray
-    weights: IntArray
-    pairs: IntArray
+    weights: IntArray  # (nodes,): how often the sentence of each node occurs
+    pairs: IntArray  # (pairs, 2): nodes of one parent: all ordered pairs
 
 
 def unlike_context(
     rule_set: RuleSet, flat: RuleSet, parsed: Parsed | None = None
 ) -> Context | None:
     """Return the context in which the use of a nonterminal differs most clearly from elsewhere.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        Rules that derive all sentences.
-    flat : RuleSet
-        One rule for each sentence.
-    parsed : Parsed, optional
-        The sentences parsed by these rules, if that is known.
-
-    Returns
-    -------
-    Context or None
-        None if there is no such context, or a sentence is too long to be parsed.
 
     >>> flat = RuleSet(2, {2: {(0, 1): 12, (0, 0, 1): 12, (0, 0, 0, 1): 12}})
     >>> rules = RuleSet(2, {2: {(3, 1): 36}, 3: {(0, 3): 72, (): 36}}, loops=True)
@@ -233,18 +197,6 @@ def _least_probable(counts: IntArray, tested: BoolArray) -> tuple[float, int]:
 
 def split_context(rule_set: RuleSet, context: Context) -> RuleSet:
     """Copy a nonterminal for one context.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        The rules.
-    context : Context
-        The context.
-
-    Returns
-    -------
-    RuleSet
-        Counts are those of the original rules.
 
     >>> rules = RuleSet(2, {2: {(3,): 4}, 3: {(0, 3): 2, (1,): 4}}, loops=True)
     >>> split_context(rules, Context(3, (0, 3), 1)).rules

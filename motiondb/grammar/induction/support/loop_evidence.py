@@ -44,11 +44,9 @@ from motiondb.grammar.rules.rule_laws import components, nullable_lefts, recursi
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
 from motiondb.records import BoolArray, IntArray
 
-_FEW = 20
-"""Number of sentences below which three rounds are required."""
+_FEW = 20  # Number of sentences below which three rounds are required
 
-_ROUNDS, _ROUNDS_OF_FEW = 2, 3
-"""Rounds that some sentence must have."""
+_ROUNDS, _ROUNDS_OF_FEW = 2, 3  # Rounds that some sentence must have
 
 _LEAST_CHANCE, _LEAST_OF_MANY = 0.05, 0.01
 """Probability below which sentences do not stop at the same number of rounds by chance: where a
@@ -56,9 +54,7 @@ sentence goes through a loop once, and where it may do so several times or in se
 rounds of a sentence are the most of several, and equal numbers are more frequent. With 0.05, of
 thirty true grammars that nest one in five was refused."""
 
-_FEWEST_AT_BOUND = 3
-"""Sentences that stop at the most rounds before this counts as a bound. Chosen by hand; not
-tuned."""
+_FEWEST_AT_BOUND = 3  # Sentences that stop at the most rounds before this counts as a bound
 
 _MOST_COPIES = 60
 """Largest number of copies of nonterminals when a loop is written out. Chosen by hand, to bound
@@ -70,24 +66,12 @@ time."""
 
 
 class Judged(NamedTuple):
-    """A rule that loops.
-
-    Attributes
-    ----------
-    left : int
-        Its left side.
-    right : Right
-        Its right side.
-    rounds : int
-        The most rounds of a sentence.
-    supported : bool
-        Whether the sentences support it.
-    """
+    """A rule that loops."""
 
     left: int
     right: Right
-    rounds: int
-    supported: bool
+    rounds: int  # The most rounds of a sentence
+    supported: bool  # Whether the sentences support it
 
 
 def rounds_asked(flat: RuleSet) -> int:
@@ -99,22 +83,6 @@ def judge_loops(
     rule_set: RuleSet, flat: RuleSet, asked: int, parsed: Parsed | None = None
 ) -> list[Judged] | None:
     """Judge each rule that loops by the sentences.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        Rules that derive all sentences.
-    flat : RuleSet
-        One rule for each sentence.
-    asked : int
-        Rounds that some sentence must have.
-    parsed : Parsed, optional
-        The sentences parsed by these rules, if that is known.
-
-    Returns
-    -------
-    list of Judged or None
-        None if a sentence is too long to be parsed.
 
     >>> flat = RuleSet(2, {2: {(0, 1): 9, (0, 0, 1): 6, (0, 0, 0, 1): 4, (0, 0, 0, 0, 1): 1}})
     >>> rules = RuleSet(2, {2: {(0, 3): 20}, 3: {(0, 3): 16, (1,): 20}}, loops=True)
@@ -187,14 +155,7 @@ def _most_entries(nodes: IntArray, bounds: IntArray, inside: BoolArray, places: 
 def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LEAST_CHANCE) -> bool:
     """Whether sentences stop at the most rounds more often than chance explains.
 
-    Parameters
-    ----------
-    rounds : array (sentences,)
-        Rounds of each sentence.
-    counts : array (sentences,)
-        How often each sentence occurs.
-    least_chance : float, optional
-        Probability below which chance does not explain it.
+    Shapes: `rounds`, `counts` (sentences,).
 
     >>> stops_at_bound(np.array([0, 1, 2]), np.array([7, 7, 6]))
     True
@@ -260,27 +221,7 @@ def keep_supported(
     parsed: Parsed | None = None,
     most: float = math.inf,
 ) -> RuleSet | None:
-    """Write out the loops that the sentences do not support.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        Rules that derive all sentences.
-    flat : RuleSet
-        One rule for each sentence, and laws that allow loops.
-    asked : int
-        Rounds that some sentence must have.
-    parsed : Parsed, optional
-        The sentences parsed by the rule set, if that is known.
-    most : float, optional
-        Bits beyond which rules are of no use.
-
-    Returns
-    -------
-    RuleSet or None
-        The rule set itself if all its loops are supported; None if writing loops out makes too many
-        rules, or rules of too many bits.
-    """
+    """Write out the loops that the sentences do not support."""
     current = rule_set
     for _ in range(_MOST_LOOPS):
         if not recursive_lefts(current.rules):
@@ -310,22 +251,6 @@ def keep_supported(
 
 def write_out(rule_set: RuleSet, left: int, right: Right, rounds: int) -> RuleSet | None:
     """Write a rule that loops out, so that no path has more than ``rounds`` rounds of it.
-
-    Parameters
-    ----------
-    rule_set : RuleSet
-        The rules.
-    left : int
-        The left side of the rule.
-    right : Right
-        The right side of the rule.
-    rounds : int
-        Most rounds.
-
-    Returns
-    -------
-    RuleSet or None
-        Counts are those of the original rules. None if this makes too many nonterminals.
 
     >>> rules = RuleSet(2, {2: {(3,): 4}, 3: {(0, 3): 2, (1,): 4}}, loops=True)
     >>> write_out(rules, 3, (0, 3), 1).rules

@@ -18,48 +18,20 @@ from motiondb.records import BoolArray, FloatArray, IntArray
 
 
 class Costs(NamedTuple):
-    """Rules with their costs.
+    """Rules with their costs."""
 
-    Attributes
-    ----------
-    table : RuleTable
-        The rules, component by component, bottom-up.
-    groups : array (components + 1,)
-        Index of the first rule of each component.
-    recursive : array (components,)
-        Whether the nonterminals of a component derive themselves.
-    again : array (rules,)
-        Whether a rule can begin with a nonterminal of its component.
-    bits : array (nonterminals,)
-        Bits of a node of each nonterminal.
-    symbol_bits : float
-        Bits of a symbol of a new rule.
-    """
-
-    table: RuleTable
-    groups: IntArray
-    recursive: BoolArray
-    again: BoolArray
-    bits: FloatArray
-    symbol_bits: float
+    table: RuleTable  # The rules, component by component, bottom-up
+    groups: IntArray  # (components + 1,): index of the first rule of each component
+    recursive: BoolArray  # (components,): whether the nonterminals of a component derive themselves
+    again: BoolArray  # (rules,): whether a rule can begin with a nonterminal of its component
+    bits: FloatArray  # (nonterminals,): bits of a node of each nonterminal
+    symbol_bits: float  # Bits of a symbol of a new rule
 
 
 def costs_of(
     donor: RuleSet, rows: list[tuple[int, Right]], lefts: list[int], groups: list[list[int]]
 ) -> Costs:
-    """Write rules into arrays.
-
-    Parameters
-    ----------
-    donor : RuleSet
-        The rules.
-    rows : list of (int, Right)
-        The same rules in order: component by component, bottom-up.
-    lefts : list of int
-        The nonterminals in the order of their numbers, the start symbol first.
-    groups : list of lists of int
-        The components of the nonterminals, bottom-up.
-    """
+    """Write rules into arrays."""
     names = {left: donor.start + k for k, left in enumerate(lefts)}
     table = np.zeros((len(rows), 5), dtype=np.int64)
     text = np.zeros(1 + sum(len(right) for _, right in rows), dtype=np.int64)

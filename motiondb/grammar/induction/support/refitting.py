@@ -19,25 +19,11 @@ from motiondb.records import IntArray
 _MOST_REFITS = 20
 """Largest number of successive refits. Chosen by hand: a few are enough, and each saves bits."""
 
-_SAVED = 1e-6
-"""Bits that a further refit must save."""
+_SAVED = 1e-6  # Bits that a further refit must save
 
 
 def refit(donor: RuleSet, flat: RuleSet) -> RuleSet | None:
     """Return the rules of ``donor`` that the sentences use, and new rules for other sentences.
-
-    Parameters
-    ----------
-    donor : RuleSet
-        The rules to parse by.
-    flat : RuleSet
-        One rule for each sentence, and the laws.
-
-    Returns
-    -------
-    RuleSet or None
-        None if a sentence is too long, the donor has loops that the laws forbid, or the rules that
-        are used break the laws.
 
     >>> from motiondb.grammar.rules.rule_set import flat_rules
     >>> donor = RuleSet(4, {4: {(0, 5, 3): 1}, 5: {(1,): 1, (2,): 1, (1, 1): 1}})
@@ -101,40 +87,12 @@ def _counted(flat: RuleSet, rows: list[tuple[int, Right]], uses: IntArray) -> Ru
 
 
 def refit_fully(donor: RuleSet, flat: RuleSet) -> RuleSet:
-    """Refit rules again and again while this saves bits.
-
-    Parameters
-    ----------
-    donor : RuleSet
-        Rules that derive all sentences and keep the laws.
-    flat : RuleSet
-        One rule for each sentence, and the laws.
-
-    Returns
-    -------
-    RuleSet
-        The donor itself if refitting saves nothing.
-    """
+    """Refit rules again and again while this saves bits."""
     return refit_and_read(donor, flat)[0]
 
 
 def refit_and_read(donor: RuleSet, flat: RuleSet) -> tuple[RuleSet, Parsed | None]:
-    """Refit rules as :func:`refit_fully` does, and keep the trees.
-
-    Parameters
-    ----------
-    donor : RuleSet
-        Rules that derive all sentences and keep the laws.
-    flat : RuleSet
-        One rule for each sentence, and the laws.
-
-    Returns
-    -------
-    rules : RuleSet
-        The donor itself if refitting saves nothing.
-    parsed : Parsed or None
-        The sentences parsed by these rules; None if that is not known.
-    """
+    """Refit rules as :func:`refit_fully` does, and keep the trees."""
     best, bits = donor, donor.bits()
     for _ in range(_MOST_REFITS):
         parsed = _parsed(best, flat)
