@@ -142,6 +142,6 @@ def load_transition_counts(store: Store) -> FloatArray:
 
 
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:
-    """Load further values by name: those of the given names and below them ("NAME. ..."), or all."""
+    """Load further values by name: those of these names and below them ("NAME.x"), or all."""
     load_learning_size(store)
     return word_tables.select_parameters(store.connection, names or None)
