@@ -64,12 +64,12 @@ if TYPE_CHECKING:
     )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
-    from motiondb.search.example_answers import ExampleAnswer
+    from motiondb.search.asked_words import WrittenWord
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.search.chances import WordSource
     from motiondb.search.explained_answer import ExplainedWord, Explanation
-    from motiondb.search.taking import Taking
-    from motiondb.search.word_answers import WordAnswer
-    from motiondb.search.word_sources import WordSource
-    from motiondb.search.written_words import WrittenWord
+    from motiondb.search.unknown_words import Taking
     from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
 
 __all__ = [
@@ -168,10 +168,10 @@ _PLACES = {
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
-    "motiondb.search.example_answers": "ExampleAnswer",
+    "motiondb.search.by_example": "ExampleAnswer",
     "motiondb.search.explained_answer": "ExplainedWord Explanation",
-    "motiondb.search.word_answers": "WordAnswer",
-    "motiondb.search.word_sources": "WordSource",
+    "motiondb.search.by_words": "WordAnswer",
+    "motiondb.search.chances": "WordSource",
     "motiondb.learn.drift": "Drift",
     "motiondb.generate.shown_actions": "JudgedAction",
     "motiondb.learn.start.knowledge": "Knowledge",
@@ -179,12 +179,12 @@ _PLACES = {
     "motiondb.page.serving.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
-    "motiondb.search.written_words": "WrittenWord",
+    "motiondb.search.asked_words": "WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
-    "motiondb.search.taking": "Taking",
+    "motiondb.search.unknown_words": "Taking",
     "motiondb.language.question.known": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",
 }  # The public names of each module, separated by spaces

@@ -23,7 +23,7 @@ from motiondb.meaning.maps.description_map import (
 from motiondb.meaning.maps.unit_length import unit
 from motiondb.meaning.maps.word_moments import word_moments
 from motiondb.records import FloatArray
-from motiondb.search.whole_captions import CAPTION_WEIGHT
+from motiondb.search.ranking import CAPTION_WEIGHT
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised

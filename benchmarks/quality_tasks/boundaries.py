@@ -22,7 +22,7 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.learn.symbol_fitting import LearnSettings
-from motiondb.search.word_answers import search_words
+from motiondb.search.by_words import search_words
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 

@@ -12,7 +12,7 @@ from motiondb.errors import MotionDBError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.meaning.places import place_fitting
-from motiondb.search.word_answers import search_words
+from motiondb.search.by_words import search_words
 from quality_protocol.takes import LongTake
 
 Asked = Sequence[tuple[str, str, float]]

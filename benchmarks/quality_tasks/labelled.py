@@ -10,7 +10,7 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.meaning.places.place_fitting import Written, find_places
 from motiondb.records import Caption
-from motiondb.search.word_answers import search_words
+from motiondb.search.by_words import search_words
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of
 from quality_protocol.learned_database import learned_database

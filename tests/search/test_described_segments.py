@@ -14,9 +14,8 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
 from motiondb.meaning.maps.score_vectors import interval_vectors
 from motiondb.records import Caption
-from motiondb.search.described_motion import word_probabilities
-from motiondb.search.described_segments import segment_words
-from motiondb.search.taken_words import take_unknown
+from motiondb.search.described import segment_words, word_probabilities
+from motiondb.search.unknown_words import take_unknown
 
 
 @pytest.fixture

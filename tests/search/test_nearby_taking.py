@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from test_nearby_table import table
 
 from motiondb.meaning.maps.word_map import WordMap
-from motiondb.search.taking import (
+from motiondb.search.unknown_words import (
     Taking,
     mixture,
     take_word,

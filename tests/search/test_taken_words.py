@@ -13,14 +13,14 @@ import motiondb
 from motiondb.database.nearby_words import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search import reasons
-from motiondb.search.taken_words import (
+from motiondb.search.unknown_words import (
     LearnedWithTaken,
+    Taking,
     replace_unknown,
     take_unknown,
     unknown_words,
     with_taken,
 )
-from motiondb.search.taking import Taking
 
 
 @pytest.fixture(scope="module")

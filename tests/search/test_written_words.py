@@ -16,7 +16,7 @@ from motiondb.database import MotionDB
 from motiondb.errors import QueryError
 from motiondb.meaning.evidence.by_words import UNWRITTEN, WRITTEN
 from motiondb.search import reasons
-from motiondb.search.written_words import with_written, written_words
+from motiondb.search.asked_words import with_written, written_words
 
 TIRED = ("ana/walk_1", "boris/walk_1")
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from motiondb import pictures
 from motiondb.errors import QueryError
 from motiondb.records import Match, Motion
+from motiondb.search.by_words import WordAnswer
 from motiondb.search.explained_answer import ExplainedWord
-from motiondb.search.word_answers import WordAnswer
 
 if TYPE_CHECKING:
     from motiondb.database.ask.question_verbs import QuestionVerbs

@@ -13,20 +13,16 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.nearby_words import nearby_table
 from motiondb.learn.learned import Learned
 from motiondb.records import Motion
-from motiondb.search import (
-    described_motion,
-    example_answers,
-    word_answers,
+from motiondb.search import by_example, by_words, described
+from motiondb.search.asked_words import (
+    WrittenWord,
+    find_written,
+    learned_words,
+    with_replaced,
+    written_words_of,
 )
-from motiondb.search.taken_words import (
-    add_written,
-    leave_unknown,
-    replace_unknown,
-    take_unknown,
-)
-from motiondb.search.taking import Taking
-from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
-from motiondb.search.written_words import LearnedWithWritten, WrittenWord, written_words
+from motiondb.search.chances import WordSource, why_unchecked, word_sources
+from motiondb.search.unknown_words import Taking, leave_unknown, unknown_words, with_likeliest
 
 if TYPE_CHECKING:
     from motiondb.database.ask.showing import Row
@@ -69,7 +65,7 @@ class QuestionVerbs(CatalogueVerbs):
         by_symbols: bool = False,
         written: bool = True,
         exact: bool = False,
-    ) -> word_answers.WordAnswer:
+    ) -> by_words.WordAnswer:
         """Find the intervals that show the actions of a question, best first.
 
         Parameters
@@ -96,14 +92,21 @@ class QuestionVerbs(CatalogueVerbs):
         """
         with self.session.reading():
             allowed, learned = self._numbers(where, exact), self.searchable
+            table = nearby_table()
+            asked = learned_words(learned)
             if not by_symbols:  # what is written says nothing of symbols
-                learned = add_written(
-                    learned, words, self._written_words, None if exact else nearby_table()
+                asked = written_words_of(
+                    learned, words, self._written_words, None if exact else table
                 )
-            take = replace_unknown if by_symbols else take_unknown
-            seen, takings = (leave_unknown if exact else take)(learned, words, nearby_table())
-            answer = word_answers.search_words(
-                seen,
+            takings = (leave_unknown if exact else unknown_words)(
+                learned, words, table, asked.added
+            )
+            if by_symbols:
+                asked = learned_words(with_likeliest(learned, takings))
+            else:
+                asked = with_replaced(asked, takings)
+            answer = by_words.search_words(
+                asked,
                 words,
                 allowed,
                 limit,
@@ -111,13 +114,9 @@ class QuestionVerbs(CatalogueVerbs):
                 written,
                 lambda capture: self.session.features.of_capture(capture),
             )
-            answer = word_answers.with_takings(answer, takings)
+            answer = by_words.with_takings(answer, takings)
             behind = [word for taking in answer.taken.values() for word, _ in taking.words]
-            return replace(
-                answer,
-                sources=(*answer.sources, *word_sources(learned, behind)),
-                written=learned.added_words if isinstance(learned, LearnedWithWritten) else (),
-            )
+            return replace(answer, sources=(*answer.sources, *word_sources(learned, behind)))
 
     def like(
         self,
@@ -128,7 +127,7 @@ class QuestionVerbs(CatalogueVerbs):
         limit: int = 10,
         meaning: bool | None = None,
         exact: bool = False,
-    ) -> example_answers.ExampleAnswer:
+    ) -> by_example.ExampleAnswer:
         """Find the intervals that move like an example, best first.
 
         Parameters
@@ -159,13 +158,13 @@ class QuestionVerbs(CatalogueVerbs):
         """
         with self.session.reading():
             motion, allowed = self.motion(example, start, end), self._numbers(where, exact)
-            return example_answers.search_motion(
+            return by_example.search_motion(
                 self.searchable, self.session.features, motion, allowed, limit, meaning
             )
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
-    ) -> tuple[described_motion.Description, ...]:
+    ) -> tuple[described.Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
@@ -185,7 +184,7 @@ class QuestionVerbs(CatalogueVerbs):
             When there is no such capture.
         """
         with self.session.reading():
-            return described_motion.describe(self.learned, self.motion(example, start, end))
+            return described.describe(self.learned, self.motion(example, start, end))
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""
@@ -222,7 +221,7 @@ class QuestionVerbs(CatalogueVerbs):
             Words that were learned; others are left out.
         """
         asked = list(words)
-        return why_unchecked(self.learned, asked) if asked else ""
+        return why_unchecked(learned_words(self.learned), asked) if asked else ""
 
     def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
         """The known words that replace words of a filter that are in no caption and no tag.
@@ -287,7 +286,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     def draw_matches(
         self,
-        answer: word_answers.WordAnswer | example_answers.ExampleAnswer,
+        answer: by_words.WordAnswer | by_example.ExampleAnswer,
         path: str | Path,
         title: str = "",
         example: Motion | None = None,
@@ -314,9 +313,7 @@ class QuestionVerbs(CatalogueVerbs):
 
         return answer_pictures.draw_matches(self, answer.matches, path, title, example)
 
-    def draw_reasons(
-        self, answer: word_answers.WordAnswer, path: str | Path, title: str = ""
-    ) -> Path:
+    def draw_reasons(self, answer: by_words.WordAnswer, path: str | Path, title: str = "") -> Path:
         """Draw the best match over a timeline of contributions for each word, as PNG.
 
         Parameters
@@ -359,7 +356,7 @@ class QuestionVerbs(CatalogueVerbs):
 
     def _written_words(self) -> Mapping[str, WrittenWord]:
         """Words that are written but were not learned; kept for the revision."""
-        return self.session.kept("written_words", lambda: written_words(self.searchable))
+        return self.session.kept("written_words", lambda: find_written(self.searchable))
 
     def _numbers(self, where: str, exact: bool) -> Sequence[int]:
         """Numbers of the captures that a filter lets through."""

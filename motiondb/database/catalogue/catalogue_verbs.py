@@ -19,7 +19,7 @@ from motiondb.files.event_sheet import read_event_sheet
 from motiondb.files.file_names import is_file
 from motiondb.files.sheet import read_sheet
 from motiondb.records import CaptureInfo, Clip, Motion, Relation
-from motiondb.search.duplicates import DuplicateGroup, group_duplicates
+from motiondb.search.copies import DuplicateGroup, group_duplicates
 
 
 class CatalogueVerbs(AnnotationVerbs):

@@ -3,7 +3,7 @@
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
 them. A word means one segment, with one of the terminals in whose segments the word is probable
 (:mod:`.grammar_words`). A word that no caption holds may be taken as known ones
-(:mod:`motiondb.search.taken_words`), and is probable where these are. A text without ``?`` and
+(:mod:`motiondb.search.unknown_words`), and is probable where these are. A text without ``?`` and
 ``...`` that does not consist of terminals is a sentence in words: its words follow each other in
 this order, with anything between, before and after. The steps are from words to motion symbols (the
 association), to terminals, to a sentence that obeys the grammar, to motion.
@@ -32,8 +32,8 @@ from motiondb.language.question.plain import plain_actions
 from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand
-from motiondb.search.taken_words import made_of_unknown, with_taken
-from motiondb.search.taking import Taking
+from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
+from motiondb.search.unknown_words import Taking, find_takings
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -103,7 +103,7 @@ def _takings(material: Material, learned: Learned, tokens: Sequence[str]) -> dic
         return {}
     names = material.learned.grammar.terminals
     words = " ".join(t for t in tokens if t not in names and t not in (GAP, ANY))
-    made = made_of_unknown(learned, words, nearby_table())
+    made = find_takings(learned, words, nearby_table())
     return {word: taking for word, taking in made.items() if taking.is_taken}
 
 
@@ -121,23 +121,24 @@ def pattern_of(
             f" Write for example 'walk {GAP} {ANY} {GAP} shoot'."
         )
     names = material.learned.grammar.terminals
-    if learned is not None and not exact:
-        learned = with_taken(learned, _takings(material, learned, tokens))
+    asked = None if learned is None else learned_words(learned)
+    if asked is not None and not exact:
+        asked = with_replaced(asked, _takings(material, asked.learned, tokens))
     marked = any(token in (GAP, ANY) for token in tokens)
     if marked or all(token in names for token in tokens):
-        return read_pattern([_place(material, learned, token) for token in tokens])
-    if learned is None:
+        return read_pattern([_place(material, asked, token) for token in tokens])
+    if asked is None:
         raise _not_a_terminal(material, next(token for token in tokens if token not in names))
-    place = _word_places(material, learned)
+    place = _word_places(material, asked)
     parts: list[Place | str] = [GAP]
-    for word in _words_in_order(learned, text):
+    for word in _words_in_order(asked, text):
         parts += [place(word), GAP]
     return read_pattern(parts)
 
 
-def _words_in_order(learned: Learned, text: str) -> list[str]:
+def _words_in_order(asked: AskedWords, text: str) -> list[str]:
     """Return the words of a sentence; anything but an order of actions is refused."""
-    known = understand(learned, text)
+    known = understand(asked.learned, text, asked.added)
     if known.unknown:
         raise QueryError(nothing_known(text, known.unknown))
     actions, not_used = plain_actions(known.tree)
@@ -150,40 +151,40 @@ def _words_in_order(learned: Learned, text: str) -> list[str]:
     return [word for action in actions for word in action]
 
 
-def _place(material: Material, learned: Learned | None, token: str) -> Place | str:
+def _place(material: Material, asked: AskedWords | None, token: str) -> Place | str:
     """Return a token that is a terminal or a mark, or the place of a word."""
     if token in (GAP, ANY) or token in material.learned.grammar.terminals:
         return token
-    if learned is None:
+    if asked is None:
         raise _not_a_terminal(material, token)
-    words = learned.association.words
-    word = motion_word(token.lower(), learned.synonyms)
+    words = asked.names
+    word = motion_word(token.lower(), asked.learned.synonyms)
     if word is None or word not in words:
         near = nearest_words(word or token, words)
         raise QueryError(
             f"{token!r}: expected a terminal, {ANY}, {GAP} or a word of the database, found another"
             f" word.{f' Did you mean {near[0]}?' if near else ' Take a word of the captions.'}"
         )
-    return _word_places(material, learned)(word)
+    return _word_places(material, asked)(word)
 
 
-def _word_places(material: Material, learned: Learned) -> Callable[[str], Place]:
+def _word_places(material: Material, asked: AskedWords) -> Callable[[str], Place]:
     """Return a function from a word to its place."""
-    shares = terminal_shares(learned, material.learned, material.numbers)
+    shares = terminal_shares(asked, material.learned, material.numbers)
 
     def place(word: str) -> Place:
         names = material.learned.terminals.names
-        terminals = [names[k] for k in terminals_for(learned, shares, word)]
+        terminals = [names[k] for k in terminals_for(asked, shares, word)]
         if not terminals:
-            raise QueryError(_shown_by_none(material, learned, shares, word))
+            raise QueryError(_shown_by_none(material, asked, shares, word))
         return Place(word, frozenset(terminals))
 
     return place
 
 
-def _shown_by_none(material: Material, learned: Learned, shares: Shares, word: str) -> str:
+def _shown_by_none(material: Material, asked: AskedWords, shares: Shares, word: str) -> str:
     """Say that no terminal shows a word, and which words are shown."""
-    shown = [w for w in learned.association.words if terminals_for(learned, shares, w)]
+    shown = [w for w in asked.names if terminals_for(asked, shares, w)]
     options = ", ".join(shown[:20]) or "none"
     return (
         f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found one "

@@ -6,7 +6,7 @@ takes, by the difference
 
     p(word | segments of the terminal) - p(word | all segments).
 
-The probabilities are those of :mod:`motiondb.search.described_segments`: by the captions
+The probabilities are those of :mod:`motiondb.search.described`: by the captions
 that people wrote, and otherwise by the motion. A word whose place only the alignment of a whole
 caption gives has no probability. If the database has learned motion symbols, a terminal also gets
 the symbols that cover most of the time of its segments. The database therefore keeps a single table
@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from motiondb import store
 from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
-from motiondb.search.described_segments import segment_words
+from motiondb.search.asked_words import AskedWords, learned_words
+from motiondb.search.described import segment_words
 
 N_WORDS = 2  # Most words of a terminal
 LEAST_PROBABILITY = 0.25  # Least probability of a word in the segments of a terminal
@@ -61,7 +62,7 @@ def terminal_meanings(
     """
     if learned is None:
         return (Meaning(),) * len(grammar.terminals.names)
-    shares = terminal_shares(learned, grammar, numbers)
+    shares = terminal_shares(learned_words(learned), grammar, numbers)
     known = learned.association.words if shares.words.size else ()
     return tuple(
         Meaning(_words(row, shares.usual, known, learned.checked & ~aligned), _symbols(symbols))
@@ -84,18 +85,18 @@ class Shares:
 
 
 def terminal_shares(
-    learned: Learned, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    asked: AskedWords, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
 ) -> Shares:
     """Return the words and motion symbols that the segments of each terminal show.
 
     `numbers`: Take -> number of its capture, for the takes whose captures are in the database.
     """
-    terminals = grammar.terminals
+    learned, terminals = asked.learned, grammar.terminals
     n = len(terminals.names)
     takes = {take: capture for take, capture in numbers.items() if capture in learned.rows}
     symbols = np.zeros((n, learned.symbols.n_symbols))
     has_words = learned.fitted_word_map is not None
-    words = np.zeros((n, len(learned.association.words) if has_words else 0))
+    words = np.zeros((n, len(asked.names) if has_words else 0))
     by_alignment = np.zeros_like(words)
     frames = np.zeros(n)
     for take, capture in takes.items():
@@ -112,7 +113,7 @@ def terminal_shares(
         worn[np.arange(len(starts)), learned.segments.symbols[rows]] = 1.0
         np.add.at(symbols, labels, shared @ worn)
         if has_words:
-            shown = segment_words(learned, capture)
+            shown = segment_words(asked, capture)
             np.add.at(words, labels, shared @ shown.probabilities)
             np.add.at(by_alignment, labels, shared @ (shown.probabilities * shown.aligned))
     usual = words.sum(axis=0) / max(frames.sum(), 1.0)
@@ -120,18 +121,18 @@ def terminal_shares(
     return Shares(words / frames, by_alignment > words / 2.0, usual, symbols / frames)
 
 
-def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...]:
+def terminals_for(asked: AskedWords, shares: Shares, word: str) -> tuple[int, ...]:
     """Return the numbers of the terminals that show a word; () if none does.
 
     A terminal shows a word that is more probable in its segments than in all segments of the takes.
     Without a word map, the probability of a word is that of the association, given the motion
     symbols of the terminal.
     """
-    number = learned.association.words.index(word)
+    number = asked.names.index(word)
     if shares.words.size:
         row, usual = shares.words[:, number], float(shares.usual[number])
     else:
-        row = shares.symbols @ learned.association.translation[1:, number]
+        row = shares.symbols @ asked.learned.association.translation[1:, number]
         usual = float(row.mean())
     shown = (row >= LEAST_PROBABILITY) & (row - usual >= LEAST_GAIN)
     return tuple(np.flatnonzero(shown).tolist())

@@ -12,7 +12,7 @@ from motiondb.database.grammars import (
     grammar_strips,
 )
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

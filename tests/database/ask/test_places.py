@@ -14,7 +14,7 @@ from motiondb import store
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.meaning.calibration import Certainty
-from motiondb.search.word_answers import search_words
+from motiondb.search.by_words import search_words
 
 QUESTIONS = ("walk", "turn left", "walk, turn left, sit down", "kick or punch", "walk but not turn")
 

@@ -12,8 +12,8 @@ import pytest
 import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.search import reasons
-from motiondb.search.whole_captions import CAPTION_WEIGHT
-from motiondb.search.word_answers import WordAnswer, search_words
+from motiondb.search.by_words import WordAnswer, search_words
+from motiondb.search.ranking import CAPTION_WEIGHT
 
 LONG = '"walk, turn left, sit down"'
 

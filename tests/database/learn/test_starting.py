@@ -21,9 +21,9 @@ from motiondb.learn.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.start.joining import start_weight
 from motiondb.meaning.calibration import Certainty
 from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.search.described_motion import describe
-from motiondb.search.example_answers import search_motion
-from motiondb.search.word_answers import search_words
+from motiondb.search.by_example import search_motion
+from motiondb.search.by_words import search_words
+from motiondb.search.described import describe
 
 NAMES = (
     "ana/walk_1", "ana/jump_1", "ana/bow_1", "boris/kick_1", "boris/punch_1", "boris/walk_1",

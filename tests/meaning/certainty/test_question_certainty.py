@@ -12,7 +12,7 @@ from motiondb.meaning.certainty.question_certainty import (
     either_questions,
     without_questions,
 )
-from motiondb.search.answer_chances import Chances, PartChance, chances_of_kind
+from motiondb.search.chances import Chances, PartChance, chances_of_kind
 
 NAMES = ["walk", "run", "jump"]
 SHOWN = np.array(

@@ -12,7 +12,7 @@ from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning.evidence import by_question
 from motiondb.meaning.evidence.bounds import SLACK, take_extremes, upper_bounds
 from motiondb.meaning.evidence.by_words import TakeScores
-from motiondb.search.question_search import likeliest_takes
+from motiondb.search.ranking import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 QUESTIONS = (

@@ -19,17 +19,19 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode, understand
 from motiondb.meaning.evidence import alignment, by_words
 from motiondb.records import MOTION_FPS, Match, MatchPart
-from motiondb.search import placing, question_search, reasons
-from motiondb.search.answer_chances import words_of_reading
+from motiondb.search import placing, ranking, reasons
+from motiondb.search.asked_words import AskedWords, WrittenWord
+from motiondb.search.chances import WordSource, why_unchecked, word_sources, words_of_reading
 from motiondb.search.explained_answer import Explanation, explain
-from motiondb.search.taking import Taking, hints_of
-from motiondb.search.whole_captions import unquote
-from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
-from motiondb.search.written_words import WrittenWord
+from motiondb.search.unknown_words import Taking, hints_of
 
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
+
+
+QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
+"""Pairs of quotation marks around a caption."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +58,7 @@ class WordAnswer:
         these words.
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
-        (``search.certainty``).
+        (``meaning.calibration``).
     taken : dict
         Word that is in no caption -> the known words that replace it.
     suggested : dict
@@ -113,7 +115,7 @@ def reaches(
 
 
 def search_words(
-    learned: Learned,
+    asked: AskedWords,
     text: str,
     allowed: Sequence[int],
     limit: int = 10,
@@ -128,22 +130,21 @@ def search_words(
     `features`: Recognition features of a capture, by which the boundaries of intervals are refined;
     without them they stay those of segments.
     """
+    learned = asked.learned
     allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
     text, as_caption = unquote(text)
-    question = understand(learned, text)
+    question = understand(learned, text, asked.added)
     if by_symbols:
-        return _search_decoded(learned, question, allowed, limit)
-    ranked, read, left_out = question_search.find(
-        learned, question, allowed, limit, written, as_caption
-    )
+        return _search_decoded(asked, question, allowed, limit)
+    ranked, read, left_out = ranking.find(asked, question, allowed, limit, written, as_caption)
     matches = tuple(
-        _match(learned, rank, each, read[each.hit.reading], question, (written, features))
+        _match(asked, rank, each, read[each.hit.reading], question, written, features)
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
-    unchecked = why_unchecked(learned, sorted(set().union(*map(words_of_reading, read))))
+    unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
     threshold = sure.threshold if sure is not None and known else None
     return WordAnswer(
@@ -153,12 +154,13 @@ def search_words(
         (*question.not_used, *left_out),
         reasons=tuple(each.why for each in ranked),
         strength=max(
-            (question_search.strength(learned, each.why, threshold) for each in ranked),
+            (ranking.strength(asked, each.why, threshold) for each in ranked),
             default=None,
         ),
         threshold=threshold,
-        vocabulary=learned.association.words,
+        vocabulary=asked.names,
         sources=word_sources(learned, _asked_words(question)),
+        written=asked.written_words,
         unchecked=unchecked,
     )
 
@@ -168,21 +170,21 @@ def _asked_words(question: KnownQuestion) -> list[str]:
 
 
 def _match(
-    learned: Learned,
+    asked: AskedWords,
     rank: int,
-    answer: question_search.Found,
+    answer: ranking.Found,
     reading: Reading,
     question: KnownQuestion,
-    by: tuple[bool, placing.Features | None],
+    written: bool,
+    features: placing.Features | None,
 ) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
-    written, features = by
-    takes = learned.takes if written else learned.seen_takes
+    learned, takes = asked.learned, asked.takes if written else asked.seen_takes
     places = placing.place_answer(
-        learned, answer.capture, answer.hit, reading, answer.sure.parts, written
+        asked, answer.capture, answer.hit, reading, answer.sure.parts, written
     )
     if features is not None:
-        places = placing.refine_places(learned, answer.capture, reading, places, features, written)
+        places = placing.refine_places(asked, answer.capture, reading, places, features, written)
     parts = tuple(
         MatchPart(
             words,
@@ -199,13 +201,26 @@ def _match(
         learned.captures[answer.capture].name,
         *to_seconds(learned, answer.capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
-        _matched(learned, answer.capture, takes[answer.capture], question),
+        _matched(asked, answer.capture, takes[answer.capture], question),
         "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
         "unknown" if any(place.unknown for place in places) else "known",
         parts,
     )
+
+
+def unquote(text: str) -> tuple[str, bool]:
+    """A question without quotation marks around it, and whether it had them.
+
+    >>> unquote('"walk, sit"'), unquote('walk')
+    (('walk, sit', True), ('walk', False))
+    """
+    bare = text.strip()
+    for opening, closing in QUOTES:
+        if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
+            return bare[1:-1], True
+    return text, False
 
 
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
@@ -251,8 +266,9 @@ def _times(probability: float | None, share: float) -> float | None:
 
 
 def _search_decoded(
-    learned: Learned, question: KnownQuestion, allowed: Sequence[int], limit: int
+    asked: AskedWords, question: KnownQuestion, allowed: Sequence[int], limit: int
 ) -> WordAnswer:
+    learned = asked.learned
     actions, left_out = plain_actions(question.tree)
     not_used = (*question.not_used, *left_out)
     words = tuple(word for action in actions for word in action)
@@ -285,7 +301,7 @@ def _search_decoded(
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(learned, capture, learned.takes[capture], question),
+            _matched(asked, capture, asked.takes[capture], question),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
@@ -302,17 +318,17 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
 
 
 def _matched(
-    learned: Learned, capture: int, take: by_words.TakeScores, question: KnownQuestion
+    asked: AskedWords, capture: int, take: by_words.TakeScores, question: KnownQuestion
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture.
 
     Words whose probability no own caption has checked count only where they are written.
     """
-    asked, number = dict.fromkeys(_asked_words(question)), learned.word_numbers
+    words, number = dict.fromkeys(_asked_words(question)), asked.numbers
     top = np.maximum(take.windows.max(axis=0), take.whole)
-    said = learned.written.get(capture)
-    here = learned.checked if said is None else learned.checked | (said.max(axis=0) > 0.0)
-    return tuple(word for word in asked if top[number[word]] > 0.0 and here[number[word]])
+    said = asked.written(capture)
+    here = asked.checked if said is None else asked.checked | (said.max(axis=0) > 0.0)
+    return tuple(word for word in words if top[number[word]] > 0.0 and here[number[word]])
 
 
 def mark_generated(learned: Learned, capture: int, before: str = "") -> str:

@@ -19,8 +19,9 @@ from motiondb.meaning.evidence import by_motion, extents
 from motiondb.meaning.evidence.resemblance import emphasis_of
 from motiondb.meaning.maps import score_vectors
 from motiondb.records import Float32Array, FloatArray, Match, Motion
-from motiondb.search.word_answers import mark_generated, reaches, to_seconds
-from motiondb.search.word_sources import why_unchecked
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import mark_generated, reaches, to_seconds
+from motiondb.search.chances import why_unchecked
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 
@@ -108,7 +109,9 @@ def _why_no_probabilities(learned: Learned) -> str:
     """The reason why answers to examples have no probabilities; "" where they have."""
     if learned.example_certainty is not None:
         return ""
-    return why_unchecked(learned, ()) or (NO_EXAMPLES_CHECKED if learned.has_words else "")
+    return why_unchecked(learned_words(learned), ()) or (
+        NO_EXAMPLES_CHECKED if learned.has_words else ""
+    )
 
 
 def _how_sure(

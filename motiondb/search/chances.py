@@ -1,4 +1,4 @@
-"""Certainty of an answer to words: as a whole, and for each part.
+"""Certainty of an answer to words, as a whole and for each part; why some words have none.
 
 Only probabilities that were learned from questions of the same kind are given. These kinds are
 
@@ -25,10 +25,13 @@ import numpy as np
 
 from motiondb.language.question.readings import Reading
 from motiondb.learn.learned import Learned
+from motiondb.learn.start.checking import say_unchecked
+from motiondb.learn.start.joining import start_weight
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning.certainty.question_certainty import KindCertainty, cues_of
 from motiondb.meaning.evidence.by_question import QuestionHit
 from motiondb.search import reasons
+from motiondb.search.asked_words import AskedWords
 
 SURE = 1.0 - 1e-12  # Largest probability of a condition, so that its log-odds are finite
 
@@ -56,42 +59,43 @@ class Chances:
 
 
 def chances(
-    learned: Learned,
+    asked: AskedWords,
     readings: Sequence[Reading],
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
     """Certainty of an answer."""
     reading = readings[hit.reading]
+    learned = asked.learned
     sure = learned.word_certainty
     unknown = Chances(None, (None,) * len(reading.parts))
     asked_words = {w for each in readings for w in words_of_reading(each)}
     if any(map(counts_or_lasts, readings)):
         return unknown
-    if not is_checked(learned, asked_words):
+    if not is_checked(asked, asked_words):
         return Chances(
             None, tuple(_of_part(None, hit, reading, k, why) for k in range(len(reading.parts)))
         )
     if sure is None:
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    asked = reasons.by_action(why)
+    requested = reasons.by_action(why)
     said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
     if len(readings) > 1:
         known = all(map(_is_one_action, readings))
         return (
-            chances_of_kind(learned.certainties.either, asked[0], None, said)
+            chances_of_kind(learned.certainties.either, requested[0], None, said)
             if known
             else (unknown)
         )
-    if asked and excluded:
-        known = len(asked) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1
+    if requested and excluded:
+        known = len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1
         return (
-            chances_of_kind(learned.certainties.without, asked[0], excluded[0][0], said)
+            chances_of_kind(learned.certainties.without, requested[0], excluded[0][0], said)
             if known
             else unknown
         )
-    whole = certainty.answer_probability(sure, asked, excluded)
+    whole = certainty.answer_probability(sure, requested, excluded)
     return Chances(
         whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
     )
@@ -104,10 +108,10 @@ def words_of_reading(reading: Reading) -> set[str]:
     return {word for action in (*asked, *excluded) for word in action}
 
 
-def is_checked(learned: Learned, words: Iterable[str]) -> bool:
+def is_checked(asked: AskedWords, words: Iterable[str]) -> bool:
     """Whether own captions have checked the probabilities of all words."""
-    number = learned.word_numbers
-    return all(learned.checked[number[word]] for word in words if word in number)
+    number = asked.numbers
+    return all(asked.checked[number[word]] for word in words if word in number)
 
 
 def counts_or_lasts(reading: Reading) -> bool:
@@ -176,3 +180,86 @@ def _of_part(
 
 def _probability(log_odds: float) -> float:
     return float(certainty.probability(log_odds))
+
+
+@dataclass(frozen=True)
+class WordSource:
+    """The captions from which a word was learned, in a database that learned with a start.
+
+    Attributes
+    ----------
+    word : str
+        The word.
+    start : str
+        Name of the start.
+    start_captions : int
+        Captions of the start that hold the word.
+    own_captions : int
+        Own captions that hold it.
+    weight : float
+        Weight of a caption of the start relative to an own one; 1 if no own caption has the word,
+        because it is then learned from the start alone.
+    """
+
+    word: str
+    start: str
+    start_captions: int
+    own_captions: int
+    weight: float
+
+    def sentence(self) -> str:
+        """The sentence for the user.
+
+        >>> WordSource("walk", "cmu", 74, 0, 1.0).sentence()
+        'walk: known from the start cmu alone (74 captions there)'
+        >>> WordSource("walk", "cmu", 74, 1, 0.5).sentence()
+        'walk: known from 1 own caption and 74 of the start cmu, each of which counts 0.5'
+        >>> WordSource("dash", "cmu", 0, 3, 0.5).sentence()
+        'dash: known from 3 own captions alone'
+        """
+        captions = f"{self.own_captions} own caption{'' if self.own_captions == 1 else 's'}"
+        if not self.own_captions:
+            start_captions = (
+                "1 caption" if self.start_captions == 1 else f"{self.start_captions} captions"
+            )
+            return f"{self.word}: known from the start {self.start} alone ({start_captions} there)"
+        if not self.start_captions:
+            return f"{self.word}: known from {captions} alone"
+        return (
+            f"{self.word}: known from {captions} and {self.start_captions} of the start "
+            f"{self.start}, each of which counts {self.weight:.2g}"
+        )
+
+
+def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ...]:
+    """The captions from which some words were learned; empty without a start.
+
+    Words that were not learned are left out.
+    """
+    started = learned.started
+    if started is None or learned.counted is None:
+        return ()
+    counts = learned.counted.counts
+    captions_of = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
+    weight = start_weight(counts.moments.n)
+    sources = []
+    for word in dict.fromkeys(words):
+        in_start, in_own = started.said.get(word, 0), captions_of.get(word, 0)
+        if in_start or in_own:
+            name = started.knowledge.origin.name
+            sources.append(WordSource(word, name, in_start, in_own, weight if in_own else 1.0))
+    return tuple(sources)
+
+
+def why_unchecked(asked: AskedWords, words: Iterable[str]) -> str:
+    """The reason why answers about some words carry no probabilities; "" where they do."""
+    learned = asked.learned
+    if learned.counted is None:
+        return ""
+    if learned.started is None and learned.word_certainty is not None:
+        return ""
+    number = asked.numbers
+    unsure = [w for w in dict.fromkeys(words) if w in number and not asked.checked[number[w]]]
+    if not unsure and learned.word_certainty is not None:
+        return ""
+    return say_unchecked(learned.counted.counts.moments.n, unsure, learned.word_certainty)
