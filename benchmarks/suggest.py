@@ -22,7 +22,7 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.meaning import counting
 from motiondb.meaning.caption_evidence import whole_vectors
-from motiondb.meaning.maps.word_moments import solve_word_map, word_moments
+from motiondb.meaning.word_map import solve_word_map, word_moments
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.suggestion import suggest
 

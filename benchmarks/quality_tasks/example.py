@@ -12,16 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
-from motiondb.meaning.evidence.resemblance import (
-    emphasis_of,
-    meaning_space,
-    resemblance,
-    with_feedback,
-)
-from motiondb.meaning.maps import word_map
-from motiondb.meaning.maps.pooled_map import fit_pooled_map, pooled_statistics
-from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning import word_map
+from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
+from motiondb.meaning.pooled_map import fit_pooled_map, pooled_statistics
+from motiondb.meaning.resemblance import emphasis_of, meaning_space, resemblance, with_feedback
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import Float32Array, FloatArray
 from quality_protocol import baselines as base
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies

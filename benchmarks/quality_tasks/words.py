@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 from quality_protocol import baselines as base
 from quality_protocol import word_methods as methods

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from motiondb import store
 from motiondb.database.ask.fact_verbs import FactVerbs
-from motiondb.database.learn import learning, starting
+from motiondb.database.learn import knowledge, learn_run
 from motiondb.database.session import Session
 from motiondb.learn.drift import Drift
+from motiondb.learn.knowledge import Knowledge
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.start.knowledge import Knowledge
 from motiondb.learn.symbol_fitting import LearnSettings, Progress
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ class MotionDB(FactVerbs):
         KnowledgeError
             When there is no such knowledge.
         """
-        return learning.learn(self.store, settings or LearnSettings(), progress, start)
+        return learn_run.learn(self.store, settings or LearnSettings(), progress, start)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
         """Write the learned model, without motion and captions, as a start for other databases.
@@ -146,7 +146,7 @@ class MotionDB(FactVerbs):
             When it learned with a start itself, or the file cannot be written.
         """
         with self.session.reading():
-            return starting.export(self.store, self.learned, path, name, credit)
+            return knowledge.export(self.store, self.learned, path, name, credit)
 
     def start_knowledge(self) -> Knowledge:
         """The knowledge that the database started from.
@@ -157,19 +157,19 @@ class MotionDB(FactVerbs):
             When the database has not learned, or learned without a start.
         """
         with self.session.reading():
-            return starting.start_knowledge(self.learned)
+            return knowledge.start_knowledge(self.learned)
 
     def start_facts(self) -> dict[str, Any] | None:
         """The origin of the knowledge that the database started from; None if it did not."""
         with self.session.reading():
-            return starting.start_facts(self.learned) if self.is_learned() else None
+            return knowledge.start_facts(self.learned) if self.is_learned() else None
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
 
         None if it has not learned, or an earlier version learned that kept no baseline.
         """
-        return learning.measure(self.store)
+        return learn_run.measure(self.store)
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learn.learned import Learned
-from motiondb.meaning.places.interval_labels import label_intervals
-from motiondb.meaning.places.place_fitting import Written, window_vectors
+from motiondb.meaning.place_fitting import Written, label_intervals, window_vectors
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.search import suggestion
 
