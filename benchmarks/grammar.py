@@ -1,4 +1,4 @@
-"""What grammars of movement reach: times, known truth, real takes, pictures; docs/measured/grammar.md.
+"""What grammars reach: times, known truth, real takes, pictures; see docs/measured/grammar.md.
 
     python benchmarks/grammar.py --data DIR [--task speed truth recursive ...]
                                  [--style salsa ...] [--language brackets ...] [--sentences 20]

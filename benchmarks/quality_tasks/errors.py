@@ -1,6 +1,7 @@
 """Where the answers go wrong, with pictures: the words that fail, and the changes that are missed.
 
-Words: the captures that the section ``words`` of ``docs/measured/quality.md`` names for each word that fails
+Words: the captures that the section ``words`` of ``docs/measured/quality.md`` names for each word
+that fails
 (the first answers and the true captures, for unseen performers) are drawn as strips of stick
 figures, two of each. Changes: the true and the found activities of the four long takes, as
 timelines. The causes are what a person saw in these pictures, kept in ``errors_notes.md``.
