@@ -38,7 +38,7 @@ CHOSEN = (
     "(1-NN accuracy and mAP in the training parts: .640 and .606 without both, .646 and .620 with "
     "both; these tables were known at that time). "
     "A second word map, from means, spreads and percentiles "
-    "(`motiondb/meaning/maps/pooled_map.py`), was selected in the same way from 12 settings (there "
+    "(`motiondb/meaning/pooled_map.py`), was selected in the same way from 12 settings (there "
     ".667 and .643 without, .689 and .648 with it; with feedback and a fixed ridge of .3 in the "
     "first map). It predicts captions as vectors of length 1. With the plain presence of words it "
     "gave .676 and .641, which hid its worth in an earlier trial. Joining with the cosine of "
