@@ -31,8 +31,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.learn.learned_model import LearnedModel
     from motiondb.learn.start.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings, Progress
-    from motiondb.search.caption_suggestions import CaptionSuggestion
-    from motiondb.search.part_suggestions import PartSuggestion
 
 
 class MotionDB(Captures):
@@ -328,32 +326,6 @@ class MotionDB(Captures):
         """
         with self.session.reading():
             return described_motion.describe(self.learned, self.motion(example, start, end))
-
-    def suggest_captions(self, limit: int = 10) -> list[CaptionSuggestion]:
-        """Captures without captions, the most informative about the others first.
-
-        Parameters
-        ----------
-        limit : int
-            Largest number of captures.
-        """
-        from motiondb.search.caption_suggestions import suggest_captions
-
-        return suggest_captions(self.learned, limit)
-
-    def suggest_parts(self, limit: int = 10) -> list[PartSuggestion]:
-        """Parts of takes to label, the one whose label would say most about other parts first.
-
-        Only captions that list several actions leave the place of their actions open.
-
-        Parameters
-        ----------
-        limit : int
-            Largest number of parts.
-        """
-        from motiondb.search.part_suggestions import suggest_parts
-
-        return suggest_parts(self.learned, limit)
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some words were learned; empty without a start.
