@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
-    from motiondb.database.generate.generating import Generated
+    from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_editing import Edit
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
@@ -159,7 +159,7 @@ _PLACES = {
     "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
     "motiondb.database.grammars.grammar_verbs": "Grammars",
     "motiondb.database.learn.knowledge": "load_knowledge shipped_starts",
-    "motiondb.database.generate.generating": "Generated",
+    "motiondb.database.generating": "Generated",
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",

@@ -36,7 +36,7 @@ SENTENCES = (
     "jump, kick, walk, sit", "walk, jump, run, dance", "run, walk, box, kick",
 )  # fmt: skip
 """Thirty sentences of one to four actions."""
-METHODS = ("stitched", "trajectory", "montecarlo")
+METHODS = ("stitched", "trajectory")
 REAL = "nearest real clip"
 SYNONYMS = {"run": ("run", "jog"), "jump": ("jump", "hop"), "box": ("box", "punch")}
 DRAWN = ("walk, kick, box", "run, jump, walk")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.nearby_words import nearby_table
+from motiondb.database.session import nearby_table
 from motiondb.learn.learned import Learned
 from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.meaning.score_vectors import interval_vectors

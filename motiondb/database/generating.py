@@ -11,20 +11,18 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.generate.generated_files import (
+from motiondb.database.generated_files import (
     draw_generated,
     source_facts,
     write_with_provenance,
 )
-from motiondb.database.nearby_words import nearby_table
-from motiondb.database.session import Session
+from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
 from motiondb.generate.motion_making import (
-    METHODS,
     MadeMotion,
-    MotionRequest,
     make_motion,
 )
+from motiondb.generate.segment_material import Takes
 from motiondb.generate.sentence_plan import speed_of
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.language.question.known import KnownQuestion, hinted, with_hints
@@ -35,8 +33,6 @@ from motiondb.records import MOTION_FPS, Motion
 from motiondb.search.taken_words import leave_unknown, nearest_suggested, replace_unknown
 from motiondb.search.taking import Taking, hints_of
 from motiondb.search.word_sources import WordSource, word_sources
-
-__all__ = ["METHODS", "GenerateSettings", "Generated", "generate"]
 
 MOST_VARIANTS = 100  # Motions of one sentence that are made at once
 MOST_TRIES = 2
@@ -179,54 +175,50 @@ class Generated:
         return draw_generated(self, self.words, path)
 
 
-@dataclass(frozen=True)
-class GenerateSettings:
-    """How a motion is made from a sentence."""
-
-    method: str = "stitched"
-    # Whether words that no caption holds are left out; otherwise a word that may be taken as a
-    # known one is replaced by the likeliest
-    exact: bool = False
-    # Whether to generate the nearest motion if nothing in the database shows an action
-    anyway: bool = False
-
-
 def generate(
-    session: Session, words: str, seed: int, settings: GenerateSettings, number: int = 1
+    session: Session,
+    words: str,
+    seed: int,
+    number: int,
+    method: str = "stitched",
+    exact: bool = False,
+    anyway: bool = False,
 ) -> list[Generated]:
-    """Generate motions from a sentence.
+    """Generate up to `number` motions from a sentence: of this seed, the next one and so on.
 
-    `number`: Most motions: those of this seed, the next one and so on. Stitched motions of the same
-    actions from the same places as an earlier one are left out, so that there may be fewer.
+    Stitched motions of the same actions from the same places as an earlier one are left out, so
+    that there may be fewer.
     """
     if not 1 <= number <= MOST_VARIANTS:
         raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
-    if number > 1 and settings.method == "trajectory":
+    if number > 1 and method == "trajectory":
         raise QueryError(
             f"variants: expected 1 for trajectory, which is one motion, found {number}. "
-            "Use the method stitched or montecarlo."
+            "Use the method stitched."
         )
     made: list[MadeMotion] = []
     motions: list[Generated] = []
     with session.reading():
-        if settings.exact:
+        takes = Takes(session.features, session.motions.motion)
+        if exact:
             learned, takings = leave_unknown(session.learned, words, nearby_table())
             instead: dict[str, str] = {}
         else:
-            learned, takings, instead = _replace_unknown(session.learned, words, settings.anyway)
+            learned, takings, instead = _replace_unknown(session.learned, words, anyway)
         for variant in range(seed, seed + MOST_TRIES * number):
             rng = np.random.default_rng(variant)
-            request = MotionRequest(words, settings.method, settings.anyway, instead, variant)
-            generated = make_motion(learned, session.takes, request, rng)
-            if not any(_is_from_same(generated, earlier) for earlier in made):
-                made.append(generated)
-                asked = words, variant
-                motions.append(
-                    _to_generated(session, generated, asked, settings, (learned, takings))
+            motion = make_motion(learned, takes, words, rng, method, anyway, instead, variant)
+            if not any(_is_from_same(motion, earlier) for earlier in made):
+                made.append(motion)
+                origin = motion.made
+                provenance = store.to_provenance(
+                    session.store, origin.captures, origin.frames, edits=origin.edits
                 )
+                one = _to_generated(learned, motion, provenance, takings)
+                motions.append(replace(one, words=words, seed=variant, method=method))
             if len(motions) == number:
                 break
-            if _took_all_places(generated, variant + 1 - seed):
+            if _took_all_places(motion, variant + 1 - seed):
                 motions[-1] = replace(motions[-1], took_all_places=True)
                 break
     return motions
@@ -291,18 +283,15 @@ def _replace_unknown(
 
 
 def _to_generated(
-    session: Session,
+    learned: Learned,
     motion: MadeMotion,
-    asked: tuple[str, int],
-    settings: GenerateSettings,
-    known: tuple[Learned, Mapping[str, Taking]],
+    provenance: store.Provenance,
+    takings: Mapping[str, Taking],
 ) -> Generated:
-    made, (learned, takings) = motion.made, known
     suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
     hints = hints_of(suggested)
-    provenance = store.to_provenance(session.store, made.captures, made.frames, edits=made.edits)
     return Generated(
-        motion=made.motion,
+        motion=motion.made.motion,
         symbols=tuple(int(s) for s in motion.symbols),
         positions=motion.positions,
         actions=motion.actions,
@@ -317,9 +306,6 @@ def _to_generated(
         spans=motion.spans,
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
-        words=asked[0],
-        seed=asked[1],
-        method=settings.method,
     )
 
 

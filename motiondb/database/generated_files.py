@@ -1,9 +1,10 @@
-"""Files of a generated motion: the motion, and the origin of every frame."""
+"""Generated motion with the origin of every frame: written to files, kept as a capture."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Protocol
@@ -11,9 +12,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.body import retarget
+from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.parts import write_bytes, write_clip
-from motiondb.records import MOTION_FPS, Motion
+from motiondb.files import to_bvh
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
 
 
 class Made(Protocol):
@@ -31,7 +33,7 @@ class Made(Protocol):
 def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Write a motion, and beside it ``NAME.provenance.json``."""
     beside = path.with_name(f"{path.stem}.provenance.json")
-    write_clip(retarget.to_clip(made.motion), path)
+    write_clip(to_clip(made.motion), path)
     write_bytes(beside, json.dumps({**facts, "frames": frame_runs(made)}, indent=1).encode())
     return {**facts, "output": str(path), "provenance": str(beside)}
 
@@ -112,3 +114,79 @@ def source_spans(made: Made) -> list[tuple[float, float, str, str]]:
         name = names[numbers[a]] if numbers[a] >= 0 else "model"
         spans.append((a / MOTION_FPS, b / MOTION_FPS, name, name))
     return spans
+
+
+_LEFT_OUT = 2.0
+"""Frames of a capture between two frames of a motion, above which some were left out."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames of a motion that follow one another in one capture."""
+
+    start: float  # Seconds of the motion
+    end: float  # Seconds of the motion
+    capture: str  # Name of the capture; "" where the frames were drawn from the model
+    source_start: float  # Seconds of the capture
+    licence: str  # Licence of the capture, "unknown" where none is given
+    edits: tuple[str, ...]  # What was done to the frames
+
+
+def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:
+    """Return the stretches of a motion, from the origin of its frames."""
+    numbers, frames = provenance.source_numbers, provenance.source_frames
+    if not len(numbers):
+        return ()
+    breaks = (np.diff(numbers) != 0) | (np.abs(np.diff(frames)) > _LEFT_OUT)
+    bounds = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(numbers)]
+    runs = []
+    for start, end in pairwise(bounds):
+        source = provenance.sources[number] if (number := int(numbers[start])) >= 0 else None
+        said = (part for edit in provenance.edits[start:end] for part in edit.split(", "))
+        edits = sorted({"blend" if part.startswith("blend") else part for part in said if part})
+        runs.append(
+            Stretch(
+                start / MOTION_FPS,
+                end / MOTION_FPS,
+                source.name if source else "",
+                float(frames[start]) / MOTION_FPS if source else 0.0,
+                (source.licence if source else "") or "unknown",
+                tuple(edits),
+            )
+        )
+    return tuple(runs)
+
+
+def keep_generated(
+    opened: store.Store,
+    name: str,
+    motion: Motion,
+    provenance: store.Provenance,
+    captions: Iterable[Caption],
+    run_id: int,
+) -> CaptureInfo:
+    """Save a generated motion as a BVH capture; its licence names those of all sources."""
+    store.check_new_name(name, "capture")
+    clip = to_clip(motion)
+    file = f"{name.replace('/', '_')}.bvh"
+    source = store.pack_source(file, to_bvh(clip, file).encode(), "bvh")
+    licences = "; ".join(sorted({s.licence for s in provenance.sources if s.licence}))
+    info = CaptureInfo(
+        0,
+        name,
+        "",
+        "bvh",
+        "generated",
+        MOTION_FPS,
+        clip.n_frames,
+        clip.duration,
+        0,
+        0.0,
+        "",
+        run_id,
+        {"licence": licences} if licences else {},
+    )
+    with store.transaction(opened):
+        info = store.save_capture(opened, info, motion, source, captions)
+        store.save_provenance(opened, info.capture_id, provenance)
+    return info

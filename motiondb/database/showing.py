@@ -1,4 +1,4 @@
-"""Facts and pictures of a capture and of the symbols."""
+"""Facts of the database and of a capture, words and symbols, and their pictures."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ import numpy as np
 
 from motiondb import pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.database.asking import unlearned_captures
+from motiondb.database.learn.knowledge import start_facts
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, SegmentTable
+from motiondb.search.described_motion import describe
 from motiondb.symbols.activities import find_activities
 
 if TYPE_CHECKING:
-    from motiondb.database.ask.question_verbs import QuestionVerbs
-
+    from motiondb.database.session import Session
 
 LIKELY = 0.2  # Probability from which on a word is named
 LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
@@ -27,9 +29,42 @@ LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed wit
 Row = dict[str, Any]  # A row of a table, by column name
 
 
-def describe_capture(base: QuestionVerbs, name: str) -> dict[str, Any]:
+def database_facts(session: Session) -> dict[str, Any]:
+    """What is in the database: numbers of captures, grammars, symbols and words."""
+    opened = session.store
+    captures = store.load_captures(opened)
+    performers = {c.tags["performer"] for c in captures if "performer" in c.tags}
+    facts: dict[str, Any] = {
+        "database": str(opened.path),
+        "bytes": opened.path.stat().st_size,
+        "captures": len(captures),
+        "generated": sum(c.kind == "generated" for c in captures),
+        "seconds": round(sum(c.duration for c in captures), 2),
+        "performers": len(performers),
+        "captures_with_words": len(store.load_captions(opened)),
+        "copies": len(store.load_relations(opened)),
+        "grammars": len(store.load_grammar_names(opened)),
+        "learned": store.is_learned(opened),
+    }
+    if facts["learned"]:
+        size = store.load_learning_size(opened)
+        facts["symbols"] = size.n_symbols
+        facts["clusters"] = size.n_clusters
+        facts["words"] = size.n_words
+        facts["current"] = store.learning_is_current(opened)
+        facts["not_yet_learned"] = len(unlearned_captures(session))
+        start = start_facts(session.learned)
+        if start is not None:
+            facts["start"] = start
+    return facts
+
+
+def describe_capture(session: Session, name: str) -> dict[str, Any]:
     """Facts of one capture, for print or JSON; times in seconds."""
-    info = store.load_capture(base.store, name)
+    info = store.load_capture(session.store, name)
+    number = info.capture_id
+    captions = store.load_captions(session.store, number)
+    events = store.load_events(session.store, number)
     facts: dict[str, Any] = {
         "capture": info.name,
         "kind": info.kind,
@@ -41,32 +76,32 @@ def describe_capture(base: QuestionVerbs, name: str) -> dict[str, Any]:
         "path": info.path,
         "sha256": info.sha256,
         **{k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
-        "words": [_timed(c.words, c.start, c.end) for c in base.captions(info.name)],
-        "events": dict(sorted(Counter(e.name for e in base.events(info.name)).items())),
+        "words": [_timed(c.words, c.start, c.end) for c in captions.get(number, ())],
+        "events": dict(sorted(Counter(e.name for e in events.get(number, ())).items())),
         "copies": [
             f"{r.capture} {r.kind} {r.other} {r.start:.2f}-{r.end:.2f} s"
-            for r in base.relations(info.name)
+            for r in store.load_relations(session.store, info.name)
         ],
         "notes": list(info.notes),
         "segments": [],
     }
     if info.kind == "generated":
-        facts["sources"] = _sources(base, info.capture_id)
-        derivation = store.load_derivation(base.store, info.capture_id)
+        facts["sources"] = _sources(session, info.capture_id)
+        derivation = store.load_derivation(session.store, info.capture_id)
         if derivation is not None:
             facts["grammar"] = derivation.grammar
-            learned = store.load_grammar(base.store, derivation.grammar)
+            learned = store.load_grammar(session.store, derivation.grammar)
             string = derive_by(learned.grammar, derivation.rules).leaves()
             facts["string"] = " ".join(string)
-    if store.is_learned(base.store):
-        facts["segments"] = capture_segments(base, info.capture_id)
-    facts["activities"] = capture_activities(base, info.capture_id)
+    if store.is_learned(session.store):
+        facts["segments"] = capture_segments(session, info.capture_id)
+    facts["activities"] = capture_activities(session, info.capture_id)
     return facts
 
 
-def capture_segments(base: QuestionVerbs, capture_id: int) -> list[Row]:
+def capture_segments(session: Session, capture_id: int) -> list[Row]:
     """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
-    table = store.load_segments(base.store, scores=False)
+    table = store.load_segments(session.store, scores=False)
     rows = np.flatnonzero(table.capture_ids == capture_id)
     return [_segment_facts(table, int(row)) for row in rows]
 
@@ -82,8 +117,17 @@ def _segment_facts(table: SegmentTable, row: int) -> Row:
     }
 
 
-def known_segments(learned: Learned, capture_id: int) -> list[Row]:
-    """Symbols of a capture as :func:`capture_segments` gives them, from what is in memory."""
+def searched_segments(session: Session, name: str) -> list[Row]:
+    """Symbols of a capture, also of a generated one, from what is in memory."""
+    opened = session.store
+    if not store.is_learned(opened):
+        store.load_capture(opened, name)  # refuses a name that no capture has
+        return []
+    learned = session.searchable
+    numbers = session.kept(
+        "numbers by name", lambda: {i.name: number for number, i in learned.captures.items()}
+    )
+    capture_id = numbers[name] if name in numbers else store.load_capture(opened, name).capture_id
     if capture_id not in learned.rows:
         return []
     rows, table = learned.rows[capture_id], learned.segments
@@ -106,14 +150,14 @@ def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
     ]
 
 
-def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
+def capture_activities(session: Session, capture_id: int) -> list[Row]:
     """The successive activities of a capture; equal numbers are the same activity.
 
     Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where
     words were learned, each comes with those that its motion most likely shows. Empty if the
     capture does one thing throughout.
     """
-    motion = store.load_motion(base.store, capture_id)
+    motion = store.load_motion(session.store, capture_id)
     features = recognition_features(motion)
     runs = find_activities(features, np.random.default_rng(0))
     if len(runs) < 2:
@@ -126,17 +170,17 @@ def capture_activities(base: QuestionVerbs, capture_id: int) -> list[Row]:
                 "activity": activity,
                 "start": round(low / MOTION_FPS, 3),
                 "end": round(high / MOTION_FPS, 3),
-                "words": _likely_words(base, capture_id, low, high),
+                "words": _likely_words(session, capture_id, low, high),
             }
         )
     return rows
 
 
-def _likely_words(base: QuestionVerbs, capture_id: int, low: int, high: int) -> list[str]:
+def _likely_words(session: Session, capture_id: int, low: int, high: int) -> list[str]:
     """The two likeliest words of an interval (frames), from its motion alone."""
-    if not store.is_learned(base.store) or not base.learned.has_words:
+    if not store.is_learned(session.store) or not session.learned.has_words:
         return []
-    learned = base.learned
+    learned = session.learned
     if capture_id not in learned.rows:
         return []
     rows = learned.rows[capture_id]
@@ -150,19 +194,19 @@ def _likely_words(base: QuestionVerbs, capture_id: int, low: int, high: int) -> 
     return [learned.association.words[w] for w in order if mean[w] > LIKELY]
 
 
-def draw_capture(base: QuestionVerbs, name: str, path: str | Path) -> Path:
+def draw_capture(session: Session, name: str, path: str | Path) -> Path:
     """A strip of stick figures with the timelines of symbols and words under it."""
-    info = store.load_capture(base.store, name)
-    motion = store.load_motion(base.store, info.capture_id)
+    info = store.load_capture(session.store, name)
+    motion = store.load_motion(session.store, info.capture_id)
     timelines = []
-    captions = base.captions(info.name)
-    if store.is_learned(base.store):
+    captions = store.load_captions(session.store, info.capture_id).get(info.capture_id, ())
+    if store.is_learned(session.store):
         spans = [
             (s["start"], s["end"], str(s["symbol"]), s["symbol"])
-            for s in capture_segments(base, info.capture_id)
+            for s in capture_segments(session, info.capture_id)
         ]
         timelines.append(pictures.Timeline("symbols", spans))
-    doing = capture_activities(base, info.capture_id)
+    doing = capture_activities(session, info.capture_id)
     if doing:
         done = [
             (a["start"], a["end"], f"{a['activity']} {' '.join(a['words'])}".strip(), a["activity"])
@@ -173,10 +217,10 @@ def draw_capture(base: QuestionVerbs, name: str, path: str | Path) -> Path:
         end = motion.n_frames / MOTION_FPS
         written = [(c.start or 0.0, c.end or end, c.words, c.words) for c in captions]
         timelines.append(pictures.Timeline("words", written))
-    if store.is_learned(base.store) and base.learned.fitted_word_map is not None:
+    if store.is_learned(session.store) and session.learned.fitted_word_map is not None:
         said = [
             (d.start, d.end, " ".join(_recognised(d.words[:3])), d.words[0][0])
-            for d in base.describe(motion)
+            for d in describe(session.learned, motion)
         ]
         timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
     return pictures.draw_strip(motion, path, title=info.name, timelines=timelines)
@@ -187,18 +231,6 @@ def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
     if all(p is None for _, p in words):
         return [word for word, _ in words[:1]]
     return [word for word, p in words if p is not None and p > LIKELY]
-
-
-def animate_capture(
-    base: QuestionVerbs,
-    name: str,
-    path: str | Path,
-    start: float | None = None,
-    end: float | None = None,
-) -> Path:
-    """A capture, or a part of it (seconds), as an animated GIF of a stick figure in real time."""
-    info = store.load_capture(base.store, name)
-    return pictures.draw_animation(base.motion(info.name, start, end), path)
 
 
 def word_rows(learned: Learned) -> list[Row]:
@@ -255,8 +287,8 @@ def _timed(words: str, start: float | None, end: float | None) -> str:
     return f"{start or 0:g}-{'end' if end is None else f'{end:g}'} s: {words}"
 
 
-def _sources(base: QuestionVerbs, capture_id: int) -> list[str]:
-    provenance = store.load_provenance(base.store, capture_id)
+def _sources(session: Session, capture_id: int) -> list[str]:
+    provenance = store.load_provenance(session.store, capture_id)
     numbers = provenance.source_numbers
     return [
         f"{s.name} (frames {int((numbers == n).sum())}, licence {s.licence or '?'})"
