@@ -4,7 +4,7 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
 
 * A *written* word stands in captions that came after learning, or in tags. A capture that holds it
   gets the evidence of a written word, one whose captions or tag have other words that of a missing
-  word (:mod:`motiondb.meaning.evidence.by_words`). Its slope on motion is 0, its prior the share of
+  word (:mod:`motiondb.meaning.by_words`). Its slope on motion is 0, its prior the share of
   captures that hold it.
 * A *replaced* word stands for known words (:mod:`motiondb.search.unknown_words`). Its log-odds are
   the means of theirs, weighted by its shares.
@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import Learned
+from motiondb.meaning.bounds import TakeExtremes, take_extremes
+from motiondb.meaning.by_words import UNWRITTEN, WRITTEN, TakeScores
 from motiondb.meaning.calibration import usual
 from motiondb.meaning.caption_evidence import caption_evidence, interval_evidence
-from motiondb.meaning.evidence.bounds import TakeExtremes, take_extremes
-from motiondb.meaning.evidence.by_words import UNWRITTEN, WRITTEN, TakeScores
-from motiondb.meaning.maps.word_map import WordMap, word_spreads
-from motiondb.meaning.places.place_fitting import Written
+from motiondb.meaning.place_fitting import Written
+from motiondb.meaning.word_map import WordMap, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
 from motiondb.search.unknown_words import Taking, asked_forms, take_word
 
@@ -332,9 +332,10 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     n_learned = len(learned.association.words)
     odds = {capture: asked.odds(capture) @ shares for capture in learned.motion_log_odds}
     said = {capture: asked.written(capture) for capture in learned.rows}
-    written = {capture: values @ shares for capture, values in said.items() if values is not None}
+    said_somewhere = {capture: values for capture, values in said.items() if values is not None}
+    written = {capture: values @ shares for capture, values in said_somewhere.items()}
     # a replaced word is checked if all words are that replace it
-    checked = ~(shares[~asked.checked] > 0.0).any(axis=0)
+    checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
     weights = shares[:n_learned]
     counts = np.append(learned.association.counts, list(asked.added.values()))
     counts = np.maximum(np.rint(counts @ shares), 1).astype(np.int64)
@@ -345,8 +346,8 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         checked = np.concatenate([before.checked, checked])
         odds = {c: np.concatenate([before.odds[c], v], axis=1) for c, v in odds.items()}
         written = {
-            capture: np.concatenate([said[capture][:, n_learned:], values], axis=1)
-            for capture, values in written.items()
+            capture: np.concatenate([values[:, n_learned:], written[capture]], axis=1)
+            for capture, values in said_somewhere.items()
         }
     word_map = with_virtual_words(asked.word_map, shares)
     columns = AddedColumns(word_map, counts, weights, checked, odds, written)

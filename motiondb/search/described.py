@@ -1,7 +1,7 @@
 """What a motion shows: words over time, and the words of the segments of a capture.
 
 The probability of a word comes from a map of its own
-(:mod:`motiondb.meaning.maps.description_map`), fitted to the captions that the database holds now.
+(:mod:`motiondb.meaning.description_map`), fitted to the captions that the database holds now.
 Where its calibration was not learned (with a start), the probability is that of the word map.
 
 Three sources say what a segment of a stored capture shows:
@@ -9,7 +9,7 @@ Three sources say what a segment of a stored capture shows:
 - a caption of an interval, for its words, where the interval lies;
 - the motion, as ``describe`` reads it;
 - the alignment of the words of a caption with the segments of the whole take
-  (:mod:`motiondb.meaning.places.place_fitting`), where it says more than the motion. A caption of
+  (:mod:`motiondb.meaning.place_fitting`), where it says more than the motion. A caption of
   a whole take does not say where in the take a word belongs, and how often the alignment is right
   at a single segment was never measured, so its probabilities order words but are not shown.
 """
@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_STEP
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
-from motiondb.meaning.maps.description_map import score_probabilities
-from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.meaning.by_words import WINDOW_MARGIN
+from motiondb.meaning.description_map import score_probabilities
+from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.asked_words import AskedWords
 

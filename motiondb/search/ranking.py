@@ -1,7 +1,7 @@
 """The captures that answer a question in words, best first, with reasons and certainty.
 
 A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
-caption that the motion of a capture suggests (:mod:`motiondb.meaning.maps.caption_map`). The
+caption that the motion of a capture suggests (:mod:`motiondb.meaning.caption_map`). The
 likeness is a sum over the question's words. It is taken relative to its mean over all captures of
 the database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the
 answers. It does not use order and place, and is not part of the probability of an answer.
@@ -22,11 +22,11 @@ import numpy as np
 from motiondb.language.question.known import KnownQuestion
 from motiondb.language.question.readings import Reading, readings
 from motiondb.language.question.tree import NotUsed
+from motiondb.meaning import by_question
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.evidence import by_question
-from motiondb.meaning.evidence.bounds import SLACK, upper_bounds
-from motiondb.meaning.evidence.by_question import QuestionHit
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
+from motiondb.meaning.bounds import SLACK, upper_bounds
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.records import FloatArray
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
