@@ -12,7 +12,7 @@ from motiondb.database.catalogue import importing
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.bounded_files import read_bounded_text
+from motiondb.files.safe_files import read_bounded_text
 from motiondb.language.synonyms import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Event
 from motiondb.store import Store

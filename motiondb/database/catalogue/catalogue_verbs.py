@@ -15,9 +15,8 @@ from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, write_bytes, write_clip
 from motiondb.database.learn import updating
-from motiondb.files.event_sheet import read_event_sheet
-from motiondb.files.file_names import is_file
-from motiondb.files.sheet import read_sheet
+from motiondb.files.safe_files import is_file
+from motiondb.files.sheets import read_event_sheet, read_sheet
 from motiondb.records import CaptureInfo, Clip, Motion, Relation
 from motiondb.search.duplicates import DuplicateGroup, group_duplicates
 
