@@ -24,7 +24,7 @@ from motiondb.database.grammars.grammar_sequences import (
     play,
 )
 from motiondb.database.grammars.grammar_words import Shares, terminal_shares, terminals_for
-from motiondb.database.nearby_words import nearby_table
+from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern

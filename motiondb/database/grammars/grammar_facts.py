@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.generate.generated_files import source_facts, write_with_provenance
+from motiondb.database.generated_files import source_facts, write_with_provenance
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.baselines.language_measures import finite_language

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
+from motiondb.database.captures import Captures
 from motiondb.database.grammars import (
     grammar_comparing,
     grammar_completing,
@@ -164,7 +164,7 @@ class Grammars(SequenceVerbs):
             take = grammar_parsing.take_of(material, example)
             if take is not None:
                 return grammar_parsing.as_learned(material.learned, take)
-            motion = CatalogueVerbs(self._session).motion(example)
+            motion = Captures(self._session).motion(example)
             reading = grammar_parsing.read(self._session, material, motion)
         return grammar_parsing.parse_reading(material.learned.grammar, reading)
 
