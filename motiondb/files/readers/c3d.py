@@ -5,10 +5,11 @@ What is kept: the frame rate, the joint centres computed from the markers, the b
 about their own axis. Gaps of up to half a second are filled along a straight line; a file with
 longer ones is refused, naming the markers. The up axis is the one along which the body stands.
 
-The markers are Vicon's Plug-in Gait (LASI RASI, LPSI RPSI or SACR, LKNE LANK LTOE LHEE, LSHO LELB LWRA
-LWRB, C7 CLAV STRN T10, LFHD RFHD LBHD RBHD); the CMU database's names of the pelvis (LFWT RFWT LBWT
-RBWT) are accepted too. Notation: W is the distance between LASI and RASI; left, up and ahead are
-the axes of the pelvis (left: RASI to LASI; ahead: from the middle of the back markers, orthogonal).
+The markers are Vicon's Plug-in Gait (LASI RASI, LPSI RPSI or SACR, LKNE LANK LTOE LHEE, LSHO LELB
+LWRA LWRB, C7 CLAV STRN T10, LFHD RFHD LBHD RBHD); the CMU database's names of the pelvis (LFWT RFWT
+LBWT RBWT) are accepted too. Notation: W is the distance between LASI and RASI; left, up and ahead
+are the axes of the pelvis (left: RASI to LASI; ahead: from the middle of the back markers,
+orthogonal).
 
 - hip: from the middle of LASI and RASI 0.36 W to the side, 0.19 W back, 0.30 W down (Bell,
   Brand, Pedersen, Human Movement Science 8, 1989);
