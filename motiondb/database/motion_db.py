@@ -18,7 +18,7 @@ from motiondb.learn.start.knowledge import Knowledge
 from motiondb.learn.symbol_fitting import LearnSettings, Progress
 
 if TYPE_CHECKING:
-    from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.scenes.scene_verbs import Scenes
 
 
@@ -57,7 +57,7 @@ class MotionDB(FactVerbs):
     @cached_property
     def grammars(self) -> Grammars:
         """The verbs of grammars: learn, show, parse, suggest, generate, edit, compare, remove."""
-        from motiondb.database.grammars.grammar_verbs import Grammars
+        from motiondb.database.grammars.grammars import Grammars
 
         return Grammars(self.session)
 

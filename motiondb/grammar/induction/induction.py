@@ -47,8 +47,7 @@ from motiondb.grammar.rules.rule_set import (
     as_grammar,
     flat_rules,
 )
-from motiondb.grammar.rules.sentence_alignment import Slot, align
-from motiondb.grammar.rules.suffix_alignment import align_all
+from motiondb.grammar.rules.sentence_alignment import Slot, align, align_all
 
 Name = TypeVar("Name", bound=str)
 Family = Literal["edit", "biased", "suffix"]

@@ -1,4 +1,4 @@
-"""Alignment of two sentences by edit distance: links between equal symbols, and slots between.
+"""Alignment of sentences: links between equal symbols, and slots between.
 
 Alignment-based learning assumes that parts of sentences which can replace each other are
 constituents of one type. An alignment links equal symbols of two sentences. Between neighbouring
@@ -15,10 +15,18 @@ There are two costs of an alignment:
 Among alignments of equal cost, the one with the leftmost links is taken. The sentence
 that is smaller in the order of symbols decides, so the order of the arguments does not matter.
 
-Source: M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, section 2.
+Many sentences are also aligned at once by the beginnings and ends that they share
+(:func:`align_all`).
+
+Sources: M. van Zaanen, "ABL: Alignment-Based Learning", COLING 2000, section 2; J. Geertzen and M.
+van Zaanen, "Grammatical Inference Using Suffix Trees", ICGI 2004, for alignment by shared ends. The
+three kinds of slots of :func:`align_all` are specific to motiondb.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -44,6 +52,38 @@ def align(one: tuple[int, ...], other: tuple[int, ...], biased: bool = False) ->
         return tuple((span, twin) for twin, span in align(other, one, biased))
     links = _links(np.array(one, dtype=np.int64), np.array(other, dtype=np.int64), biased)
     return slots_between(links, len(one), len(other))
+
+
+def align_all(sentences: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], tuple[Slot, ...]]:
+    """Return the slots of every pair of sentences that begin or end alike.
+
+    They are what follows a common beginning, what comes before a common end, and what lies between
+    both.
+
+    >>> align_all([(0, 1, 3), (0, 2, 3)])
+    {(0, 1): (((0, 2), (0, 2)), ((1, 2), (1, 2)), ((1, 3), (1, 3)))}
+    """
+    slots_of = {}
+    for (i, one), (j, other) in combinations(enumerate(sentences), 2):
+        n, m = len(one), len(other)
+        p = _common_length(one, other)
+        q = min(_common_length(one[::-1], other[::-1]), min(n, m) - p)
+        slots = set()
+        if p:
+            slots.add(((p, n), (p, m)))
+        if q:
+            slots.add(((0, n - q), (0, m - q)))
+        if p and q:
+            slots.add(((p, n - q), (p, m - q)))
+        if slots:
+            slots_of[i, j] = tuple(sorted(slots))
+    return slots_of
+
+
+def _common_length(one: tuple[int, ...], other: tuple[int, ...]) -> int:
+    """Return how many first symbols are equal."""
+    unequal = (k for k, (a, b) in enumerate(zip(one, other)) if a != b)
+    return next(unequal, min(len(one), len(other)))
 
 
 def slots_between(links: IntArray, length: int, other_length: int) -> tuple[Slot, ...]:

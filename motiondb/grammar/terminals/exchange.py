@@ -21,9 +21,9 @@ neighbours of a medoid; and any. Worse exchanges are accepted with a probability
 (simulated annealing). There are several starts: medoids far from one another, or the medoids of a
 segmentation of one rhythm that is cut where the body rests.
 
-This replaces the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is kept in
-:mod:`.genetic`. Alternating between grouping and cutting is the idea of segmental k-means (Rabiner,
-Wilpon, Juang 1986) and of aligned cluster analysis (Zhou, De la Torre, Hodgins 2013).
+This replaces the genetic algorithm of Park, Lee and Lee (2011), section 4.2. Alternating between
+grouping and cutting is the idea of segmental k-means (Rabiner, Wilpon, Juang 1986) and of aligned
+cluster analysis (Zhou, De la Torre, Hodgins 2013).
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.terminals import genetic, tuning
+from motiondb.grammar.terminals import tuning
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
 
 COARSE_STEP = 2  # Frames per frame of the coarse search: 15 frames a second
@@ -31,12 +31,9 @@ class TerminalSettings:
     segment_price: float = 2.0
     rest: float = 3.0  # Price of a cut at the mean speed of the takes, in the same unit
     most_segments: int | None = None  # N; no bound unless given
-    method: str = "exchange"
     n_starts: int = 16  # Number of starts of the exchange search
     # Number of trials of the exchange search; :func:`trials_for` unless given
     n_trials: int | None = None
-    # Settings of the genetic algorithm
-    genetic: genetic.GeneticSettings = field(default_factory=genetic.GeneticSettings)
     # Settings of the tuning of cuts
     tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
 
@@ -71,9 +68,4 @@ def check_settings(n_terminals: int, settings: TerminalSettings) -> None:
         raise GrammarError(
             "terminals: expected 2 <= shortest <= longest frames and a grid of 2 frames or more, "
             f"found {settings.shortest}, {settings.longest} and {settings.grid}. Change them."
-        )
-    if settings.method not in ("exchange", "genetic"):
-        raise GrammarError(
-            f'terminals: expected the method "exchange" or "genetic", found "{settings.method}". '
-            "Choose one of them."
         )

@@ -1,9 +1,8 @@
 """Find the terminals of takes: segments, K groups of segments that are alike, and their names.
 
 Poses are described so that d(x_t, x_t') is cheap (:mod:`.pose_distance`). A coarse search at 15
-frames a second over candidate cuts finds segments and medoids together (:mod:`.exchange`, or the
-genetic algorithm of the paper, :mod:`.genetic`), and medoids that hold two movements are divided
-(:mod:`.division`). Then cuts slide to single frames
+frames a second over candidate cuts finds segments and medoids together (:mod:`.exchange`), and
+medoids that hold two movements are divided (:mod:`.division`). Then cuts slide to single frames
 (:mod:`.tuning`), and all segments are grouped once more from the medoids; the better grouping is
 kept. The takes become strings over the terminals; no segment crosses the end of a take.
 
@@ -27,7 +26,7 @@ from string import ascii_lowercase
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.terminals import candidates, exchange, genetic, tuning
+from motiondb.grammar.terminals import candidates, exchange, tuning
 from motiondb.grammar.terminals.division import divide
 from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
@@ -83,8 +82,7 @@ def find_terminals(
     def advance(share: float) -> None:
         tell(5 + round(75 * share), 100, "search terminals")
 
-    search = _by_exchange if settings.method == "exchange" else _by_genetic
-    groupings = search(poses, costs, n_terminals, settings, rng, advance)
+    groupings = _search(poses, costs, n_terminals, settings, rng, advance)
     tell(80, 100, "tune cuts")
 
     def finish(job: tuple[tuning.Grouping, np.random.Generator]) -> tuning.Grouping:
@@ -166,7 +164,7 @@ def cut_costs(poses: Poses, settings: TerminalSettings) -> Costs:
     return Costs(poses.values, fixed, rest, price, weight, settings.shortest)
 
 
-def _by_exchange(
+def _search(
     poses: Poses,
     costs: Costs,
     n_terminals: int,
@@ -194,26 +192,6 @@ def _by_exchange(
         medoids = exchange.path_medoids(task, state, path)
         groupings.append(_grouped(bounds, costs, n_terminals, medoids))
     return groupings
-
-
-def _by_genetic(
-    poses: Poses,
-    costs: Costs,
-    n_terminals: int,
-    settings: TerminalSettings,
-    rng: np.random.Generator,
-    advance: Callable[[float], None],
-) -> list[tuning.Grouping]:
-    cuts = candidates.candidate_cuts(poses, settings.grid, settings.shortest)
-    cells = candidates.make_cells(cuts, cuts, poses.bounds, settings.shortest, settings.longest)
-    _check_room(cells, n_terminals, settings)
-    bounds = genetic.genetic_cuts(cuts, costs, n_terminals, rng, settings.genetic, advance)
-    most = settings.most_segments
-    if len(bounds) - 1 < n_terminals or (most is not None and len(bounds) - 1 > most):
-        wanted = np.where(np.isin(cells.starts, bounds) & np.isin(cells.ends, bounds), 0.0, 1.0)
-        path = candidates.bounded_path(cells, wanted, np.zeros(len(cuts)), n_terminals, most)
-        bounds = np.append(cells.starts[path], poses.n_frames)
-    return [_grouped(bounds, costs, n_terminals, None)]
 
 
 def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSettings) -> None:

@@ -155,7 +155,6 @@ def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked_dances
     for seed in range(3):
         made = asked_dances.grammars.generate("dance", seed, length=9)
         assert accepts(learned.grammar, made.string)
-        assert made.choice.cost <= made.greedy + 1e-9
         assert made.made.slip <= made.made.source_slip
         assert len(made.provenance.source_numbers) == made.motion.n_frames
         assert set(made.provenance.licences) == {"CC0-1.0"}

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.language_measures import derived_strings
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.derive import derive
@@ -29,6 +28,7 @@ from motiondb.grammar.induction.support.loop_evidence import (
     write_out,
 )
 from motiondb.grammar.induction.support.refitting import refit, refit_fully
+from motiondb.grammar.languages import derived_strings
 from motiondb.grammar.rules import rule_laws
 from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.language_measures import match_languages
+from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce_with_bits

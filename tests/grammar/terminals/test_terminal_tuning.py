@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from motiondb.grammar.terminals import genetic, tuning, tuning_steps
+from motiondb.grammar.terminals import tuning, tuning_steps
 from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.segment_distance import segment_distances
 
@@ -85,22 +85,3 @@ def test_one_segment_a_take_cannot_be_moved() -> None:
     grouping = tuning.Grouping(np.array(BOUNDS), np.array([0, 1]), np.array([0, 1]))
     best, _ = tuning.tune(grouping, costs, np.random.default_rng(0))
     assert best.cuts.tolist() == list(BOUNDS)
-
-
-def test_the_genetic_search_beats_its_first_population_and_keeps_the_rules() -> None:
-    _, costs = made(3)
-    places = np.unique(np.concatenate([np.arange(0, N_FRAMES, 5), BOUNDS]))
-
-    def cost_after(generations: int) -> tuple[float, np.ndarray]:
-        settings = genetic.GeneticSettings(population=20, generations=generations, part=400)
-        cuts = genetic.genetic_cuts(places, costs, 5, np.random.default_rng(4), settings)
-        lengths = np.diff(cuts)
-        gaps = segment_distances(costs.values, cuts[:-1], cuts[1:])
-        paid = {"weights": costs.weight * lengths, "prices": costs.price * lengths}
-        medoids, labels = group_by_medoids(gaps, 5, **paid)
-        return tuning.total_cost(tuning.Grouping(cuts, labels, medoids), costs), cuts
-
-    first, later = cost_after(0), cost_after(60)
-    assert later[0] < first[0]
-    assert np.diff(later[1]).min() >= costs.shortest
-    assert set(BOUNDS) <= set(later[1].tolist())
