@@ -16,9 +16,8 @@ from grammar_tasks import truth as known
 from grammar_tasks.long_takes import long_takes
 from grammar_tasks.tables import table, table_rows
 from motiondb.grammar.induction.induction import induce_with_bits
+from motiondb.grammar.terminals.distances import make_poses, segment_distances
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.pose_distance import make_poses
-from motiondb.grammar.terminals.segment_distance import segment_distances
 from motiondb.grammar.terminals.terminals import Terminals, find_terminals, terminal_names
 from motiondb.records import IntArray
 

@@ -21,7 +21,7 @@ from motiondb.grammar.cfg.parse import parse
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.sentences.cutting import Room, cutting_room
 from motiondb.grammar.terminals import terminals, tuning
-from motiondb.grammar.terminals.pose_distance import Poses, make_poses
+from motiondb.grammar.terminals.distances import Poses, make_poses
 from motiondb.records import Motion
 
 K = 20

@@ -29,9 +29,13 @@ from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.languages import finite_state_grammar
 from motiondb.grammar.sentences.partition import find_sentences, sentences_between
-from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
-from motiondb.grammar.terminals.pose_distance import make_poses
-from motiondb.grammar.terminals.terminals import Terminals, find_terminals, strings_of
+from motiondb.grammar.terminals.distances import make_poses
+from motiondb.grammar.terminals.terminals import (
+    REPETITION_WEIGHT,
+    Terminals,
+    find_terminals,
+    strings_of,
+)
 from motiondb.records import IntArray, Motion
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"

@@ -14,7 +14,7 @@ segments that begin or end a sentence of the takes are preferred: others may beg
 middle of a step.
 
 A motion of a wanted duration is a chain of sentences, as a take is
-(:mod:`motiondb.grammar.derivation.chain`).
+(:mod:`motiondb.grammar.derivation.derive`).
 
 Segments are placed one after the other with blended seams. The position on the ground and the
 heading continue across seams, and feet are fixed while they are in contact with the ground. For

@@ -24,7 +24,7 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.derivation import edit
-from motiondb.grammar.derivation.chain import draw_chain
+from motiondb.grammar.derivation.derive import draw_chain
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 
 MAX_NAME = 200

@@ -16,14 +16,13 @@ from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
 from motiondb.grammar.induction.rule_compaction import Effort, compact
 from motiondb.grammar.languages import finite_language
 from motiondb.grammar.rules.description_length import description_length, most_economical_tree
-from motiondb.grammar.rules.hypotheses import SELECTIONS, propose, select
+from motiondb.grammar.rules.hypotheses import SELECTIONS, align, align_all, propose, select
 from motiondb.grammar.rules.rule_set import (
     RuleSet,
     constant_terminals,
     flat_rules,
     single_terminals,
 )
-from motiondb.grammar.rules.sentence_alignment import align, align_all
 
 TOY = [tuple(word) for word in ["rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm"]]
 TOY_LANGUAGE = {

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.rules.repeats import (
+from motiondb.grammar.sentences.repeats import (
     common_prefixes,
     cover_repeats,
     join_strings,

@@ -79,10 +79,10 @@ def test_the_same_seed_gives_the_same_terminals(
     learned: Terminals, takes: list[Motion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert same(learned, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
-    from motiondb.grammar.terminals import exchange, segment_distance
+    from motiondb.grammar.terminals import distances, exchange
 
     pool = exchange.ThreadPoolExecutor
-    for one in (exchange, segment_distance, module):
+    for one in (exchange, distances, module):
         monkeypatch.setattr(one, "ThreadPoolExecutor", lambda _n: pool(1))
     assert same(learned, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
 
