@@ -1,4 +1,4 @@
-"""What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
+"""What grammars reach: times, known truth, real takes, pictures; see docs/measured/grammar.md.
 
     python benchmarks/grammar.py --data DIR [--task speed truth recursive ...]
                                  [--style salsa ...] [--language brackets ...] [--sentences 20]
@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--part", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--sentences", nargs="+", type=int, choices=SIZES, default=SIZES)
-    parser.add_argument("--output", type=Path, default=Path("docs"))
+    parser.add_argument("--output", type=Path, default=Path("docs/measured"))
     chosen = parser.parse_args(arguments)
     if chosen.data is None and set(chosen.task) - set(WITHOUT_DATA):
         free = ", ".join(WITHOUT_DATA)

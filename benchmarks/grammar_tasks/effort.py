@@ -4,7 +4,8 @@
         [--seeds 300 301 302] [--grammars 12] [--sentences 10 20 40]
 
 Sentences are drawn from the sample data's three grammars, with other seeds than those that
-``docs/grammar.md`` reports, and from small random grammars: 6 to 10 terminals, 3 to 5 nonterminals
+``docs/measured/grammar.md`` reports, and from small random grammars: 6 to 10 terminals, 3 to 5
+nonterminals
 of 2 or 3 alternatives, none deriving itself. The efforts of ``compaction`` were chosen by what this
 prints. Fewer bits than the true grammar's are possible: the language may have a shorter grammar, or
 a few sentences one that fits them better.

@@ -208,8 +208,7 @@ def _opened(path: Path) -> MotionDB:
 
 
 def _read_page(data: bytes, _place: Place) -> object:
-    from motiondb.fetch.checks import check_amc, check_asf
-    from motiondb.fetch.cmu_pages import read_trials
+    from motiondb.fetch.cmu_files import check_amc, check_asf, read_trials
 
     check_amc(data)
     check_asf(data)

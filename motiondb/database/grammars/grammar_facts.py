@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.generate.generated_files import source_facts
+from motiondb.database.generated_files import source_facts
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.grammar.cfg import context_free

@@ -19,7 +19,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import check_name_free
-from motiondb.database.generate.keeping import keep_generated
+from motiondb.database.generated_files import keep_generated
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free, parse

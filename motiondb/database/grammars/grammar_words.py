@@ -37,7 +37,7 @@ from motiondb.database.grammars.grammar_sequences import (
     Material,
     play,
 )
-from motiondb.database.nearby_words import nearby_table
+from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
-from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
-from motiondb.database.generate.generated_files import write_with_provenance
+from motiondb.database.captures import Captures
+from motiondb.database.generated_files import write_with_provenance
 from motiondb.database.grammars import (
     grammar_facts,
     grammar_learning,
@@ -182,7 +182,7 @@ class Grammars:
             take = grammar_parsing.take_of(material, example)
             if take is not None:
                 return grammar_parsing.as_learned(material.learned, take)
-            motion = CatalogueVerbs(self._session).motion(example)
+            motion = Captures(self._session).motion(example)
             reading = grammar_parsing.read(self._session, material, motion)
         return grammar_parsing.parse_reading(material.learned.grammar, reading)
 

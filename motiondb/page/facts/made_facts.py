@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from motiondb.database import MotionDB
-from motiondb.database.generate.generating import Generated
+from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_facts import PATH_STEP, root_path, tree_nodes
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.page.facts.answer_facts import taken_facts
