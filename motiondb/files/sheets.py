@@ -1,9 +1,14 @@
-"""Sheets of words: TSV or CSV with a header, one or more rows for each capture.
+"""Sheets of words and of events: TSV or CSV with a header.
 
-Columns: ``file`` (path below the added folder, with or without its ending) and any of ``words``,
-``start``, ``end`` (seconds: the row's words describe this part), ``performer``, ``fps``,
-``licence``, ``skeleton``; every further column is kept as a tag. The values of a sheet override
-those in the file's header.
+Words, one or more rows for each capture: ``file`` (path below the added folder, with or without its
+ending) and any of ``words``, ``start``, ``end`` (seconds: the row's words describe this part),
+``performer``, ``fps``, ``licence``, ``skeleton``; every further column is kept as a tag. The values
+of a sheet override those in the file's header.
+
+Events, one row for each instant: ``file``, ``event`` (what happens: foot_strike, catch, release,
+contact, ...), ``frame`` (of the canonical motion, 30 per second) or ``time`` (seconds), and, where
+it is known, ``joint`` (of the canonical body, such as r_wrist) and ``other`` (what takes part
+besides the joint, such as ball). Further columns are ignored.
 """
 
 from __future__ import annotations
@@ -15,16 +20,17 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
+from motiondb.body import body
 from motiondb.errors import SheetError, suggestion
-from motiondb.files.bounded_files import read_bounded
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
+from motiondb.files.safe_files import read_bounded
 from motiondb.files.text import MAX_FAULTS, number, quoted
-from motiondb.records import Caption
+from motiondb.records import MOTION_FPS, Caption, Event
 
 KNOWN = ("file", "words", "start", "end", "performer", "fps", "licence", "skeleton")
-_KNOWN = ", ".join(KNOWN)
-_SYNONYMS = MappingProxyType(
+_WORD_COLUMNS = ", ".join(KNOWN)
+_WORD_SYNONYMS = MappingProxyType(
     {
         "license": "licence",
         "subject": "performer",
@@ -36,8 +42,7 @@ _SYNONYMS = MappingProxyType(
 )
 MAX_BYTES = 100_000_000  # Largest sheet that is read; a million rows take about as much
 
-_MAX_LISTED = 100
-"""Faults that a message lists: enough to correct a sheet in a few rounds, few enough to read."""
+_MAX_LISTED = 100  # Faults that a message lists: enough to correct a sheet in a few rounds
 
 Rows = list[tuple[int, list[str]]]  # (line number, cells) of each row that is not empty
 
@@ -103,17 +108,19 @@ def capture_name(file: str) -> str:
 def read_sheet(path: Path | str) -> Sheet:
     """Read a sheet of words."""
     path = Path(path)
-    rows = read_rows(path, f"a column `file`, found an empty sheet. Known columns: {_KNOWN}.")
+    rows = read_rows(
+        path, f"a column `file`, found an empty sheet. Known columns: {_WORD_COLUMNS}."
+    )
     header_number, names = rows[0]
-    header = [_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
+    header = [_WORD_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
     header = [c.lower() if c.lower() in KNOWN else c for c in header]
     if "file" not in header:
         raise SheetError(
             f"{path}:{header_number}: expected a column `file`, found {shown_row(header)}. "
-            f"Known columns: {_KNOWN}; others are kept as tags."
+            f"Known columns: {_WORD_COLUMNS}; others are kept as tags."
         )
     check_columns(path, header_number, header)
-    return _gather(path, header, rows[1:])
+    return _gather_words(path, header, rows[1:])
 
 
 def check_columns(path: Path, line: int, header: list[str]) -> None:
@@ -194,7 +201,7 @@ def _split(path: Path, text: str, delimiter: str) -> Rows:
     return rows
 
 
-def _gather(path: Path, header: list[str], rows: Rows) -> Sheet:
+def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
     """Turn rows into entries; raise all faults at once."""
     entries: dict[str, SheetEntry] = {}
     faults: list[str] = []
@@ -311,3 +318,129 @@ def _number(cells: dict[str, str], column: str) -> float | None:
             f"expected a number of at least 0 in column {column}, found {quoted(text)}."
         )
     return value
+
+
+EVENT_COLUMNS = ("file", "event", "frame", "time", "joint", "other")
+_EVENT_SYNONYMS = MappingProxyType(
+    {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
+)
+MAX_VALUE = 1e9  # Frames and seconds beyond are faults: a year at 30 frames a second
+_EVENT_COLUMNS = f"Columns: {', '.join(EVENT_COLUMNS)}; frame counts 30 a second, time seconds."
+
+
+@dataclass(frozen=True)
+class EventSheet:
+    """A sheet of events that was read."""
+
+    path: str
+    # Events with their lines, by capture name (path without ending)
+    entries: dict[str, tuple[tuple[int, Event], ...]]
+    notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
+
+    @property
+    def n_events(self) -> int:
+        """Number of events in the sheet."""
+        return sum(map(len, self.entries.values()))
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """Return a sentence for every file that is not among the captures."""
+        files = {name: (rows[0][0], name) for name, rows in self.entries.items()}
+        return unknown_files(self.path, files, names, "an existing capture")
+
+    def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
+        """Return the events of a capture that lie within it."""
+        kept = []
+        for line, event in self.entries.get(name, ()):
+            if event.frame >= n_frames:
+                problems.append(
+                    f"{self.path}:{line}: expected an event before the end of {name} at "
+                    f"{n_frames / MOTION_FPS:.3f} s (frame {n_frames}), found frame {event.frame}. "
+                    "Count frames at 30 a second, or give a column time."
+                )
+            else:
+                kept.append(event)
+        return tuple(kept)
+
+
+def read_event_sheet(path: Path | str) -> EventSheet:
+    """Read a sheet of events."""
+    path = Path(path)
+    rows = read_rows(
+        path, f"the columns file, event and frame, found an empty sheet. {_EVENT_COLUMNS}"
+    )
+    line, names = rows[0]
+    header = [_EVENT_SYNONYMS.get(name.strip().lower(), name.strip().lower()) for name in names]
+    missing = [column for column in ("file", "event") if column not in header]
+    missing += ["frame or time"] if not {"frame", "time"} & set(header) else []
+    if missing:
+        raise SheetError(
+            f"{path}:{line}: expected a column {' and '.join(missing)}, found "
+            f"{shown_row(names)}. {_EVENT_COLUMNS}"
+        )
+    check_columns(path, line, header)
+    return _gather_events(path, header, rows[1:])
+
+
+def _gather_events(path: Path, header: list[str], rows: Rows) -> EventSheet:
+    """Turn rows into events; raise all faults at once."""
+    entries: dict[str, list[tuple[int, Event]]] = {}
+    seen: dict[tuple[str, Event], int] = {}
+    faults: list[str] = []
+    repeats: list[str] = []
+    for line, row in rows:
+        if len(row) > len(header):
+            faults.append(f"{path}:{line}: expected {len(header)} columns, found {len(row)}.")
+            continue
+        cells = {column: cell.strip() for column, cell in zip(header, row)}
+        try:
+            name, event = capture_name(_filled(cells, "file")), _event(cells)
+        except ValueError as error:
+            faults.append(f"{path}:{line}: {error}")
+            continue
+        if (name, event) in seen:
+            repeats.append(f"{path}:{line}: repeats line {seen[name, event]} and was left out")
+            continue
+        seen[name, event] = line
+        entries.setdefault(name, []).append((line, event))
+    if faults:
+        raise SheetError(all_faults(faults))
+    return EventSheet(
+        str(path), {n: tuple(of_one) for n, of_one in entries.items()}, first_of(repeats)
+    )
+
+
+def _event(cells: dict[str, str]) -> Event:
+    """Turn the cells of a row into an event; ValueError with the fault of the row."""
+    joint = cells.get("joint", "")
+    if joint and joint not in body.INDEX:
+        raise ValueError(
+            f"expected a joint of the canonical body, found {quoted(joint)}."
+            + (suggestion(joint, body.JOINTS) or f" They are {', '.join(body.JOINTS)}.")
+        )
+    return Event(_frame(cells), _filled(cells, "event"), joint, cells.get("other", ""))
+
+
+def _frame(cells: dict[str, str]) -> int:
+    """Return the frame at 30 per second, from the frame or from the time."""
+    frame, time = cells.get("frame", ""), cells.get("time", "")
+    if not frame and not time:
+        raise ValueError("expected a frame or a time, found neither. Give one of them.")
+    column, text = ("frame", frame) if frame else ("time", time)
+    value = number(text)
+    if value is None or not 0 <= value < MAX_VALUE or (frame and value != round(value)):
+        whole = "whole number" if frame else "number"
+        raise ValueError(
+            f"expected a {whole} of at least 0 in column {column}, found {quoted(text)}."
+            f" {'Frames count 30 a second.' if frame else 'Times are seconds.'}"
+        )
+    return round(value) if frame else round(value * MOTION_FPS)
+
+
+def _filled(cells: dict[str, str], column: str) -> str:
+    """Return the cell of a column that may not be empty; ValueError if it is."""
+    if not cells.get(column):
+        what = "a file name" if column == "file" else "what happens"
+        raise ValueError(
+            f"expected {what} in column {column}, found nothing. Fill it in or delete the row."
+        )
+    return cells[column]

@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError
-from motiondb.files.whole_files import whole_file
+from motiondb.files.safe_files import whole_file
 from motiondb.records import Clip, FloatArray, Skeleton
 
 DEFAULT_ORDER = "ZYX"
