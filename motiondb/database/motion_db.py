@@ -24,12 +24,12 @@ from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.generating import Generated
-    from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.scenes.scene_verbs import Scenes
     from motiondb.database.showing import Row
     from motiondb.learn.drift import Drift
+    from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
-    from motiondb.learn.start.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings, Progress
 
 
@@ -68,7 +68,7 @@ class MotionDB(Captures):
     @cached_property
     def grammars(self) -> Grammars:
         """The verbs of grammars: learn, show, parse, suggest, generate, edit, compare, remove."""
-        from motiondb.database.grammars.grammar_verbs import Grammars
+        from motiondb.database.grammars.grammars import Grammars
 
         return Grammars(self.session)
 
@@ -135,10 +135,10 @@ class MotionDB(Captures):
         KnowledgeError
             When there is no such knowledge.
         """
-        from motiondb.database.learn import learning
+        from motiondb.database.learn import learn_run
         from motiondb.learn.symbol_fitting import LearnSettings
 
-        return learning.learn(self.store, settings or LearnSettings(), progress, start)
+        return learn_run.learn(self.store, settings or LearnSettings(), progress, start)
 
     def is_learned(self) -> bool:
         """Whether the database has learned."""
@@ -175,9 +175,9 @@ class MotionDB(Captures):
 
         None if it has not learned, or an earlier version learned that kept no baseline.
         """
-        from motiondb.database.learn import learning
+        from motiondb.database.learn import learn_run
 
-        return learning.measure(self.store)
+        return learn_run.measure(self.store)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
         """Write the learned model, without motion and captions, as a start for other databases.
@@ -198,10 +198,10 @@ class MotionDB(Captures):
         KnowledgeError
             When it learned with a start itself, or the file cannot be written.
         """
-        from motiondb.database.learn import starting
+        from motiondb.database.learn import knowledge
 
         with self.session.reading():
-            return starting.export(self.store, self.learned, path, name, credit)
+            return knowledge.export(self.store, self.learned, path, name, credit)
 
     def start_knowledge(self) -> Knowledge:
         """The knowledge that the database started from.
@@ -211,17 +211,17 @@ class MotionDB(Captures):
         NotLearnedError
             When the database has not learned, or learned without a start.
         """
-        from motiondb.database.learn import starting
+        from motiondb.database.learn import knowledge
 
         with self.session.reading():
-            return starting.start_knowledge(self.learned)
+            return knowledge.start_knowledge(self.learned)
 
     def start_facts(self) -> dict[str, Any] | None:
         """The origin of the knowledge that the database started from; None if it did not."""
-        from motiondb.database.learn import starting
+        from motiondb.database.learn import knowledge
 
         with self.session.reading():
-            return starting.start_facts(self.learned) if self.is_learned() else None
+            return knowledge.start_facts(self.learned) if self.is_learned() else None
 
     def search(
         self,

@@ -12,7 +12,7 @@ import numpy as np
 from motiondb import pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.database.asking import unlearned_captures
-from motiondb.database.learn.starting import start_facts
+from motiondb.database.learn.knowledge import start_facts
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned

@@ -43,7 +43,7 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.places.place_fitting import Written
+from motiondb.meaning.place_fitting import Written
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
