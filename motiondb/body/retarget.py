@@ -4,8 +4,9 @@ The positions of the canonical joints are measured, or estimated as on the stand
 skeleton has none (spine, head, collars, hands, toes). The canonical rotations follow from joint
 positions alone, so that neither rest pose nor joint axes of the source matter: pelvis and chest get
 full frames (line of hips or shoulders, and up), every other bone the smallest rotation in its
-parent's frame that points it where the source points it (swing without twist). Bone lengths are the standard body's; the root is scaled by leg length.
-What is lost: the rotation of head, hands and feet about their own bone, and shrugs along the bone.
+parent's frame that points it where the source points it (swing without twist). Bone
+lengths are the standard body's; the root is scaled by leg length. What is lost: the rotation of
+head, hands and feet about their own bone, and shrugs along the bone.
 """
 
 from __future__ import annotations

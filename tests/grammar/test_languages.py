@@ -1,8 +1,9 @@
-"""Languages side by side, and the baselines that they are compared with."""
+"""Languages side by side, and the finite state machine that they are compared with."""
 
 from __future__ import annotations
 
-from itertools import product
+from collections import Counter
+from itertools import pairwise, product
 from math import exp
 
 import numpy as np
@@ -10,21 +11,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.finite_state import finite_state_grammar, observed_transitions
-from motiondb.grammar.baselines.flat import flat_grammar
-from motiondb.grammar.baselines.language_measures import (
-    coverage,
-    derived_strings,
-    finite_language,
-    held_out_coverage,
-    match_languages,
-    share_with_unseen_pairs,
-)
+from grammar_tasks.language_match import match_languages, share_with_unseen_pairs
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
 from motiondb.grammar.cfg.lengths import nearest_length
 from motiondb.grammar.cfg.parse import ParseError, accepts, log_probability, parse
 from motiondb.grammar.cfg.prefix import suggest
 from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.languages import (
+    coverage,
+    derived_strings,
+    finite_language,
+    finite_state_grammar,
+    held_out_coverage,
+)
 
 TOY = read_grammar("""
 S -> r X1 X2 m
@@ -74,15 +73,6 @@ def test_growing_and_merely_cyclic() -> None:
     assert finite_language(read_grammar("S -> a | b S")) is None
 
 
-def test_precision_and_recall_exact() -> None:
-    rng = np.random.default_rng(0)
-    matches = match_languages(flat_grammar(SIX), TOY, rng)
-    assert (matches.precision, matches.recall) == (1.0, pytest.approx(6 / 14))
-    assert (matches.n_learned, matches.n_true) == (6, 14)
-    assert matches.precision_is_exact
-    assert matches.recall_is_exact
-
-
 def test_precision_sampled_and_recall_exact() -> None:
     loose = read_grammar("S -> r A m\nA -> T [0.8] | T A [0.2]\nT -> f | d | p | s")
     matches = match_languages(loose, TOY, np.random.default_rng(0), n=4000)
@@ -93,7 +83,6 @@ def test_precision_sampled_and_recall_exact() -> None:
 
 
 def test_coverage() -> None:
-    assert coverage(flat_grammar(SIX[:3]), SIX) == 0.5
     assert coverage(TOY, [*SIX, ("r", "unknown")]) == pytest.approx(6 / 7)
     with pytest.raises(GrammarError, match="expected at least one to cover"):
         coverage(TOY, [])
@@ -102,32 +91,20 @@ def test_coverage() -> None:
 def test_held_out_coverage_of_each_left_out_once() -> None:
     rng = np.random.default_rng(0)
     strings = [tuple(s) for s in ("ab", "ab", "abb", "c")]
-    # flat: only the two equal ones cover each other; states: abb covers ab, ab does not cover bb
-    assert held_out_coverage(flat_grammar, strings, rng, folds=4) == 0.5
+    # abb covers both ab, ab does not cover bb
     assert held_out_coverage(finite_state_grammar, strings, rng, folds=4) == 0.5
     assert held_out_coverage(lambda seen: TOY, SIX, rng, folds=3) == 1.0
     with pytest.raises(GrammarError, match="folds: expected 2 to 4, the number of sentences"):
-        held_out_coverage(flat_grammar, strings, rng, folds=5)
-
-
-def test_unseen_pairs() -> None:
-    assert share_with_unseen_pairs([tuple("rpm"), tuple("rmp"), tuple("pm")], SIX) == 2 / 3
-    with pytest.raises(GrammarError, match="strings: expected at least one"):
-        share_with_unseen_pairs([], SIX)
-
-
-def test_flat_grammar_counts() -> None:
-    grammar = flat_grammar(["ab", "S", "ab", "ab"])
-    assert grammar.start == "S'"
-    assert [rule.probability for rule in grammar.rules] == [0.75, 0.25]
-    assert parse(grammar, ["S"]).leaves() == ("S",)
-    with pytest.raises(GrammarError, match="found none"):
-        flat_grammar([])
+        held_out_coverage(finite_state_grammar, strings, rng, folds=5)
 
 
 sentences_of = st.lists(
     st.lists(st.sampled_from("abc"), max_size=6).map(tuple), min_size=1, max_size=5
 )
+
+
+def pairs(sentences: list[tuple[str, ...]]) -> Counter[tuple[str | None, str | None]]:
+    return Counter(pair for s in sentences for pair in pairwise([None, *s, None]))
 
 
 @given(sentences_of, st.lists(st.sampled_from("abc"), max_size=5).map(tuple))
@@ -136,8 +113,8 @@ def test_the_machine_accepts_exactly_the_observed_transitions(
     sentences: list[tuple[str, ...]], string: tuple[str, ...]
 ) -> None:
     machine = finite_state_grammar(sentences)
-    transitions = observed_transitions(sentences)
-    assert accepts(machine, string) == (set(observed_transitions([string])) <= set(transitions))
+    transitions = pairs(sentences)
+    assert accepts(machine, string) == (set(pairs([string])) <= set(transitions))
     chance = 1.0
     for before, after in zip((None, *string), (*string, None)):
         out = sum(n for (a, _), n in transitions.items() if a == before)
@@ -153,6 +130,8 @@ def test_the_machine_derives_no_unseen_pair(sentences: list[tuple[str, ...]], se
 
 
 def test_the_machine_by_hand() -> None:
+    with pytest.raises(GrammarError, match="expected at least one, found none"):
+        finite_state_grammar([])
     machine = finite_state_grammar(["ab", "abb", "S"])
     assert machine.start == "S'"
     assert dict(suggest(machine, [])) == pytest.approx({"a": 2 / 3, "S": 1 / 3})

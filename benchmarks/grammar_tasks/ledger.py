@@ -46,7 +46,7 @@ import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.sentences.partition import Sentences
-from motiondb.grammar.terminals.pose_distance import Poses, make_poses
+from motiondb.grammar.terminals.distances import Poses, make_poses
 from motiondb.grammar.terminals.terminals import Terminals
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 

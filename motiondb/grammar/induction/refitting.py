@@ -1,9 +1,14 @@
-"""Parse sentences by a rule set in the fewest bits, or cover them by parts that the rules derive.
+"""Refit rules to sentences: parse all sentences by the rules of another rule set.
+
+A rule set counts how often its rules are used, but not by which sentence, so a search cannot split
+what it has merged. Here each sentence is parsed again in the fewest bits.
+Only rules that are used remain, with their new counts. A sentence that the rules do not derive gets
+a rule of the start symbol of the fewest bits, made of terminals and of nonterminals that derive
+parts of it. Rules may therefore be removed, copied, or learned from some of the sentences only;
+afterwards all sentences are derived again.
 
 A node of a nonterminal with h alternatives costs log2 h bits, and a symbol of a new rule the
-logarithm of the alphabet. A sentence that the rules do not derive is covered: it becomes a new
-right side of the start symbol, made of terminals and of nonterminals that derive parts of it, in
-the fewest bits.
+logarithm of the alphabet.
 
 The compiled part is a chart over spans, filled component by component of the nonterminals,
 bottom-up. Within a component whose nonterminals derive themselves, spans are filled from the last
@@ -17,6 +22,7 @@ and Control 10 (1967), for the chart over spans; here right sides have any lengt
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -26,10 +32,64 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable, compiled
-from motiondb.grammar.induction.support.parse_costs import Costs, costs_of
-from motiondb.grammar.rules.rule_laws import components
-from motiondb.grammar.rules.rule_set import Right, RuleSet
-from motiondb.records import FloatArray, IntArray
+from motiondb.grammar.rules.rule_laws import components, nullable_lefts
+from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet
+from motiondb.records import BoolArray, FloatArray, IntArray
+
+
+class Costs(NamedTuple):
+    """Rules with their costs."""
+
+    table: RuleTable  # The rules, component by component, bottom-up
+    groups: IntArray  # (components + 1,): index of the first rule of each component
+    recursive: BoolArray  # (components,): whether the nonterminals of a component derive themselves
+    again: BoolArray  # (rules,): whether a rule can begin with a nonterminal of its component
+    bits: FloatArray  # (nonterminals,): bits of a node of each nonterminal
+    symbol_bits: float  # Bits of a symbol of a new rule
+
+
+def costs_of(
+    donor: RuleSet, rows: list[tuple[int, Right]], lefts: list[int], groups: list[list[int]]
+) -> Costs:
+    """Write rules into arrays."""
+    names = {left: donor.start + k for k, left in enumerate(lefts)}
+    table = np.zeros((len(rows), 5), dtype=np.int64)
+    text = np.zeros(1 + sum(len(right) for _, right in rows), dtype=np.int64)
+    end = 0
+    for r, (left, right) in enumerate(rows):
+        text[end : end + len(right)] = [names.get(symbol, symbol) for symbol in right]
+        table[r, LEFT], table[r, OFFSET], table[r, LENGTH] = names[left], end, len(right)
+        end += len(right)
+    sizes = [sum(len(donor.rules[left]) for left in group) for group in groups]
+    nullable = nullable_lefts(donor.rules)
+    group_of = {left: g for g, group in enumerate(groups) for left in group}
+    return Costs(
+        RuleTable(table, text, np.array([len(rows), end]), donor.n_terminals),
+        np.cumsum([0, *sizes]).astype(np.int64),
+        np.array([_derives_itself(donor, group) for group in groups], dtype=np.bool_),
+        np.array([_begins_within(row, group_of, nullable) for row in rows], dtype=np.bool_),
+        np.array([math.log2(max(1, len(donor.rules[left]))) for left in lefts]),
+        math.log2(len(lefts) + donor.n_terminals + 1),
+    )
+
+
+def _derives_itself(donor: RuleSet, group: list[int]) -> bool:
+    """Whether the nonterminals of a component derive themselves."""
+    return len(group) > 1 or any(group[0] in right for right in donor.rules[group[0]])
+
+
+def _begins_within(
+    row: tuple[int, Right], group_of: dict[int, int], nullable: frozenset[int]
+) -> bool:
+    """Whether a right side can begin with a nonterminal of the component of its left side."""
+    left, right = row
+    for symbol in right:
+        if group_of.get(symbol) == group_of[left]:
+            return True
+        if symbol not in nullable:
+            return False
+    return False
+
 
 _LARGEST_CHART = 20_000_000
 """Cells (nonterminals times spans) beyond which sentences are not parsed: 320 MB of memory."""
@@ -321,3 +381,90 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
     for k in range(len(kept)):
         nodes[k] = kept[k]
     return nodes
+
+
+_MOST_REFITS = 20
+"""Largest number of successive refits. Chosen by hand: a few are enough, and each saves bits."""
+
+_SAVED = 1e-6  # Bits that a further refit must save
+
+
+def refit(donor: RuleSet, flat: RuleSet) -> RuleSet | None:
+    """Return the rules of ``donor`` that the sentences use, and new rules for other sentences.
+
+    >>> from motiondb.grammar.rules.rule_set import flat_rules
+    >>> donor = RuleSet(4, {4: {(0, 5, 3): 1}, 5: {(1,): 1, (2,): 1, (1, 1): 1}})
+    >>> refit(donor, flat_rules({(0, 1, 3): 2, (0, 2, 3): 1, (2, 3): 1}, 4)).rules
+    {4: {(0, 5, 3): 3, (2, 3): 1}, 5: {(1,): 2, (2,): 1}}
+    """
+    parsed = _parsed(donor, flat)
+    return None if parsed is None else _refitted(parsed, flat)
+
+
+def _parsed(donor: RuleSet, flat: RuleSet) -> Parsed | None:
+    if not flat.loops and donor.order() is None:
+        return None
+    return read_all(donor, flat.rules[flat.start])
+
+
+def _refitted(parsed: Parsed, flat: RuleSet, lawful: bool = False) -> RuleSet | None:
+    """Return the rules that the trees use; None if they break the laws.
+
+    If the donor is ``lawful``, so are those of its rules that trees of the start symbol use.
+    """
+    sentences = flat.rules[flat.start]
+    rows, readings = parsed
+    new: dict[Right, list[Right]] = {}
+    used: tuple[list[IntArray], list[IntArray]] = ([], [])  # by derived sentences, and by covers
+    weights: tuple[list[int], list[int]] = ([], [])
+    for sentence, reading in readings.items():
+        is_cover = bool(reading.cover)
+        used[is_cover].append(reading.nodes[:, RULE])
+        weights[is_cover].append(sentences[sentence])
+        if is_cover:
+            new.setdefault(reading.cover, []).append(sentence)
+    derived, covered = (_uses(*of_kind, len(rows)) for of_kind in zip(used, weights, strict=True))
+    refitted = _counted(flat, rows, derived + covered)
+    for cover, same_cover in new.items():
+        refitted.add(refitted.start, cover, sum(sentences[sentence] for sentence in same_cover))
+    if (lawful and not new) or refitted.lawful():
+        return refitted
+    plain = _counted(flat, rows, derived)
+    for sentence in (sentence for same_cover in new.values() for sentence in same_cover):
+        plain.add(plain.start, sentence, sentences[sentence])
+    return plain if plain.lawful() else None
+
+
+def _uses(used: list[IntArray], weights: list[int], n_rules: int) -> IntArray:
+    """Return how often each rule is used by sentences, each with its weight."""
+    if not used:
+        return np.zeros(n_rules, dtype=np.int64)
+    repeated = np.repeat(weights, [len(rules) for rules in used])
+    counts = np.bincount(np.concatenate(used), weights=repeated, minlength=n_rules)
+    return counts.astype(np.int64)
+
+
+def _counted(flat: RuleSet, rows: list[tuple[int, Right]], uses: IntArray) -> RuleSet:
+    """Return the rules that are used, with their counts."""
+    rules: Rules = {flat.start: {}}
+    for (left, right), number in zip(rows, uses.tolist(), strict=True):
+        if number:
+            rules.setdefault(left, {})[right] = number
+    return flat.with_rules(rules)
+
+
+def refit_fully(donor: RuleSet, flat: RuleSet) -> RuleSet:
+    """Refit rules again and again while this saves bits."""
+    return refit_and_read(donor, flat)[0]
+
+
+def refit_and_read(donor: RuleSet, flat: RuleSet) -> tuple[RuleSet, Parsed | None]:
+    """Refit rules as :func:`refit_fully` does, and keep the trees."""
+    best, bits = donor, donor.bits()
+    for _ in range(_MOST_REFITS):
+        parsed = _parsed(best, flat)
+        refitted = None if parsed is None else _refitted(parsed, flat, lawful=True)
+        if refitted is None or refitted.bits() > bits - _SAVED:
+            return best, parsed
+        best, bits = refitted, refitted.bits()
+    return best, None

@@ -1,49 +1,67 @@
-"""Provide the verbs of grammars: ``db.grammars.learn``, ``show``, ``parse``, ``generate``, ...
+"""The verbs of grammars: ``db.grammars.learn``, ``show``, ``parse``, ``generate``, ...
 
-Each verb loads from the store, calls the computing modules and saves the result. The session keeps
-a loaded grammar until the database changes.
+The session keeps a loaded grammar until the database changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from motiondb import store
 from motiondb.database.captures import Captures
+from motiondb.database.generated_files import write_with_provenance
 from motiondb.database.grammars import (
-    grammar_comparing,
-    grammar_completing,
-    grammar_editing,
     grammar_facts,
     grammar_learning,
     grammar_parsing,
     grammar_pictures,
     grammar_sequences,
+    grammar_words,
 )
-from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_learning import GrammarSettings, Progress
 from motiondb.database.grammars.grammar_parsing import ParsedMotion
-from motiondb.database.grammars.grammar_sequences import GrammarSequence, terminals_of
-from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
-from motiondb.database.grammars.sequence_verbs import SequenceVerbs
+from motiondb.database.grammars.grammar_sequences import (
+    Edit,
+    GrammarSequence,
+    Material,
+    terminals_of,
+)
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.plan import Plan, plan
 from motiondb.records import CaptureInfo, Motion
+from motiondb.search.taking import Taking
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
 
 
-class Grammars(SequenceVerbs):
+class Grammars:
     """The grammars of a database, available as ``db.grammars``.
 
     ``name`` is the name of a grammar; a QueryError is raised if there is no such grammar. ``path``
     of a picture is a file with the ending .png; the method returns it.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
     """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def material(self, name: str) -> Material:
+        """Return a grammar with its takes, as far as their captures are in the database."""
+        return self._session.kept(
+            ("grammar", name), lambda: grammar_sequences.load_material(self._session.store, name)
+        )
 
     def learn(
         self,
@@ -108,12 +126,12 @@ class Grammars(SequenceVerbs):
             store.finish_run(self._session.store, run_id)
         return lost
 
-    def meanings(self, name: str) -> tuple[Meaning, ...]:
+    def meanings(self, name: str) -> tuple[grammar_words.Meaning, ...]:
         """Return the meaning of each terminal; empty meanings if the database has not learned."""
         material = self.material(name)
         with self._session.reading():
             learned = self._session.learned if store.is_learned(self._session.store) else None
-        return terminal_meanings(learned, material.learned, material.numbers)
+        return grammar_words.terminal_meanings(learned, material.learned, material.numbers)
 
     def show(self, name: str) -> dict[str, Any]:
         """Return the facts of a grammar, for printing or JSON; times in seconds."""
@@ -241,7 +259,7 @@ class Grammars(SequenceVerbs):
         GrammarError
             When no sentence matches; with the first place of the pattern that none reaches.
         """
-        return grammar_completing.best(self._session, self.material(name), like, n, exact)
+        return grammar_words.best_completions(self._session, self.material(name), like, n, exact)
 
     def generate(
         self,
@@ -277,14 +295,14 @@ class Grammars(SequenceVerbs):
             When no sentence matches the pattern.
         """
         if like is not None:
-            return grammar_completing.generate(
+            return grammar_words.generate_completion(
                 self._session, self.material(name), like, length, seed, exact
             )
         if length is not None and length < 1:
             raise QueryError(f"length: expected at least 1 terminal, found {length}. Ask for more.")
         material, rng = self.material(name), np.random.default_rng(seed)
         return grammar_sequences.play(
-            material, derive(material.learned.grammar, rng, length=length), rng
+            material, derive(material.learned.grammar, rng, length=length)
         )
 
     def edit(
@@ -293,7 +311,7 @@ class Grammars(SequenceVerbs):
         sequence: str | Sequence[str] | GrammarSequence,
         at: int,
         levels: tuple[int, int] = (0, 0),
-        n: int = grammar_editing.N_ALTERNATIVES,
+        n: int = grammar_sequences.N_ALTERNATIVES,
         seed: int = 0,
     ) -> Edit:
         """Return alternatives for the region around a position of a sequence.
@@ -322,15 +340,15 @@ class Grammars(SequenceVerbs):
         ParseError
             When the grammar does not derive the string.
         """
-        return grammar_editing.offer(self.material(name), sequence, at, levels, n, seed)
+        return grammar_sequences.offer(self.material(name), sequence, at, levels, n, seed)
 
-    def play(self, name: str, edited: Edit, number: int, seed: int = 0) -> GrammarSequence:
+    def play(self, name: str, edited: Edit, number: int) -> GrammarSequence:
         """Return the sequence with alternative ``number`` (from 0) in its region, as motion."""
-        return grammar_editing.play_alternative(self.material(name), edited, number, seed)
+        return grammar_sequences.play_alternative(self.material(name), edited, number)
 
-    def compare(self, name: str, seed: int = 0) -> tuple[grammar_comparing.ComparedGrammar, ...]:
-        """Compare a grammar with a finite state machine, Sequitur and a flat grammar."""
-        return grammar_comparing.compare(self.load(name), seed)
+    def compare(self, name: str, seed: int = 0) -> tuple[grammar_facts.ComparedGrammar, ...]:
+        """Compare a grammar with the finite state machine of its sentences."""
+        return grammar_facts.compare(self.load(name), seed)
 
     def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
         """Return how a sequence was generated, for JSON: string, tree, joins and sources.
@@ -366,7 +384,7 @@ class Grammars(SequenceVerbs):
         MotionDBError
             When the ending is another one, or a file cannot be written.
         """
-        return grammar_facts.write_sequence(sequence, seed, Path(path))
+        return write_with_provenance(sequence, self.facts(sequence, seed), Path(path))
 
     def save(
         self,
@@ -395,3 +413,72 @@ class Grammars(SequenceVerbs):
         """
         material = self.material(sequence.grammar)
         return grammar_sequences.keep(material, sequence, name, seed, how or {})
+
+    def taken_in_pattern(self, name: str, like: str) -> dict[str, Taking]:
+        """Return what the words of a pattern are taken as that no caption holds.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        like : str
+            The pattern, see ``complete``.
+        """
+        return grammar_words.taken_words(self._session, self.material(name), like)
+
+    def strip(self, sequence: GrammarSequence) -> tuple[grammar_facts.StripTerminal, ...]:
+        """Return the terminals of a sequence with their times and the segments that play them."""
+        return grammar_facts.strip(self.material(sequence.grammar), sequence)
+
+    def saved(self, name: str) -> list[str]:
+        """Return the names of the saved sequences that a grammar derived."""
+        opened = self._session.store
+        with self._session.reading():
+            infos = [i for i in store.load_captures(opened) if i.kind == "generated"]
+            derived = [(i.name, store.load_derivation(opened, i.capture_id)) for i in infos]
+        return [
+            capture for capture, derivation in derived if derivation and derivation.grammar == name
+        ]
+
+    def chain(self, name: str, seconds: float, seed: int = 0) -> GrammarSequence:
+        """Return sentences that follow one another, as motion of about a wanted duration.
+
+        A take is a chain of sentences, and so is the result. Sentences are drawn one by one by
+        their probabilities, whatever the sentence before. The segments are chosen for the whole
+        chain, so that the cost of its joins is least.
+
+        Parameters
+        ----------
+        name : str
+            Name of the grammar.
+        seconds : float
+            Wanted duration. The number of sentences is the one whose mean duration is nearest.
+        seed : int
+            Seed of the derivations; the same seed gives the same motion.
+
+        Raises
+        ------
+        QueryError
+            When there is no such grammar, the duration is not above 0 or too long, or all captures
+            that show one of the terminals were removed.
+        """
+        return grammar_sequences.chain(self.material(name), seconds, seed)
+
+    def open(self, name: str) -> GrammarSequence:
+        """Return a saved sequence, assembled again from its segments.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, it has no derivation by a grammar of the database, or a
+            capture that plays one of its terminals was removed.
+        """
+        with self._session.reading():
+            _, derivation = grammar_sequences.load_sequence(self._session.store, name)
+            material = self.material(derivation.grammar)
+            return grammar_sequences.play_saved(material, name)
