@@ -147,7 +147,7 @@ def check_store(store: Store, *, sources: bool = False, blocks: bool | None = No
 def _bad_meta(store: Store) -> list[str]:
     """Keys that the table ``meta`` lacks, or whose values are no numbers where they must be."""
     faults = []
-    for key in ("schema_version", "next_capture_id", "revision", "motion_revision"):
+    for key in ("schema", "next_capture_id", "revision", "motion_revision"):
         try:
             value = read_meta(store, key)
         except StoreError as error:

@@ -63,8 +63,7 @@ def _connect_current(
     connection = connect(path, read_only, wait=wait)
     try:
         version = migrations.schema_version(connection, str(path))
-        migrations.check_not_newer(connection, str(path), version)
-        if version < len(migrations.known_migrations()):
+        if version < migrations.newest_version():
             if read_only:
                 connection.close()
                 _connect_current(path, usual_wait, False, wait).close()
