@@ -11,6 +11,7 @@ import numpy as np
 
 from motiondb import pictures, store
 from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.database.learned_grammar import load_learned_grammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned
@@ -55,7 +56,7 @@ def describe_capture(base: QuestionVerbs, name: str) -> dict[str, Any]:
         derivation = store.load_derivation(base.store, info.capture_id)
         if derivation is not None:
             facts["grammar"] = derivation.grammar
-            learned = store.load_grammar(base.store, derivation.grammar)
+            learned = load_learned_grammar(base.store, derivation.grammar)
             string = derive_by(learned.grammar, derivation.rules).leaves()
             facts["string"] = " ".join(string)
     if store.is_learned(base.store):

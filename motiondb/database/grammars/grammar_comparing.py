@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb import store
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.grammar.baselines.finite_state import finite_state_grammar
 from motiondb.grammar.baselines.flat import flat_grammar
 from motiondb.grammar.baselines.language_measures import (
@@ -53,7 +53,7 @@ class ComparedGrammar:
     mean_length: float  # Mean length of the strings derived at random, in terminals
 
 
-def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
+def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
     """Compare a learned grammar with a finite state machine, Sequitur and a flat grammar."""
     sentences = learned.strings
     kinds: dict[str, tuple[Grammar, Callable[[list[tuple[str, ...]]], Grammar]]] = {
@@ -72,7 +72,7 @@ def _compared(
     kind: str,
     grammar: Grammar,
     learn: Callable[[list[tuple[str, ...]]], Grammar],
-    learned: store.LearnedGrammar,
+    learned: LearnedGrammar,
     rng: np.random.Generator,
 ) -> ComparedGrammar:
     """Measure one grammar; ``learn`` learns another of its kind from a list of sentences."""

@@ -12,6 +12,7 @@ from motiondb import store
 from motiondb.database.generate.generated_files import source_facts, write_with_provenance
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.loops import format_loops
@@ -68,9 +69,7 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     return language is None or not language <= known
 
 
-def terminal_facts(
-    learned: store.LearnedGrammar, meanings: Sequence[Meaning]
-) -> list[dict[str, Any]]:
+def terminal_facts(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> list[dict[str, Any]]:
     """Return the facts of each terminal."""
     terminals = learned.terminals
     facts = []

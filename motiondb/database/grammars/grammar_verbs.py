@@ -30,6 +30,7 @@ from motiondb.database.grammars.grammar_parsing import ParsedMotion
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, terminals_of
 from motiondb.database.grammars.grammar_words import Meaning, terminal_meanings
 from motiondb.database.grammars.sequence_verbs import SequenceVerbs
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.derivation.complete import Completions
@@ -51,7 +52,7 @@ class Grammars(SequenceVerbs):
         name: str | None = None,
         settings: GrammarSettings | None = None,
         progress: Progress | None = None,
-    ) -> tuple[store.LearnedGrammar, list[str]]:
+    ) -> tuple[LearnedGrammar, list[str]]:
         """Learn a grammar from captures, replacing a grammar of the same name.
 
         Parameters
@@ -96,7 +97,7 @@ class Grammars(SequenceVerbs):
         name = self.load(name).name
         return next(size for size in self.sizes() if size.name == name)
 
-    def load(self, name: str) -> store.LearnedGrammar:
+    def load(self, name: str) -> LearnedGrammar:
         """Return a grammar with its terminals, sentences and parses."""
         return self.material(name).learned
 

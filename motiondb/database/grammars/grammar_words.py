@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb import store
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
 from motiondb.search.described_segments import segment_words
@@ -53,7 +53,7 @@ class Meaning:
 
 
 def terminal_meanings(
-    learned: Learned | None, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    learned: Learned | None, grammar: LearnedGrammar, numbers: Mapping[int, int]
 ) -> tuple[Meaning, ...]:
     """Return the meaning of each terminal.
 
@@ -84,7 +84,7 @@ class Shares:
 
 
 def terminal_shares(
-    learned: Learned, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    learned: Learned, grammar: LearnedGrammar, numbers: Mapping[int, int]
 ) -> Shares:
     """Return the words and motion symbols that the segments of each terminal show.
 

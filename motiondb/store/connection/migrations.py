@@ -2,8 +2,8 @@
 
 A new database is made by ``motiondb.schema/schema.sql``. The numbered files beside it change an
 older one: ``0002_WHAT.sql`` leads from version 1 to version 2. Each step runs in one transaction
-with the new value of ``schema`` in the table ``meta``, so that a killed migration leaves the version
-before it.
+with the new value of ``schema`` in the table ``meta``, so that a killed migration leaves the
+version before it.
 """
 
 from __future__ import annotations

@@ -11,8 +11,7 @@ from motiondb.files.file_names import plain_name
 from motiondb.files.whole_files import delete_all
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.holder import is_lock
-from motiondb.store.connection.opening import open_store
+from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
 
 
