@@ -140,11 +140,15 @@ def damage_block(path: Path, number: int) -> None:
 
 def test_damage_in_any_table_and_in_the_indexes_of_names_is_told(filled: store.Store) -> None:
     """Flip a bit in every block that holds a column, then in every other one."""
-    rows = filled.connection.execute(
-        "SELECT DISTINCT unnest([block_id] || coalesce(additional_block_ids, [])) FROM "
-        "duckdb_tables() t, pragma_storage_info(t.table_name) WHERE persistent"
-    ).fetchall()
-    used = {number for (number,) in rows if number >= 0}
+    query = "SELECT unnest([block_id] || coalesce(additional_block_ids, [])) FROM "
+    used = {
+        number
+        for table in store.count_rows(filled)
+        for (number,) in filled.connection.execute(
+            f"{query} pragma_storage_info('{table}') WHERE persistent"
+        ).fetchall()
+        if number >= 0
+    }
     total = filled.connection.execute("CALL pragma_database_size()").fetchone()[3]
     filled.close()
     whole = filled.path.read_bytes()

@@ -152,7 +152,7 @@ def test_everything_of_a_sound_database_is_saved(
     with store.open_store(tmp_path / "new.duckdb", read_only=True) as new:
         assert store.load_runs(new)[:-1] == runs
         assert store.load_synonyms(new) == {"stroll": "walk"}
-        assert store.load_grammar(new, "dance").strings
+        assert store.load_grammar(new, "dance").rules
         after = {i.name: vars(i) | {"capture_id": 0} for i in store.load_captures(new)}
         assert after == before
         assert store.check_store(new, sources=True) == []

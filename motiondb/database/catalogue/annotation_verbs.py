@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.database.catalogue import importing
+from motiondb.database.catalogue import sheets
 from motiondb.database.catalogue.parts import outside
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -121,7 +121,7 @@ class AnnotationVerbs:
                 store.save_captions(self.store, info.capture_id, new)
         return change
 
-    def import_words(self, sheet: str | Path) -> importing.ImportReport:
+    def import_words(self, sheet: str | Path) -> sheets.ImportReport:
         """Replace words and tags by those of a sheet; captures without words in it keep theirs.
 
         Parameters
@@ -129,7 +129,7 @@ class AnnotationVerbs:
         sheet : str or Path
             TSV or CSV.
         """
-        return importing.import_words(self.store, sheet)
+        return sheets.import_words(self.store, sheet)
 
     def events(self, name: str) -> tuple[Event, ...]:
         """Instants of a capture, by frames of its motion (30 a second).
@@ -158,7 +158,7 @@ class AnnotationVerbs:
             for name, count in sorted(events.items())
         ]
 
-    def import_events(self, sheet: str | Path) -> importing.EventReport:
+    def import_events(self, sheet: str | Path) -> sheets.EventReport:
         """Replace the events of the captures that a sheet names.
 
         Parameters
@@ -166,7 +166,7 @@ class AnnotationVerbs:
         sheet : str or Path
             TSV or CSV.
         """
-        return importing.import_events(self.store, sheet)
+        return sheets.import_events(self.store, sheet)
 
     def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
         """Replace the synonyms for captions and questions by those of a file.

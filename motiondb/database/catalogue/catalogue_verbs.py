@@ -9,7 +9,7 @@ from motiondb import files as capture
 from motiondb import store
 from motiondb.body import retarget
 from motiondb.body.features import FEATURE_STEP
-from motiondb.database.catalogue import added_sheets, browsing, cataloguing, filter_words
+from motiondb.database.catalogue import browsing, cataloguing, filter_words, sheets
 from motiondb.database.catalogue.annotation_verbs import AnnotationVerbs
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.catalogue.file_reading import read_stored
@@ -56,12 +56,12 @@ class CatalogueVerbs(AnnotationVerbs):
         MotionDBError
             When there are no captures to add, or a sheet cannot be read.
         """
-        sheets = added_sheets.Sheets(
+        given = sheets.Sheets(
             read_sheet(words) if words is not None else None,
             read_event_sheet(events) if events is not None else None,
         )
         return cataloguing.add_captures(
-            self.store, Path(folder), sheets, settings or cataloguing.AddSettings(), progress
+            self.store, Path(folder), given, settings or cataloguing.AddSettings(), progress
         )
 
     def check_name_free(self, name: str) -> None:
