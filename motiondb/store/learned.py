@@ -214,23 +214,28 @@ def load_transition_counts(store: Store) -> FloatArray:
     return counts
 
 
-def load_parameters(store: Store, *names: str) -> dict[str, FloatArray]:
-    """Load further arrays by name: the requested ones, or all."""
+def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:
+    """Load further values by name: those of these names and below them ("NAME.x"), or all."""
     load_learning_size(store)
+    wanted = " OR ".join(["name = ? OR starts_with(name, ? || '.')"] * len(names)) or "true"
     rows = store.connection.arrays(
-        "SELECT name, shape, numbers FROM parameter "
-        "WHERE $names IS NULL OR list_contains($names::VARCHAR[], name) ORDER BY name, piece",
-        {"names": list(names) or None},
+        f"SELECT name, shape, numbers, text FROM parameter WHERE {wanted} ORDER BY name, piece",
+        [name for name in names for _ in range(2)],
     )
     pieces: dict[str, list[FloatArray]] = {}
-    shapes: dict[str, tuple[int, ...]] = {}
-    for name, shape, numbers in zip(rows["name"], rows["shape"], rows["numbers"]):
-        pieces.setdefault(name, []).append(np.ma.filled(numbers, np.nan))
-        shapes[name] = tuple(int(size) for size in shape)
-    return {
-        name: np.concatenate(of_one).astype(np.float64, copy=False).reshape(shapes[name])
-        for name, of_one in pieces.items()
-    }
+    shapes: dict[str, list[int]] = {}
+    values: dict[str, FloatArray | str] = {}
+    is_array = np.ma.getmaskarray(rows["text"])
+    for array, name, shape, numbers, text in zip(is_array, *rows.values()):
+        if not array:
+            values[name] = text
+        else:
+            pieces.setdefault(name, []).append(np.ma.filled(numbers, np.nan))
+            shapes[name] = [int(size) for size in shape]
+    for name, of_one in pieces.items():
+        joined = np.concatenate(of_one).astype(np.float64, copy=False)
+        values[name] = joined.reshape(shapes[name])
+    return values
 
 
 def _insert_segments(connection: Connection, segments: SegmentTable, run_id: int) -> None:
@@ -355,15 +360,20 @@ def _insert_transitions(connection: Connection, counts: FloatArray, run_id: int)
 
 
 def _insert_parameters(
-    connection: Connection, parameters: Mapping[str, FloatArray], run_id: int
+    connection: Connection, parameters: Mapping[str, FloatArray | str], run_id: int
 ) -> None:
-    """Write arrays of any shape by name."""
+    """Write arrays of any shape, and texts, by name."""
+    texts = {name: value for name, value in parameters.items() if isinstance(value, str)}
+    values = list(texts.values())
+    connection.insert("parameter", name=list(texts), piece=0, text=values, run_id=run_id)
     for name, array in parameters.items():
+        if isinstance(array, str):
+            continue
         flat = np.asarray(array, dtype=np.float64).ravel()
-        pieces = [flat[place : place + _PIECE] for place in range(0, max(flat.size, 1), _PIECE)]
+        pieces = [flat[first : first + _PIECE] for first in range(0, max(flat.size, 1), _PIECE)]
         n, numbers = len(pieces), np.empty(len(pieces), dtype=object)
-        for piece, values in enumerate(pieces):
-            numbers[piece] = values
+        for piece, some in enumerate(pieces):
+            numbers[piece] = some
         connection.insert(
             "parameter",
             name=name,

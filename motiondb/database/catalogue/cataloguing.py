@@ -12,9 +12,8 @@ from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.event_sheet import EventSheet
-from motiondb.files.file_names import is_file, is_folder
-from motiondb.files.sheet import SheetEntry, capture_name
+from motiondb.files.safe_files import is_file, is_folder
+from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from motiondb import store
 from motiondb.database.learn import updating
-from motiondb.files.event_sheet import EventSheet, read_event_sheet
-from motiondb.files.sheet import Sheet, SheetEntry, read_sheet
+from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, read_event_sheet, read_sheet
 from motiondb.records import Caption, CaptureInfo
 
 

