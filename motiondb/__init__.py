@@ -19,12 +19,14 @@ if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
+    from motiondb.database.checking import check_file
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
+    from motiondb.database.learned_grammar import LearnedGrammar
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
@@ -69,7 +71,7 @@ if TYPE_CHECKING:
     from motiondb.search.chances import WordSource
     from motiondb.search.explained_answer import ExplainedWord, Explanation
     from motiondb.search.unknown_words import Taking
-    from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
+    from motiondb.store import GrammarSize, StoredScene
 
 __all__ = [
     "CMU_TERMS",
@@ -150,6 +152,8 @@ __version__ = "0.1.0"
 _PLACES = {
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.database": "MotionDB",
+    "motiondb.database.checking": "check_file",
+    "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
@@ -181,7 +185,7 @@ _PLACES = {
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
-    "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
+    "motiondb.store": "GrammarSize StoredScene",
     "motiondb.search.unknown_words": "Taking",
     "motiondb.language.question.known": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",

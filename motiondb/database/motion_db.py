@@ -542,7 +542,9 @@ class MotionDB(Captures):
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""
-        return store.check_store(self.store, sources=True)
+        from motiondb.database.checking import check
+
+        return check(self.store)
 
     def info(self) -> dict[str, Any]:
         """What is in the database: numbers of captures, grammars, symbols and words."""

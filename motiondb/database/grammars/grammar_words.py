@@ -13,8 +13,9 @@ the symbols that cover most of the time of its segments. The database therefore 
 of motion symbols.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
-them. A word means one segment, with one of the terminals that show the word. A word that no caption
-holds may be taken as known ones (:mod:`motiondb.search.unknown_words`), and is shown where these are.
+them. A word means one segment, with one of the terminals that show the word. A word that no
+caption holds may be replaced by known ones (:mod:`motiondb.search.unknown_words`), and is shown
+where these are.
 A text without ``?`` and ``...`` that does not consist of terminals is a sentence in words: its
 words follow each other in this order, with anything between, before and after. The steps are from
 words to motion symbols (the association), to terminals, to a sentence that obeys the grammar, to
@@ -37,6 +38,7 @@ from motiondb.database.grammars.grammar_sequences import (
     Material,
     play,
 )
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
@@ -80,7 +82,7 @@ class Meaning:
 
 
 def terminal_meanings(
-    learned: Learned | None, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    learned: Learned | None, grammar: LearnedGrammar, numbers: Mapping[int, int]
 ) -> tuple[Meaning, ...]:
     """Return the meaning of each terminal; `numbers` as :attr:`Material.numbers`."""
     if learned is None:
@@ -108,7 +110,7 @@ class Shares:
 
 
 def terminal_shares(
-    asked: AskedWords, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    asked: AskedWords, grammar: LearnedGrammar, numbers: Mapping[int, int]
 ) -> Shares:
     """Return what the segments of each terminal show; `numbers` as :attr:`Material.numbers`."""
     learned, terminals = asked.learned, grammar.terminals

@@ -44,7 +44,7 @@ def looping(dances: MotionDB) -> MotionDB:
     )
     with store.transaction(dances.store):
         run_id = store.start_run(dances.store, "grammar", {"name": "looping"})
-        store.save_grammar(dances.store, changed, run_id)
+        store.save_grammar(dances.store, changed.stored, run_id)
         store.finish_run(dances.store, run_id)
     return dances
 

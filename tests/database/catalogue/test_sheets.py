@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import motiondb
-from motiondb.database.catalogue.importing import ImportReport
+from motiondb.database.catalogue.sheets import ImportReport
 
 
 def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:

@@ -18,7 +18,6 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.records import FloatArray
 from motiondb.store.catalogue.names import unknown_name
-from motiondb.store.connection.columns import fetch, insert
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import transaction
 
@@ -139,15 +138,14 @@ def save_scene(store: Store, scene: StoredScene, run_id: int) -> None:
             _insert_player(store, number, ordinal, player, run_id)
         _insert_rules(store, number, scene.rules, run_id)
         n = len(scene.ball)
-        insert(
-            connection,
+        connection.insert(
             "scene_ball",
-            scene_id=np.full(n, number),
+            scene_id=number,
             frame=np.arange(n),
             x=scene.ball[:, 0],
             y=scene.ball[:, 1],
             z=scene.ball[:, 2],
-            run_id=np.full(n, run_id),
+            run_id=run_id,
         )
 
 
@@ -170,11 +168,10 @@ def _insert_player(
         ],
     )
     clips = player.clips
-    insert(
-        connection,
+    connection.insert(
         "scene_clip",
-        scene_id=[number] * len(clips),
-        player=[ordinal] * len(clips),
+        scene_id=number,
+        player=ordinal,
         ordinal=list(range(len(clips))),
         terminal=[clip.terminal for clip in clips],
         source_name=[clip.capture for clip in clips],
@@ -185,15 +182,14 @@ def _insert_player(
         bend=[clip.bend for clip in clips],
         stretch=[clip.stretch for clip in clips],
         begin_frame=[clip.begin for clip in clips],
-        run_id=[run_id] * len(clips),
+        run_id=run_id,
     )
 
 
 def _insert_rules(store: Store, number: int, rules: Sequence[SceneRule], run_id: int) -> None:
-    insert(
-        store.connection,
+    store.connection.insert(
         "scene_rule",
-        scene_id=[number] * len(rules),
+        scene_id=number,
         ordinal=list(range(len(rules))),
         player=[rule.player for rule in rules],
         action=[rule.action for rule in rules],
@@ -206,7 +202,7 @@ def _insert_rules(store: Store, number: int, rules: Sequence[SceneRule], run_id:
         threshold=[rule.threshold for rule in rules],
         frame=[rule.frame for rule in rules],
         kept=[rule.kept for rule in rules],
-        run_id=[run_id] * len(rules),
+        run_id=run_id,
     )
 
 
@@ -225,8 +221,7 @@ def load_scene(store: Store, name: str) -> StoredScene:
         " scene_rule WHERE scene_id = ? ORDER BY ordinal",
         [number],
     ).fetchall()
-    ball = fetch(
-        store.connection,
+    ball = store.connection.arrays(
         "SELECT x, y, z FROM scene_ball WHERE scene_id = ? ORDER BY frame",
         [number],
     )

@@ -1,16 +1,90 @@
-"""Words, tags and events of a sheet for captures that are there already."""
+"""Captions, tags and events from sheets, for captures that are added or that are there already."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from motiondb import store
-from motiondb.database.catalogue.added_sheets import captions_within
 from motiondb.database.learn import updating
-from motiondb.files.sheets import Sheet, read_event_sheet, read_sheet
-from motiondb.records import CaptureInfo
+from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, read_event_sheet, read_sheet
+from motiondb.records import Caption, CaptureInfo
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """Captions, tags and events of the captures to add."""
+
+    words: Sheet | None = None
+    events: EventSheet | None = None
+
+    @property
+    def each(self) -> list[Sheet | EventSheet]:
+        """The sheets that there are."""
+        return [sheet for sheet in (self.words, self.events) if sheet is not None]
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """A sentence for every entry whose file is not among the captures."""
+        return [sentence for sheet in self.each for sentence in sheet.unknown(names)]
+
+    def entry(self, name: str) -> SheetEntry | None:
+        """What the sheet of words says of a capture."""
+        return self.words.find(name) if self.words else None
+
+
+def sheet_notes(opened: store.Store, sheets: Sheets, known: Sequence[tuple[str, str]]) -> list[str]:
+    """Notes of the sheets; one for a sheet without rows, or with other data than the database.
+
+    `known` names captures in the sheets and in the database, where they had been added before.
+    """
+    notes = []
+    for sheet in sheets.each:
+        notes += [*sheet.notes] if sheet.entries else [f"{sheet.path}: holds a header and no rows"]
+    if not known or not sheets.each:
+        return notes
+    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
+    if sheets.words is not None:
+        captions, count = store.load_captions(opened), 0
+        for name, there in known:
+            entry, old = sheets.entry(name), captions.get(numbers.get(there, -1), ())
+            count += bool(entry and entry.captions and set(entry.captions) != set(old))
+        notes += _not_changed(sheets.words.path, "words", count)
+    if sheets.events is not None:
+        events, entries = store.load_events(opened), sheets.events.entries
+        count = sum(
+            {event for _, event in entries[name]} != set(events.get(numbers.get(there, -1), ()))
+            for name, there in known
+            if name in entries
+        )
+        notes += _not_changed(sheets.events.path, "events", count)
+    return notes
+
+
+def _not_changed(path: object, what: str, count: int) -> list[str]:
+    """A note where a sheet has other words or events for captures that are there already."""
+    if not count:
+        return []
+    return [
+        f"{path}: has other {what} for {count} captures that had been added before; they "
+        f"were not changed (motiondb {what} import {path} replaces them)"
+    ]
+
+
+def captions_within(
+    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
+) -> tuple[Caption, ...]:
+    """Captions that begin before a capture's end (seconds); a note for every other one."""
+    kept = []
+    for caption in captions:
+        if caption.start is not None and caption.start >= duration:
+            notes.append(
+                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
+                f"capture's end at {duration:g} s, and were left out"
+            )
+            continue
+        kept.append(caption)
+    return tuple(kept)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from motiondb import store
 from motiondb.cli.main import app
 from motiondb.database.catalogue.rescuing import rescue
 from motiondb.errors import StoreError
-from motiondb.store.checking import blocks
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +71,6 @@ def damaged(path: Path, table: str, column: str, target: Path) -> Path:
     for number in numbers:
         content[12_288 + 262_144 * number + 5000] ^= 4
     target.write_bytes(content)
-    assert blocks.find_damage(target) is not None
     return target
 
 
@@ -121,7 +119,7 @@ def test_without_a_catalogue_the_files_are_saved(small: Path, tmp_path: Path) ->
     assert report.captures or report.lost
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", ["page", "cut", "zero"])
 def test_every_rescued_database_is_sound(small: Path, tmp_path: Path, kind: str, seed: int) -> None:
     bad = tmp_path / "bad.duckdb"
@@ -131,7 +129,7 @@ def test_every_rescued_database_is_sound(small: Path, tmp_path: Path, kind: str,
     except StoreError:
         assert not (tmp_path / "new.duckdb").exists()
     else:
-        assert store.check_file(tmp_path / "new.duckdb") == []
+        assert motiondb.check_file(tmp_path / "new.duckdb") == []
         saved = {sentence.partition(":")[0] for sentence in report.lost} | set(report.captures)
         assert saved
     names = {file.name for file in tmp_path.iterdir()}
@@ -154,7 +152,7 @@ def test_everything_of_a_sound_database_is_saved(
     with store.open_store(tmp_path / "new.duckdb", read_only=True) as new:
         assert store.load_runs(new)[:-1] == runs
         assert store.load_synonyms(new) == {"stroll": "walk"}
-        assert store.load_grammar(new, "dance").strings
+        assert store.load_grammar(new, "dance").rules
         after = {i.name: vars(i) | {"capture_id": 0} for i in store.load_captures(new)}
         assert after == before
         assert store.check_store(new, sources=True) == []
@@ -177,12 +175,12 @@ def test_a_damaged_log_is_left_out(small: Path, tmp_path: Path) -> None:
     content[len(content) // 2] ^= 1
     log.write_bytes(content)
     with pytest.raises(StoreError, match="Corrupt WAL file"):
-        store.check_file(bad)
+        motiondb.check_file(bad)
     report = rescue(bad, tmp_path / "new.duckdb")
     assert report.captures == ("bow_1", "jump_1", "walk_1", "made")
     assert report.lost == (f"{log}: could not be read; the latest changes are lost.",)
     assert log.read_bytes() == content
-    assert store.check_file(tmp_path / "new.duckdb") == []
+    assert motiondb.check_file(tmp_path / "new.duckdb") == []
 
 
 def test_the_command_tells_what_was_saved(small: Path, tmp_path: Path) -> None:

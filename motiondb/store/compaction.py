@@ -10,8 +10,7 @@ from motiondb.errors import StoreError
 from motiondb.files.safe_files import delete_all, plain_name
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.holder import is_lock
-from motiondb.store.connection.opening import open_store
+from motiondb.store.connection.opening import is_lock, open_store
 from motiondb.store.connection.statements import Connection
 
 

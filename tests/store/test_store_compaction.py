@@ -12,7 +12,7 @@ import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.store.checking import compaction
+from motiondb.store import compaction
 
 
 def test_compacting_gives_the_room_back_and_loses_nothing(
@@ -58,7 +58,7 @@ def test_a_failing_copy_keeps_the_old_file(
     def fail(*_: object) -> None:
         raise duckdb.IOException("IO Error: No space left on device! More.")
 
-    monkeypatch.setattr("motiondb.store.checking.compaction._copy", fail)
+    monkeypatch.setattr("motiondb.store.compaction._copy", fail)
     with pytest.raises(StoreError) as error:
         store.compact(database.path)
     assert str(error.value) == (
