@@ -22,8 +22,8 @@ from motiondb.meaning.extents import ContextSpace
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map
 from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import AcquisitionSettings
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from motiondb.meaning.extents import ContextSpace
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMoments
 from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import AcquisitionSettings
 
 Arrays = Mapping[str, FloatArray]
 

@@ -25,8 +25,8 @@ from motiondb.records import (
     SegmentTable,
     SymbolSpace,
 )
-from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import AcquisitionSettings
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,8 +29,8 @@ from motiondb.meaning.pooled_map import PooledMap
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import CaptionMoments, WordMap, WordMoments
 from motiondb.records import Association, FloatArray, StoredLearning
-from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import AcquisitionSettings
 
 Arrays = Mapping[str, FloatArray]
 
