@@ -186,7 +186,7 @@ def test_parts_at_two_places_become_alternatives(one_row):
         assert actual == {S: {(0, A, 0): 2, (2, A, 1, 1): 3}, A: {(1, 2): 2, (): 3}}
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     rule_sets(),
     st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=2),
