@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from motiondb import hmmlearn_models
 from motiondb.records.arrays import Float32Array, FloatArray, IntArray
+from motiondb.records.declared import LARGEST, Axes, Within
 
 if TYPE_CHECKING:
     from hmmlearn.hmm import GaussianHMM
@@ -43,10 +44,10 @@ class MotionSymbols:
         Variances; 1 in the padding.
     """
 
-    n_states: IntArray
-    self_loops: FloatArray
-    means: FloatArray
-    covars: FloatArray
+    n_states: Annotated[IntArray, Axes("symbols")]
+    self_loops: Annotated[FloatArray, Axes("symbols", "states")]
+    means: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
+    covars: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
 
     @property
     def n_symbols(self) -> int:
@@ -122,14 +123,19 @@ class SegmentTable:
 class SymbolSpace:
     """Distances between the symbols, their coordinates and clusters."""
 
-    distances: FloatArray  # (symbols, symbols): nats per frame, symmetric, zero diagonal
-    variances: FloatArray  # (symbols, symbols): variance of each distance's Monte-Carlo estimate
-    coordinates: FloatArray  # (symbols, dimensions): from multidimensional scaling
-    stress: FloatArray  # (tried dimensions,): normalised stress of 1, 2, ... dimensions
-    clusters: IntArray  # (symbols,): cluster of every symbol
-    weights: FloatArray  # (clusters,): weights of the Gaussian mixture
-    means: FloatArray  # (clusters, dimensions): means of the Gaussian mixture
-    covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the Gaussian mixture
+    # Nats per frame, symmetric, zero diagonal
+    distances: Annotated[
+        FloatArray, Axes("symbols", "symbols"), Within(0.0, LARGEST, "distances of at least 0")
+    ]
+    # Variance of each distance's Monte-Carlo estimate
+    variances: Annotated[FloatArray, Axes("symbols", "symbols")]
+    coordinates: Annotated[FloatArray, Axes("symbols", "axes")]  # From multidimensional scaling
+    stress: Annotated[FloatArray, Axes(None)]  # Normalised stress of 1, 2, ... dimensions
+    clusters: Annotated[IntArray, Axes("symbols")]  # Cluster of every symbol
+    # Weights, means and covariances of the Gaussian mixture
+    weights: Annotated[FloatArray, Axes("clusters")]
+    means: Annotated[FloatArray, Axes("clusters", "axes")]
+    covars: Annotated[FloatArray, Axes("clusters", "axes", "axes")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +157,7 @@ class Association:
 class StoredLearning:
     """The results of ``learn``, in the form of the tables of the store.
 
-    :mod:`motiondb.learn.parameter_arrays` turns it into typed records
-    (``motiondb.learn.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
+    :mod:`motiondb.learn.learned_model` turns it into a ``LearnedModel`` and back.
     """
 
     run_id: int  # Run that made it

@@ -216,13 +216,13 @@ def _right(
 
     Nor is it known if no captions of other performers hold the words.
     """
-    sure = learned.certainties.place
+    sure, single = learned.certainties.place, learned.certainties.single
     performer = learned.performers[capture]
     support = count_performers(learned.listed_by, _words(learned, part), [performer])
-    if sure is None or not support:
+    if sure is None or single is None or not support:
         return None
     cues = interval_cues(placed.values[k], placed.ends, *placed.spans[k], support)
-    return PlaceCertainty(sure, learned.certainties.single).probability(cues)
+    return PlaceCertainty(sure, single).probability(cues)
 
 
 def _only_by_caption(said: PartChance | None) -> bool:

@@ -18,7 +18,7 @@ from motiondb.database.scenes.scene_making import SceneSettings
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
-from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.learn.symbol_fitting import LearnSettings
 
 DIAGRAM = """diagram "Two"

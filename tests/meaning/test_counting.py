@@ -16,8 +16,7 @@ from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.language import vocabulary
 from motiondb.language.translation import association
 from motiondb.learn.joining import with_counts
-from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.parameter_arrays import from_stored, to_arrays, to_stored
+from motiondb.learn.learned_model import LearnedModel, from_stored, to_arrays, to_stored
 from motiondb.meaning import counting, word_map
 from motiondb.meaning.counting import Counted
 from motiondb.meaning.score_vectors import fit_score_space

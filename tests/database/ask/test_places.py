@@ -12,7 +12,7 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.learn.learned import Learned
-from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.meaning.calibration import Certainty
 from motiondb.search.word_answers import search_words
 

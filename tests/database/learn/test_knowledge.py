@@ -18,7 +18,7 @@ from motiondb.database.learn import knowledge as knowledge_verbs
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.joining import start_weight
-from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.meaning.calibration import Certainties, Certainty
 from motiondb.search.described_motion import describe
 from motiondb.search.example_answers import search_motion
