@@ -20,11 +20,10 @@ if TYPE_CHECKING:
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.generating import Generated
-    from motiondb.database.grammars.grammar_editing import Edit
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
-    from motiondb.database.grammars.grammar_sequences import GrammarSequence
-    from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
+    from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
@@ -153,11 +152,10 @@ _PLACES = {
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
-    "motiondb.database.grammars.grammar_editing": "Edit",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
     "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
-    "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
-    "motiondb.database.grammars.grammar_verbs": "Grammars",
+    "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
+    "motiondb.database.grammars.grammars": "Grammars",
     "motiondb.database.learn.knowledge": "load_knowledge shipped_starts",
     "motiondb.database.generating": "Generated",
     "motiondb.database.scenes.scene_clips": "ShownAction",

@@ -14,7 +14,7 @@ from motiondb.database.catalogue import browsing, filter_words
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.file_names import is_file
+from motiondb.files.safe_files import is_file
 from motiondb.language.synonyms import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
 from motiondb.search.taking import Taking
@@ -76,8 +76,7 @@ class Captures:
             When there are no captures to add, or a sheet cannot be read.
         """
         from motiondb.database.catalogue import added_sheets, cataloguing
-        from motiondb.files.event_sheet import read_event_sheet
-        from motiondb.files.sheet import read_sheet
+        from motiondb.files.sheets import read_event_sheet, read_sheet
 
         sheets = added_sheets.Sheets(
             read_sheet(words) if words is not None else None,
@@ -469,7 +468,7 @@ class Captures:
         MotionDBError
             When the file cannot be read.
         """
-        from motiondb.files.bounded_files import read_bounded_text
+        from motiondb.files.safe_files import read_bounded_text
 
         path = Path(path)
         try:

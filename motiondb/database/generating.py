@@ -18,11 +18,11 @@ from motiondb.database.generated_files import (
 )
 from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
+from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import (
     MadeMotion,
     make_motion,
 )
-from motiondb.generate.segment_material import Takes
 from motiondb.generate.sentence_plan import speed_of
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.language.question.known import KnownQuestion, hinted, with_hints

@@ -24,7 +24,7 @@ from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.generating import Generated
-    from motiondb.database.grammars.grammar_verbs import Grammars
+    from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.scenes.scene_verbs import Scenes
     from motiondb.database.showing import Row
     from motiondb.learn.drift import Drift
@@ -68,7 +68,7 @@ class MotionDB(Captures):
     @cached_property
     def grammars(self) -> Grammars:
         """The verbs of grammars: learn, show, parse, suggest, generate, edit, compare, remove."""
-        from motiondb.database.grammars.grammar_verbs import Grammars
+        from motiondb.database.grammars.grammars import Grammars
 
         return Grammars(self.session)
 

@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import KnowledgeError
-from motiondb.files.whole_files import whole_file
+from motiondb.files.safe_files import whole_file
 from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.knowledge import Knowledge, Origin
 from motiondb.learn.knowledge_check import APART, MOST_WORDS, array_faults

@@ -28,7 +28,8 @@ def learned(learned_file: Path) -> Learned:
 def with_place(learned: Learned, log_odds: float) -> Learned:
     """The same, every place as likely right as given."""
     sure = Certainty(np.zeros(8), log_odds, float("nan"))
-    return replace(learned, certainties=replace(learned.certainties, place=sure, single=None))
+    single = Certainty(np.zeros(6), -50.0, float("nan"))
+    return replace(learned, certainties=replace(learned.certainties, place=sure, single=single))
 
 
 @pytest.mark.parametrize("question", QUESTIONS)

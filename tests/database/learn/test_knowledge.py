@@ -144,15 +144,6 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     assert {word for word, p in said if p is not None} == {"walk"}
 
 
-def test_certainties_that_an_older_version_stored_are_not_used(
-    bare: MotionDB, handed_on: Path
-) -> None:
-    """It stored those of the start where own captions were fewer than fifty."""
-    model = bare.learn(start=handed_on)
-    sure = Certainties(Certainty(np.array([1.0]), 0.0, 0.0))
-    assert from_stored(to_stored(replace(model, certainties=sure))).certainties == Certainties()
-
-
 def test_a_caption_alone_tells_no_place_without_checked_probabilities(started: MotionDB) -> None:
     name = max(started.learned.captures.values(), key=lambda info: info.duration).name
     started.set_words(name, "a person bows")
