@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.pictures import style
-from motiondb.pictures.labels import place_labels
+from motiondb.pictures.space import place_labels
 from motiondb.records import FloatArray
 from motiondb.scene.language.curves import smooth_curve
 from motiondb.scene.language.expressions import Item, expressions
