@@ -14,7 +14,7 @@ anything else                  is a text in JSON
 =============================  =====================================================================
 
 A field that is None has no values. Axes and ranges are declared beside the types
-(:mod:`motiondb.records.declared`).
+(``motiondb.records``).
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 
 import numpy as np
 
-from motiondb.records import FloatArray
-from motiondb.records.declared import Axes, MayBeUnknown, Sizes, Within
+from motiondb.records import Axes, FloatArray, MayBeUnknown, Sizes, Within
 
 Value = FloatArray | str
 Values = Mapping[str, Value]

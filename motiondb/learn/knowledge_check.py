@@ -15,8 +15,7 @@ from motiondb.body.features import N_FEATURES
 from motiondb.learn.codec import DeclaredArray, declared_arrays, square
 from motiondb.learn.knowledge import Knowledge
 from motiondb.meaning.movement import block_sizes
-from motiondb.records import FloatArray
-from motiondb.records.declared import LARGEST
+from motiondb.records import LARGEST, FloatArray
 
 MOST_SYMBOLS, MOST_STATES, MOST_DIMENSIONS = 1_000, 64, 64
 """Bounds on sizes, so that memory and time stay small. ``learn`` makes at most 240 symbols of 6

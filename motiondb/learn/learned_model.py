@@ -22,13 +22,13 @@ from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import (
     Association,
+    Axes,
     FloatArray,
     MotionSymbols,
     SegmentTable,
     StoredLearning,
     SymbolSpace,
 )
-from motiondb.records.declared import Axes
 from motiondb.symbols.acquisition import RecutSettings
 from motiondb.symbols.feature_space import FeatureSpace
 

@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.meaning.word_map import WordMap
-from motiondb.records import FloatArray
-from motiondb.records.declared import Axes, MayBeUnknown, Sizes
+from motiondb.records import Axes, FloatArray, MayBeUnknown, Sizes
 
 _RIDGE = 1.0  # chosen by hand; not tuned
 _ROUNDS = 100  # largest number of Newton steps; a few suffice

@@ -25,8 +25,7 @@ from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Float32Array, FloatArray
-from motiondb.records.declared import Axes
+from motiondb.records import Axes, Float32Array, FloatArray
 from motiondb.symbols.segmentation import context
 
 WINDOW = 39  # Feature frames (2.6 s) of a context

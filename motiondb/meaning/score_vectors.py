@@ -23,8 +23,7 @@ from typing import Annotated
 import numpy as np
 
 from motiondb.meaning.movement import block_sizes, block_weight
-from motiondb.records import Float32Array, FloatArray, IntArray
-from motiondb.records.declared import LARGEST, Axes, Within
+from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, Within
 
 
 def unit(vectors: FloatArray) -> FloatArray:

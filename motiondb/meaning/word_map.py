@@ -36,8 +36,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import FloatArray, IntArray
-from motiondb.records.declared import LARGEST, Axes, Within
+from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
 
 RIDGES = (0.1, 0.3, 1.0)  # Ridges to choose from; vectors have length 1
 SPREAD_POWER = 0.25

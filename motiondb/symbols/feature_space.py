@@ -12,8 +12,7 @@ from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Float32Array, FloatArray
-from motiondb.records.declared import Axes
+from motiondb.records import Axes, Float32Array, FloatArray
 
 N_DIMENSIONS = 24  # Principal axes that are kept
 _CLIP = 8.0  # standard deviations: a broken frame cannot dominate a segment. By hand.

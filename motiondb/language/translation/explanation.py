@@ -22,8 +22,7 @@ from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Association, FloatArray, IntArray
-from motiondb.records.declared import LARGEST, Axes, Within
+from motiondb.records import LARGEST, Association, Axes, FloatArray, IntArray, Within
 
 DIAGONAL_TENSION = 4.0  # Value of the source
 DIAGONAL_NULL = 0.08  # p0, value of the source
