@@ -15,7 +15,9 @@ from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.learn.learned import Learned
 from motiondb.records import Caption, CaptureInfo, Motion
-from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import WordAnswer
+from motiondb.search.chances import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.database.generating import Generated
@@ -26,9 +28,8 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
     from motiondb.learn.symbol_fitting import LearnSettings, Progress
-    from motiondb.search.described_motion import Description
-    from motiondb.search.example_answers import ExampleAnswer
-    from motiondb.search.word_answers import WordAnswer
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.described import Description
 
 
 class MotionDB(Captures):
@@ -294,7 +295,7 @@ class MotionDB(Captures):
         QueryError
             When there is no such capture, or the filter cannot be read.
         """
-        from motiondb.search.example_answers import search_motion
+        from motiondb.search.by_example import search_motion
 
         with self.session.reading():
             motion = self.motion(example, start, end)
@@ -324,7 +325,7 @@ class MotionDB(Captures):
         QueryError
             When there is no such capture.
         """
-        from motiondb.search.described_motion import describe
+        from motiondb.search.described import describe
 
         with self.session.reading():
             return describe(self.learned, self.motion(example, start, end))
@@ -351,7 +352,7 @@ class MotionDB(Captures):
             Words that were learned; others are left out.
         """
         asked = list(words)
-        return why_unchecked(self.learned, asked) if asked else ""
+        return why_unchecked(learned_words(self.learned), asked) if asked else ""
 
     def vocabulary(self) -> tuple[str, ...]:
         """The words that were learned; word numbers count from 0 in this order."""
@@ -541,7 +542,9 @@ class MotionDB(Captures):
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""
-        return store.check_store(self.store, sources=True)
+        from motiondb.database.checking import check
+
+        return check(self.store)
 
     def info(self) -> dict[str, Any]:
         """What is in the database: numbers of captures, grammars, symbols and words."""

@@ -213,17 +213,16 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
 
     def ask(number: int) -> int:
         rounds = 0
-        while rounds < 3 or not ended.is_set():
+        while rounds < 2 or not ended.is_set():
             asked[(number + rounds) % len(asked)]()
             rounds += 1
         return rounds
 
     def change() -> None:
         try:
-            for words in ("bow, kick", "bow"):
-                db.set_words("ana/bow_1", words)
-                db.add(walk, settings=AddSettings(jobs=1))
-                db.remove(["walk_1"])
+            db.set_words("ana/bow_1", "bow, kick")
+            db.add(walk, settings=AddSettings(jobs=1))
+            db.remove(["walk_1"])
         finally:
             ended.set()
 
@@ -231,7 +230,7 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
         changing = pool.submit(change)
         rounds = list(pool.map(ask, range(N_THREADS)))
         changing.result()
-    assert min(rounds) >= 3
+    assert min(rounds) >= 2
     assert db.check() == []
 
 

@@ -24,7 +24,7 @@ from motiondb.database.scenes.scene_words import take_phrases
 from motiondb.database.session import nearby_table
 from motiondb.language.vocabulary import split_actions, words_of
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

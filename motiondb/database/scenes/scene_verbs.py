@@ -41,7 +41,7 @@ from motiondb.errors import QueryError, suggestion
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -1,7 +1,7 @@
 """Replacement of words in a motion grammar's phrases that are in no caption by words that are.
 
 If no caption shows a terminal, the captures are searched again with replaced words. Words of its
-phrases that are in no caption are replaced by known ones (:mod:`motiondb.search.taking`): by
+phrases that are in no caption are replaced by known ones (:mod:`motiondb.search.unknown_words`): by
 every known word whose probability is ``TAKEN`` or more, the bound that holds for questions and for
 generated motion too. The commands name every word that was taken, since a scene plays its clips
 without a probability. A word is not replaced by one in a phrase of another terminal, because a
@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.search.taking import TAKEN, Taking, take_word
+from motiondb.search.unknown_words import TAKEN, Taking, take_word
 
 Phrases = tuple[frozenset[str], ...]
 MOST_PHRASES = 50  # Phrases that one phrase may become. Chosen by hand, to bound the time
