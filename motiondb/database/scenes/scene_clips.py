@@ -7,7 +7,7 @@ times is about its part of the capture, one without about the whole capture.
 
 If a caption names several actions in order, all of them actions of the grammar and exactly one of
 them a throw (its event is a release), the time of the throw is determined from the hands (see
-:mod:`motiondb.scene.clips.throws`). Its clip begins there, and the actions named before it come
+:mod:`.clip_cutting`). Its clip begins there, and the actions named before it come
 before. This is not done for captures with other captions that have times.
 
 Words of phrases that no caption holds may be taken as known ones (:mod:`.scene_words`).

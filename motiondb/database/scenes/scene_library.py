@@ -18,11 +18,14 @@ from motiondb import store
 from motiondb.database.scenes.scene_clips import THROW, ShownAction, find_actions
 from motiondb.errors import SceneError
 from motiondb.records import MOTION_FPS, Event, Motion
-from motiondb.scene.clips.body_frames import BodyFrames, body_frames
-from motiondb.scene.clips.clip_cutting import SHORTEST, ShownMotion
-from motiondb.scene.clips.clip_variants import VariantSettings
-from motiondb.scene.clips.clips import ClipLibrary, make_library
-from motiondb.scene.clips.throws import throw_frames
+from motiondb.scene.clips.clip_cutting import (
+    SHORTEST,
+    BodyFrames,
+    ShownMotion,
+    body_frames,
+    throw_frames,
+)
+from motiondb.scene.clips.clips import ClipLibrary, VariantSettings, make_library
 from motiondb.scene.language.motion_grammar import MotionGrammar
 
 if TYPE_CHECKING:

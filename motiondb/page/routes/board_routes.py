@@ -16,9 +16,9 @@ from motiondb.page.files.boards import list_boards, read_board_text, remove_boar
 from motiondb.page.parameters import Body, Name
 from motiondb.page.schemas import scene_schemas
 from motiondb.page.session.state import Page
-from motiondb.scene.language.diagram_text import format_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import KINDS, TEAMS, Court, Diagram, Element, Player
+from motiondb.scene.language.tactics_file import format_diagram
 
 Metres = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
 Point = tuple[Metres, Metres]

@@ -16,10 +16,14 @@ from motiondb.database.scenes.scene_files import read_grammar
 from motiondb.database.scenes.scene_library import SceneClips, scene_clips
 from motiondb.errors import SceneError
 from motiondb.records import Caption, Event
-from motiondb.scene.clips.body_frames import body_frames
-from motiondb.scene.clips.clip_cutting import ShownMotion, farthest_up, instant
-from motiondb.scene.clips.clip_variants import VariantSettings
-from motiondb.scene.clips.throws import throw_frames
+from motiondb.scene.clips.clip_cutting import (
+    ShownMotion,
+    body_frames,
+    farthest_up,
+    instant,
+    throw_frames,
+)
+from motiondb.scene.clips.clips import VariantSettings
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 

@@ -11,8 +11,7 @@ from motiondb.database.scenes import scene_files
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
-from motiondb.scene.energy.binding import Binder, bind
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     AT_END,
     AT_EVENT,
     AT_START,
@@ -26,6 +25,8 @@ from motiondb.scene.energy.rule_table import (
     SYNCHRONISATION,
     THROUGHOUT,
     UNMET,
+    Binder,
+    bind,
 )
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram

@@ -30,13 +30,12 @@ def basketball():
     return scene_files.read_grammar("basketball")
 
 
-def test_basketball_is_lr1_and_not_ll1(basketball) -> None:
+def test_basketball_is_lr1(basketball) -> None:
     report = services.check(basketball)
     assert (len(report.nonterminals), len(report.terminals)) == (19, 17)
     assert report.useless == ()
     for start in report.starts:
         assert start.conflicts == ()
-        assert start.ll1_conflicts != ()
     attack, defence = report.starts
     assert attack.empty
     assert not defence.empty
