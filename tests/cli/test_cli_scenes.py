@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from motiondb.database.scenes.scene_clips import find_actions
-from motiondb.database.scenes.scene_files import read_grammar
+from motiondb.database.scenes.scene_texts import read_grammar
 
 
 def test_check_tells_the_class_of_a_grammar(command: Any) -> None:

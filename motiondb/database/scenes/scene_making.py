@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.database.scenes.scene_library import SceneClips
+from motiondb.database.scenes.scene_clips import SceneClips
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
 from motiondb.scene.energy.binding import RuleTable, bind

@@ -8,8 +8,7 @@ from fastapi import APIRouter
 from pydantic import Field
 
 from motiondb.database import MotionDB
-from motiondb.database.scenes.scene_boards import LONGEST_TEXT, read_board
-from motiondb.database.scenes.scene_files import GRAMMAR, shipped
+from motiondb.database.scenes.scene_texts import GRAMMAR, LONGEST_TEXT, read_board, shipped
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.facts.board_facts import board_facts
 from motiondb.page.files.boards import list_boards, read_board_text, remove_board, save_board

@@ -11,9 +11,8 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database.scenes.scene_clips import find_actions
-from motiondb.database.scenes.scene_files import read_grammar
-from motiondb.database.scenes.scene_library import SceneClips, scene_clips
+from motiondb.database.scenes.scene_clips import SceneClips, find_actions, scene_clips
+from motiondb.database.scenes.scene_texts import read_grammar
 from motiondb.errors import SceneError
 from motiondb.records import Caption, Event
 from motiondb.scene.clips.clip_cutting import (

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
@@ -32,7 +32,7 @@ from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.services import casting
 
-DIAGRAMS = scene_files.shipped(".tactics")
+DIAGRAMS = scene_texts.shipped(".tactics")
 
 
 def table_of(name: str, **strings: str):

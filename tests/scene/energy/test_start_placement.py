@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scene_energy import energy
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.scene.clips import clip_cutting
 from motiondb.scene.energy.binding import POSITION, SYNCHRONISATION, bind
@@ -97,7 +97,7 @@ def test_one_pass_is_caught_in_time(wandering) -> None:
         assert np.count_nonzero(scene.begin[:, 0]) <= 1
 
 
-@pytest.mark.parametrize("name", scene_files.shipped(".tactics"))
+@pytest.mark.parametrize("name", scene_texts.shipped(".tactics"))
 def test_a_start_costs_less_than_the_middle_of_the_court(wandering, name: str) -> None:
     state, library, table = scene_of(wandering, name, 1)
     arrays = clip_arrays(library)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.scene.energy import energy
@@ -45,7 +45,7 @@ TABLE_2 = {
 
 
 def test_the_shipped_diagrams_have_the_characters_of_the_paper() -> None:
-    names = scene_files.shipped(scene_files.TACTICS)
+    names = scene_texts.shipped(scene_texts.TACTICS)
     assert set(names) == {*TABLE_2, "figure-3", "carrying"}
     for name, count in TABLE_2.items():
         diagram = read_scene_text(name).diagram

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.records import IntArray
 from motiondb.scene.energy.scene_arrays import SceneState
@@ -138,7 +138,7 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
             assert entry in library.of(action)
 
 
-@pytest.mark.parametrize("name", list(scene_files.shipped(".tactics")))
+@pytest.mark.parametrize("name", list(scene_texts.shipped(".tactics")))
 def test_the_first_scene_does_what_is_asked(wandering, name: str) -> None:
     diagram, grammar = read(name)
     play = make_play(diagram, grammar, library_for(grammar, wandering, each=2))
