@@ -17,7 +17,7 @@ from motiondb.generate.contact import foot_slip
 from motiondb.meaning import alignment
 from motiondb.pictures.strip import strip_figure
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
-from motiondb.search.described_motion import describe
+from motiondb.search.described import describe
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of

@@ -70,8 +70,7 @@ def _read_capture(
 ) -> object:
     """Read a capture as ``add`` does, up to the motion on the canonical body; or a sheet."""
     from motiondb.body import retarget
-    from motiondb.files.event_sheet import read_event_sheet
-    from motiondb.files.sheet import read_sheet
+    from motiondb.files.sheets import read_event_sheet, read_sheet
 
     if suffix in (".tsv", ".csv"):
         path = place.folder / f"sheet{suffix}"

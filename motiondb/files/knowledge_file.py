@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import KnowledgeError
-from motiondb.files.whole_files import whole_file
+from motiondb.files.safe_files import whole_file
 from motiondb.learn.knowledge import Knowledge, Origin
 from motiondb.learn.knowledge_arrays import knowledge_arrays, knowledge_from
 from motiondb.learn.knowledge_check import MOST_WORDS, array_faults

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.pictures import draw_tactics
-from motiondb.pictures.scenes.tactics import tactics_figure
+from motiondb.pictures.tactics import tactics_figure
 from motiondb.scene.language.tactics_file import read_diagram
 
 

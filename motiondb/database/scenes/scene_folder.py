@@ -32,8 +32,8 @@ from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json
 from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
 from motiondb.errors import MotionDBError, SceneError
-from motiondb.files.writers.gltf_scene import Character
-from motiondb.pictures.scenes.scene_paths import performer_colours
+from motiondb.files.gltf_writer import Character
+from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram

@@ -42,12 +42,12 @@ from motiondb.database.scenes.scene_making import (
 from motiondb.database.scenes.scene_records import record_state, record_text, scene_record
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.errors import QueryError, suggestion
-from motiondb.files.file_names import is_folder
+from motiondb.files.safe_files import is_folder
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
