@@ -47,10 +47,10 @@ if TYPE_CHECKING:
 # Replacement of words in a motion grammar's phrases that are in no caption by words that are.
 #
 # If no caption shows a terminal, the captures are searched again with replaced words. Words of its
-# phrases that are in no caption are replaced by known ones (:mod:`motiondb.search.unknown_words`): by
-# every known word whose probability is ``TAKEN`` or more, the bound that holds for questions and
-# for generated motion too. The commands name every word that was taken, since a scene plays its
-# clips without a probability. A word is not replaced by one in a phrase of another terminal,
+# phrases that are in no caption are replaced by known ones (:mod:`motiondb.search.unknown_words`):
+# by every known word whose probability is ``TAKEN`` or more, the bound that holds for questions
+# and for generated motion too. The commands name every word that was taken, since a scene plays
+# its clips without a probability. A word is not replaced by one in a phrase of another terminal,
 # because a grammar with both distinguishes them. Excluding phrases ("without") do not change: an
 # unknown word excludes nothing.
 

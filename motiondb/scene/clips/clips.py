@@ -6,7 +6,7 @@ first[t] to first[t + 1], and drawing one of them uniformly is drawing one integ
 follow which depends on poses, and bending and stretching do not change poses. So the cost of a seam
 is stored by clip, ``seam[seam_class[a], seam_class[b]]``, and not by entry.
 
-Places on the ground are (x, z, theta), see :mod:`motiondb.scene.clips.ground`. "In the entry frame"
+Places on the ground are (x, z, theta), see :mod:`.clip_cutting`. "In the entry frame"
 means relative to the place of the body in the clip's first frame. ``step`` leads from there to the
 frame after the last one, where the next clip begins.
 
