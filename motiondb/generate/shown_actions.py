@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.generate.directed_excerpts import REACHED
 from motiondb.generate.direction import gone, say_not_gone
+from motiondb.generate.excerpts import REACHED
 from motiondb.generate.occurrences import measured_track
 from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import (
@@ -155,7 +155,7 @@ def _judge_part(
     features: Float32Array,
     asked: Asked,
 ) -> JudgedAction:
-    if judge is None or not len(judge.table.judge.calibration):
+    if judge is None or judge.table.judge.calibration is None:
         why = "the database has no judge of motion: learn again, with more captions"
         if not learned.described:
             why = "no caption of this database can confirm it"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,18 +63,13 @@ def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
 
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
-    """Segments of a capture, computed as at the end of ``learn``.
-
-    Columns of movement that an earlier version did not learn are left out.
-    """
+    """Segments of a capture, computed as at the end of ``learn``."""
     features = recognition_features(motion)
     bounds = np.array([0, len(features)])
     frames = learned.feature_space.project(features)
     pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
     cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
-    table = segment_table(frames, pool, learned.symbols, cutting)
-    known = len(learned.score_space.mean) - learned.symbols.n_symbols
-    return replace(table, movement=table.movement[:, :known])
+    return segment_table(frames, pool, learned.symbols, cutting)
 
 
 @dataclass(frozen=True)
@@ -128,11 +123,13 @@ def decode(
     )
 
 
-def understand(learned: Learned, text: str) -> KnownQuestion:
-    """Understand a question in the words that the database knows."""
-    counts = {
-        word: int(count)
-        for word, count in zip(learned.association.words, learned.association.counts)
-        if count > 0
-    }
+def understand(
+    learned: Learned, text: str, added: Mapping[str, int] | None = None
+) -> KnownQuestion:
+    """Understand a question in the words that the database knows.
+
+    `added`: words that are known to this question although they were not learned -> their counts.
+    """
+    counted = zip(learned.association.words, learned.association.counts)
+    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
     return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

@@ -20,6 +20,7 @@ from motiondb import store
 from motiondb.database.generated_files import source_facts
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
@@ -91,9 +92,7 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     return language is None or not language <= known
 
 
-def terminal_facts(
-    learned: store.LearnedGrammar, meanings: Sequence[Meaning]
-) -> list[dict[str, Any]]:
+def terminal_facts(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> list[dict[str, Any]]:
     """Return the facts of each terminal."""
     terminals = learned.terminals
     facts = []
@@ -164,7 +163,7 @@ class ComparedGrammar:
     mean_length: float  # Mean length of the strings derived at random, in terminals
 
 
-def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
+def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
     """Compare a learned grammar with the finite state machine of its sentences."""
     sentences = learned.strings
     machine = finite_state_grammar(sentences)
