@@ -31,7 +31,7 @@ import numpy as np
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
-from motiondb.symbols.settings import AcquisitionSettings
+from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 
 Progress = Callable[[str, float], None]
 
@@ -238,7 +238,7 @@ def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _Sta
 
 
 def recut(
-    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: AcquisitionSettings
+    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: RecutSettings
 ) -> Cutting:
     """Segment every capture by the symbols: the path of largest likelihood less switch costs.
 

@@ -6,6 +6,9 @@ Apart from what they set, because a search reads them and needs none of the comp
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from motiondb.records import Within
 
 
 @dataclass(frozen=True)
@@ -23,8 +26,21 @@ class SegmentationSettings:
     rest: float = 2.0
 
 
+AT_LEAST_ONE = Within(1.0, 1e6, "a switch cost and a shortest length of at least 1")
+
+
 @dataclass(frozen=True)
-class AcquisitionSettings:
+class RecutSettings:
+    """How symbols cut a motion into segments."""
+
+    # Nats that each further symbol costs. Not tuned
+    switch_cost: Annotated[float, AT_LEAST_ONE] = 20.0
+    # Least length of a segment: 8 feature frames, about half a second
+    shortest: Annotated[int, AT_LEAST_ONE] = 8
+
+
+@dataclass(frozen=True)
+class AcquisitionSettings(RecutSettings):
     """Settings of the acquisition; lengths in feature frames, 15 a second.
 
     The defaults were chosen by hand on the sample data and on CMU captures; no table of
@@ -40,6 +56,3 @@ class AcquisitionSettings:
     # Rounds of removing, creating and refitting at most. The search usually ends earlier
     rounds: int = 12
     recuts: int = 3  # Times that the captures are segmented again at most
-    # Nats that each further symbol costs when captures are segmented again. Not tuned
-    switch_cost: float = 20.0
-    shortest: int = 8  # Least length of a segment: 8 frames, about half a second

@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.pictures import style
-from motiondb.pictures.labels import place_labels
+from motiondb.pictures.space import place_labels
 from motiondb.records import FloatArray
-from motiondb.scene.language.curves import smooth_curve
-from motiondb.scene.language.expressions import Item, expressions
+from motiondb.scene.language.expressions import Item, expressions, smooth_curve
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import DEFENCE, FEINTS, SHOTS, STANDS, Diagram, Element
 
