@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
-    from motiondb.database.generate.generating import Generated
-    from motiondb.database.grammars.grammar_editing import Edit
+    from motiondb.database.checking import check_file
+    from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
-    from motiondb.database.grammars.grammar_sequences import GrammarSequence
-    from motiondb.database.grammars.grammar_verbs import Grammars
-    from motiondb.database.learn.starting import load_knowledge, shipped_starts
+    from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
+    from motiondb.database.grammars.grammars import Grammars
+    from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
+    from motiondb.database.learned_grammar import LearnedGrammar
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     from motiondb.language.question.known import KnownQuestion
     from motiondb.language.question.tree import NotUsed
     from motiondb.learn.drift import Drift
-    from motiondb.learn.start.knowledge import Knowledge
+    from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings
     from motiondb.page.serving.serve import serve
     from motiondb.page.settings import PageSettings
@@ -64,13 +65,13 @@ if TYPE_CHECKING:
     )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
-    from motiondb.search.example_answers import ExampleAnswer
+    from motiondb.search.asked_words import WrittenWord
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.search.chances import WordSource
     from motiondb.search.explained_answer import ExplainedWord, Explanation
-    from motiondb.search.taking import Taking
-    from motiondb.search.word_answers import WordAnswer
-    from motiondb.search.word_sources import WordSource
-    from motiondb.search.written_words import WrittenWord
-    from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
+    from motiondb.search.unknown_words import Taking
+    from motiondb.store import GrammarSize, StoredScene
 
 __all__ = [
     "CMU_TERMS",
@@ -151,15 +152,16 @@ __version__ = "0.1.0"
 _PLACES = {
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.database": "MotionDB",
+    "motiondb.database.checking": "check_file",
+    "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
-    "motiondb.database.grammars.grammar_editing": "Edit",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
     "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
-    "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
-    "motiondb.database.grammars.grammar_verbs": "Grammars",
-    "motiondb.database.learn.starting": "load_knowledge shipped_starts",
-    "motiondb.database.generate.generating": "Generated",
+    "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
+    "motiondb.database.grammars.grammars": "Grammars",
+    "motiondb.database.learn.knowledge": "load_knowledge shipped_starts",
+    "motiondb.database.generating": "Generated",
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
@@ -168,23 +170,23 @@ _PLACES = {
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
-    "motiondb.search.example_answers": "ExampleAnswer",
+    "motiondb.search.by_example": "ExampleAnswer",
     "motiondb.search.explained_answer": "ExplainedWord Explanation",
-    "motiondb.search.word_answers": "WordAnswer",
-    "motiondb.search.word_sources": "WordSource",
+    "motiondb.search.by_words": "WordAnswer",
+    "motiondb.search.chances": "WordSource",
     "motiondb.learn.drift": "Drift",
     "motiondb.generate.shown_actions": "JudgedAction",
-    "motiondb.learn.start.knowledge": "Knowledge",
+    "motiondb.learn.knowledge": "Knowledge",
     "motiondb.learn.symbol_fitting": "LearnSettings",
     "motiondb.page.serving.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
-    "motiondb.search.written_words": "WrittenWord",
+    "motiondb.search.asked_words": "WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
-    "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
-    "motiondb.search.taking": "Taking",
+    "motiondb.store": "GrammarSize StoredScene",
+    "motiondb.search.unknown_words": "Taking",
     "motiondb.language.question.known": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",
 }  # The public names of each module, separated by spaces

@@ -19,11 +19,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from grammar_tasks.language_match import match_languages
 from grammar_tasks.truth import load_truth
-from motiondb.grammar.baselines.language_measures import finite_language, match_languages
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce_with_bits
+from motiondb.grammar.languages import finite_language
 from motiondb.grammar.rules.description_length import description_length
 
 LEAST_STRINGS, MOST_STRINGS, LONGEST = 60, 200_000, 20

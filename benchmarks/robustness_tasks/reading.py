@@ -70,8 +70,7 @@ def _read_capture(
 ) -> object:
     """Read a capture as ``add`` does, up to the motion on the canonical body; or a sheet."""
     from motiondb.body import retarget
-    from motiondb.files.event_sheet import read_event_sheet
-    from motiondb.files.sheet import read_sheet
+    from motiondb.files.sheets import read_event_sheet, read_sheet
 
     if suffix in (".tsv", ".csv"):
         path = place.folder / f"sheet{suffix}"
@@ -157,7 +156,7 @@ def _read_cfg(data: bytes, _place: Place) -> object:
 
 def _read_motion_grammar(data: bytes, place: Place) -> object:
     """Read a motion grammar from a file, check it, and ask what may come."""
-    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.database.scenes.scene_texts import read_grammar
     from motiondb.scene.services import services
 
     grammar = read_grammar(_file(data, place, "odd.grammar"))
@@ -177,7 +176,7 @@ def _read_tactics(data: bytes, place: Place) -> object:
 
 def _read_actions(data: bytes, _place: Place) -> object:
     """Validate a string of actions, and ask what may follow it."""
-    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.database.scenes.scene_texts import read_grammar
     from motiondb.scene.services import services
 
     grammar, actions = read_grammar("basketball"), _text(data).split()
@@ -208,8 +207,7 @@ def _opened(path: Path) -> MotionDB:
 
 
 def _read_page(data: bytes, _place: Place) -> object:
-    from motiondb.fetch.checks import check_amc, check_asf
-    from motiondb.fetch.cmu_pages import read_trials
+    from motiondb.fetch.cmu_files import check_amc, check_asf, read_trials
 
     check_amc(data)
     check_asf(data)

@@ -10,7 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 from motiondb.records import Match
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 
 
 def match_facts(match: Match) -> dict[str, Any]:

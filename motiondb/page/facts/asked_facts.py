@@ -8,9 +8,9 @@ from motiondb.database import MotionDB
 from motiondb.page.facts.answer_facts import match_facts, taken_facts
 from motiondb.page.facts.capture_facts import caption_facts
 from motiondb.records import Match
-from motiondb.search.example_answers import ExampleAnswer
+from motiondb.search.by_example import ExampleAnswer
+from motiondb.search.by_words import WordAnswer
 from motiondb.search.explained_answer import Explanation
-from motiondb.search.word_answers import WordAnswer
 
 
 def search_facts(db: MotionDB, answer: WordAnswer) -> dict[str, Any]:

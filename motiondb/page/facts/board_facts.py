@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from motiondb.database import MotionDB
-from motiondb.database.scenes.scene_boards import Board, count_clips, element_faults
+from motiondb.database.scenes.scene_texts import Board, count_clips, element_faults
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import Diagram
 

@@ -9,7 +9,7 @@ from typing import Any
 from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
-from motiondb.database.generate.stretches import stretches
+from motiondb.database.generated_files import stretches
 from motiondb.records import MOTION_FPS, Caption, Relation
 
 _LABELS = {"kind": "kind", "format": "format"}

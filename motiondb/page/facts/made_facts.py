@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from motiondb.database import MotionDB
-from motiondb.database.generate.generating import Generated
+from motiondb.database.generating import Generated
+from motiondb.database.grammars.grammar_facts import PATH_STEP, root_path, tree_nodes
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
-from motiondb.database.grammars.grammar_strips import PATH_STEP, root_path, tree_nodes
 from motiondb.page.facts.answer_facts import taken_facts
 from motiondb.page.facts.capture_facts import description_facts, source_facts, stretch_facts
 from motiondb.records import MOTION_FPS

@@ -16,7 +16,7 @@ import numpy as np
 
 from motiondb.database import MotionDB
 from motiondb.database.scenes.scene_facts import action_captions
-from motiondb.database.scenes.scene_reports import report_facts
+from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.page.answers import unknown
 from motiondb.page.facts.board_facts import diagram_facts
 from motiondb.page.motion import container, figure

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from motiondb.database.catalogue.parts import write_bytes
-from motiondb.database.scenes.scene_files import TACTICS, shipped, shipped_text
+from motiondb.database.scenes.scene_texts import TACTICS, shipped, shipped_text
 from motiondb.page.answers import PageError, unknown
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"

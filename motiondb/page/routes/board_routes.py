@@ -8,17 +8,16 @@ from fastapi import APIRouter
 from pydantic import Field
 
 from motiondb.database import MotionDB
-from motiondb.database.scenes.scene_boards import LONGEST_TEXT, read_board
-from motiondb.database.scenes.scene_files import GRAMMAR, shipped
+from motiondb.database.scenes.scene_texts import GRAMMAR, LONGEST_TEXT, read_board, shipped
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.facts.board_facts import board_facts
 from motiondb.page.files.boards import list_boards, read_board_text, remove_board, save_board
 from motiondb.page.parameters import Body, Name
 from motiondb.page.schemas import scene_schemas
 from motiondb.page.session.state import Page
-from motiondb.scene.language.diagram_text import format_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import KINDS, TEAMS, Court, Diagram, Element, Player
+from motiondb.scene.language.tactics_file import format_diagram
 
 Metres = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
 Point = tuple[Metres, Metres]

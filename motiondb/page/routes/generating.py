@@ -25,7 +25,7 @@ class GenerateBody(Body):
     words: Text
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED - MOST_VARIANTS)] = 0
     variants: Annotated[int, Field(ge=1, le=MOST_VARIANTS)] = 1
-    method: Literal["stitched", "trajectory", "montecarlo"] = "stitched"
+    method: Literal["stitched", "trajectory"] = "stitched"
     exact: bool = False
 
 

@@ -9,8 +9,8 @@ from fastapi import APIRouter
 from pydantic import Field
 
 from motiondb.database import MotionDB
-from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_facts import derives_new
+from motiondb.database.grammars.grammar_sequences import Edit
 from motiondb.errors import QueryError
 from motiondb.page.answers import Answer, PageError, unknown
 from motiondb.page.facts.made_facts import sequence_facts
@@ -32,7 +32,7 @@ class LearnBody(Body):
 
     captures: Annotated[list[Text], Field(min_length=1, max_length=1000)]
     name: Annotated[str, Field(min_length=1, max_length=200)] | None = None
-    terminals: Annotated[int, Field(ge=1, le=1000)] | Literal["auto"] | None = None
+    terminals: Annotated[int, Field(ge=1, le=1000)] | None = None
     sentences: Literal["auto", "captures", "captions"] = "auto"
     from_symbols: bool = False
     shortest: Annotated[int, Field(ge=1, le=1000)] = 3
@@ -106,8 +106,7 @@ def router(page: Page) -> APIRouter:
             key: getattr(body, key)
             for key in ("from_symbols", "sentences", "seed", "shortest", "longest")
         }
-        if body.terminals is not None:
-            settings["n_terminals"] = None if body.terminals == "auto" else body.terminals
+        settings["n_terminals"] = body.terminals
         parameters = {"captures": body.captures, "name": body.name, "settings": settings}
         job = page.jobs.start("grammar", f"grammar {body.name or body.captures[0]}", parameters)
         return Answer(job.facts(), 202)
@@ -236,7 +235,7 @@ def _alternative(
     }
     grammar = page.sequences.get(body.id).sequence.grammar
     try:
-        made = db.grammars.play(grammar, edited, number, body.seed)
+        made = db.grammars.play(grammar, edited, number)
     except QueryError as error:
         string = list(edited.tree(number).leaves())
         return facts | {"string": string, "not_playable": str(error)}

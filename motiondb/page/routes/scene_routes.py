@@ -9,9 +9,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter
 from pydantic import Field
 
-from motiondb.database.scenes.scene_boards import read_board
-from motiondb.database.scenes.scene_files import TACTICS
-from motiondb.database.scenes.scene_reports import report_facts
+from motiondb.database.scenes.scene_folder import report_facts
+from motiondb.database.scenes.scene_texts import TACTICS, read_board
 from motiondb.page.answers import Answer, PageError
 from motiondb.page.delivery.refs import Ref, read_ref
 from motiondb.page.facts.scene_facts import find_kept, kept_scene_facts, read_scene_facts

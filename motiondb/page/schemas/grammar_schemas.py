@@ -158,7 +158,6 @@ class SequenceFacts(Facts):
     sentences: int
     seconds: float
     join_cost: float
-    greedy_join_cost: float
     foot_slip: float
     foot_slip_of_sources: float
     sources: list[SequenceSource]

@@ -8,7 +8,7 @@ from collections import deque
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from motiondb.database.generate.generating import Generated
+from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.page.answers import PageError, unknown
 from motiondb.page.facts.scene_facts import FACTS_FILE

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from motiondb import store
-from motiondb.database.scenes.scene_reports import report_facts, report_text
+from motiondb.database.scenes.scene_folder import report_facts, report_text
 
 CLIP = store.SceneClip("guard", "ada/guard_1", "ab" * 32, 10, 97)
 SCENE = store.StoredScene(

@@ -100,7 +100,7 @@ export function madeFacts(sequence: Sequence): HTMLElement {
     h(
       "p",
       { class: "muted small" },
-      `Seed ${sequence.seed}. Seams cost ${cost(sequence.join_cost)}, chosen greedily ${cost(sequence.greedy_join_cost)}. Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
+      `Seed ${sequence.seed}. Seams cost ${cost(sequence.join_cost)}. Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
     ),
     sourceList(sequence.sources),
   );

@@ -86,7 +86,6 @@ export interface Sequence {
   string: string[];
   seconds: number;
   join_cost: number | null;
-  greedy_join_cost: number | null;
   foot_slip: number | null;
   foot_slip_of_sources: number | null;
   strip: StripItem[];
