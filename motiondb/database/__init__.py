@@ -1,14 +1,14 @@
 """The public operations: each loads from the store, computes with the pure packages, and saves.
 
-========================  ===================================================================
-``session``               the open store and the only cache, keyed by the store's revision
-``learn``                 learn, drift; counts updated when captures and words change
-``catalogue``             captures, words and events, in and out
-``generate``              motion from a sentence, its files, generated captures that are kept
-``ask``                   search, like, describe, facts and pictures
-``grammars``, ``scenes``  the operations on grammars and scenes
-``motion_db``             the class :class:`MotionDB`
-========================  ===================================================================
+=====================================  ============================================================
+``motion_db``                          the class :class:`MotionDB`: ask, learn, generate
+``captures``                           its base: captures, words and events, in and out
+``asking``, ``showing``                questions; facts and pictures of captures and symbols
+``generating``, ``generated_files``    motion from a sentence; its files and its origin
+``learn``, ``catalogue``               the steps of learning, and of adding captures and words
+``grammars``, ``scenes``               the operations on grammars and scenes
+``session``                            the open store and the only cache, by the store's revision
+=====================================  ============================================================
 """
 
 from typing import TYPE_CHECKING

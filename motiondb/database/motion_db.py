@@ -1,4 +1,4 @@
-"""The database as its users know it: one class, one method for each verb."""
+"""The database as its users know it: one method for each verb, on captures in its base class."""
 
 from __future__ import annotations
 

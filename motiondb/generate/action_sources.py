@@ -62,8 +62,7 @@ EXCLUDED_WEIGHT = 0.5  # X: twice E, because an exclusion is meant strictly
 LEAST_EVIDENCE = 1.0
 """Evidence in nats a second below which the motion does not determine the place."""
 MOST_EVIDENCE = 16.0  # Evidence above which a segment is not valued higher, nats a second
-UNASKED_WEIGHT = 0.7
-"""U. Chosen by hand; .35 and .7 make no difference to how many excerpts the judge finds right."""
+UNASKED_WEIGHT = 0.7  # U; .35 makes no difference to how many excerpts the judge finds right
 MOST_UNASKED = 6  # Number of further words above which the cost of a caption no longer rises
 APART = 1.0  # Cost of a caption that says the words in different actions ("walk, veer left")
 SPEED_SAID = 1.0  # Gain of a capture whose caption says the speed asked for
@@ -94,13 +93,11 @@ RIVAL_WEIGHT = 0.5
 """R. Of 0, .25, .5 and 1, on the best excerpts of 36 actions of CMU: the judge finds the asked
 action before all others in .35, .37, .42, .42 (at N = 1; with R = .5 and N = 0 in .37)."""
 MOST_COMPARED = 100
-"""Number of sources, the best without q and r, for which q and r are computed. Chosen by hand:
-more take longer."""
+"""Number of sources, the best without q and r, for which q and r are computed: more take longer."""
 UNLIKE_WEIGHT = 0.4  # D
 RARE_WEIGHT = 0.12
-"""A. Chosen by hand, so that a plain kick and plain twists win against those of an acrobat; .08 to
-.16 make little difference to how many excerpts the judge finds right (.61 to .64 of 36 actions of
-CMU)."""
+"""A. Plain kicks and twists win with it against those of an acrobat; .08 to .16 make little
+difference to how many excerpts the judge finds right (.61 to .64 of 36 actions of CMU)."""
 RARE = 60.0
 """Nats a frame. On CMU the median over the captures of a performer is 30 to 60 in walking,
 exercises and karate, 64 in ballet, 132 in acrobatics."""

@@ -303,10 +303,7 @@ def _edges(material: _Material, capture: int) -> FloatArray:
 
 
 def edges_of(vectors: FloatArray, scale: FloatArray) -> FloatArray:
-    """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values).
-
-    Shapes: `vectors` (frames, values); `scale` (values,).
-    """
+    """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values)."""
     extended = np.concatenate([vectors, vectors[-1:]])
     speed = np.diff(extended, axis=0, prepend=extended[:1])[:, 4:] / scale[4:] * 5.0
     return np.concatenate([extended / scale, speed], axis=1) / np.sqrt(vectors.shape[1])
@@ -345,7 +342,7 @@ def _lay_out(
 
 
 def joint_speeds(motion: Motion) -> FloatArray:
-    """Compute the mean speed of the joints at every frame: array (frames,), metres a second."""
+    """Mean speed of the joints at every frame: array (frames,), metres a second."""
     positions, _ = retarget.motion_positions(motion)
     if len(positions) < 2:
         return np.zeros(len(positions))
@@ -354,9 +351,7 @@ def joint_speeds(motion: Motion) -> FloatArray:
 
 
 def wanted_speed(speeds: FloatArray, fast: bool) -> float:
-    """Speed that "fast" or "slowly" asks for, among recorded speeds of the action.
-
-    Shapes: `speeds` (motions,).
+    """Speed that "fast" or "slowly" asks for, among the recorded speeds of the action.
 
     >>> wanted_speed(np.array([1.0, 2.0, 3.0]), True)
     2.7
@@ -367,9 +362,7 @@ def wanted_speed(speeds: FloatArray, fast: bool) -> float:
 def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) -> float:
     """Playback rate at which a motion has a requested speed, within the range of recorded speeds.
 
-    Shapes: `speeds` (motions,).
-
-    `fast`: Whether the motion is to be faster; a motion that is fast enough is not slowed down.
+    A motion that is fast enough is not slowed down where it is to be fast, and the other way round.
 
     >>> natural_rate(1.0, 1.3, np.array([0.8, 1.2]), True)
     1.2
@@ -383,11 +376,7 @@ def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) ->
 
 
 def resample(path: FloatArray, rotations: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    """Play a path and its rotations at another rate.
-
-    Shapes: `path` (frames, 4); `rotations` (frames, joints, 4); result each (frames', 4), array
-    (frames', joints, 4).
-    """
+    """Play a path (frames, 4) and its rotations (frames, joints, 4) at another rate."""
     times = np.arange(0.0, len(path) - 1 + 1e-9, rate)
     low = np.minimum(times.astype(np.int64), max(len(path) - 2, 0))
     share = times - low

@@ -44,8 +44,7 @@ DROP = 1.0
 most excerpts whose action the judge finds first (.40, .42, .40 of 36 actions of CMU)."""
 SHORTEST, LONGEST = 75, 150
 """Frames (2.5 s and 5 s) of an excerpt, unless the sentence says how long or how often, or the
-capture is shorter. Chosen by hand: two to three seconds were the best context for recognition in
-first measurements."""
+capture is shorter: two to three seconds were the best context for recognition."""
 UNPLACED = 105
 """Shortest excerpt, frames (3.5 s), if the motion does not determine where the action is."""
 MOST_OF_A_CAPTURE = 3  # Excerpts of one capture
@@ -217,7 +216,7 @@ def number_places(
 ) -> IntArray:
     """Number the comparable places: array (excerpts,), from 0; -1 for excerpts of no such place.
 
-    Shapes: `values` (excerpts,); `does` (excerpts,), bool.
+    `values` (excerpts,); `does` (excerpts,): whether each does all that is measured.
 
     >>> where = [(7, 0, 90), (7, 20, 110), (7, 100, 190), (8, 0, 90), (9, 0, 90)]
     >>> excerpts = [Excerpt(c, a, b, 0.0, (a, b)) for c, a, b in where]
@@ -302,10 +301,7 @@ def counted_word(action: PlannedAction) -> str | None:
 def occurrences_in(
     excerpt: Excerpt, action: PlannedAction, track: FloatArray, rate: float
 ) -> tuple[tuple[int, int], ...]:
-    """The occurrences in an excerpt that a number asks for, in frames of the capture at a tempo.
-
-    Shapes: `track` (frames, 10).
-    """
+    """The occurrences in an excerpt that a number asks for, in frames of the capture at a tempo."""
     word = counted_word(action)
     if action.times is None or word is None:
         return ()
@@ -316,10 +312,7 @@ def occurrences_in(
 
 
 def recount(action: PlannedAction, layout: Layout, track: FloatArray) -> Layout:
-    """A layout that does not say the number measured in its capture if the motion has another one.
-
-    Shapes: `track` (frames, 10).
-    """
+    """A layout that does not say the number measured in its capture if the motion has another."""
     word = counted_word(action)
     if not layout.is_measured or word is None:
         return layout

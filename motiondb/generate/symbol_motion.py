@@ -219,7 +219,7 @@ def _shown_association(learned: Learned, action: Sequence[str], clear: FloatArra
 def log_unasked(probabilities: FloatArray, asked: IntArray) -> FloatArray:
     """sum_{v not in A} log(1 - p_r(v)) of every segment: array (segments,), at most 0.
 
-    Shapes: `probabilities` (segments, words); `asked` (requested words,).
+    `probabilities` (segments, words); `asked`: numbers of the words of A.
 
     >>> np.exp(log_unasked(np.array([[0.9, 0.5, 0.2]]), np.array([0]))).round(6)
     array([0.4])
@@ -238,7 +238,7 @@ def symbol_clarity(
 ) -> FloatArray:
     """Clarity of the requested words in every symbol: array (symbols, requested words), 0 to 1.
 
-    Shapes: `probabilities` (segments, words); `asked` (requested words,); `symbols` (segments,).
+    `probabilities` (segments, words); `symbols` (segments,).
 
     >>> symbol_clarity(np.array([[0.8, 0.5], [0.2, 0.0]]), np.array([0]), np.array([0, 1]), 2, 1.0)
     array([[0.4],

@@ -92,9 +92,9 @@ def fine_symbols(
 
 
 def fine_states(path: IntArray, n_states: int) -> IntArray:
-    """Divide every visit of a state into SPLIT equal parts; a skipped state has no frames.
+    """Divide every visit of a state in a path (frames,) into SPLIT equal parts.
 
-    Shapes: `path` (frames,).
+    A skipped state has no frames.
 
     >>> fine_states(np.array([0, 0, 0, 1, 1, 1, 1]), 2)
     array([0, 1, 2, 3, 3, 4, 5])

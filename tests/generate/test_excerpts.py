@@ -12,11 +12,9 @@ from motiondb.generate.excerpt_report import _say_places, miscounted
 from motiondb.generate.excerpts import (
     CLEAR,
     COMPARABLE,
-    SHORTEST,
     Excerpt,
     Layout,
     Movement,
-    counted_word,
     find_excerpts,
     lay_out,
     number_places,
@@ -42,11 +40,6 @@ def test_a_long_stretch_is_cut_into_windows() -> None:
     assert len(actual) > 1
     assert {e.end - e.start for e in actual} == {150}
     assert all(e.start >= 0 and e.end <= 360 for e in actual)
-
-
-def test_a_short_segment_is_extended() -> None:
-    actual = find_excerpts([_source([-9.0, 3.0, -9.0], frames=30)], 150)
-    assert actual[0].end - actual[0].start == SHORTEST
 
 
 def _wave(n_frames: int, period: int) -> np.ndarray:
@@ -174,15 +167,6 @@ def test_a_number_is_said_only_if_the_motion_has_it() -> None:
         is_right = number == 3
         assert said == ("3 times, measured in the motion" if is_right else "")
         assert left == ([] if is_right else [f"{number} measured in the motion"])
-
-
-def test_what_is_done_by_a_limb_of_one_side_is_not_counted() -> None:
-    assert counted_word(PlannedAction((("kick", "left", "leg"),))) is None
-    assert counted_word(PlannedAction((("kick",), ("wave", "left", "hand")))) == "kick"
-    assert counted_word(PlannedAction((("jump", "up"),))) == "jump"
-    sided = PlannedAction((("kick", "left", "leg"),), times=Amount(3, 3))
-    shown = ShownExcerpt(sided, Excerpt(7, 30, 130, 0.0, (30, 130)), Layout(((30, 130),)))
-    assert miscounted(shown, _kicks(1)) == ()
 
 
 def test_other_places_are_counted_in_words() -> None:

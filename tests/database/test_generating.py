@@ -61,13 +61,15 @@ def test_the_judge_never_sees_the_captures_used(db: MotionDB) -> None:
 
 
 def test_counts_and_durations_are_honoured(db: MotionDB) -> None:
-    once = db.generate("jump once", seed=3).motion.n_frames
-    thrice = db.generate("jump three times", seed=3)
-    assert thrice.motion.n_frames > 1.5 * once
-    assert "3 times" in " ".join(thrice.shown[0].done)
+    for number, word in ((1, "once"), (3, "three times")):
+        made = db.generate(f"jump {word}")
+        assert len(find_occurrences(measured_track(made.motion), "jump")) == number
+        assert made.not_used == ()
+    assert "3 times" in " ".join(made.shown[0].done)
     long = db.generate("walk for ten seconds", seed=3)
-    seconds = long.motion.n_frames / MOTION_FPS
-    assert seconds == pytest.approx(10.0, rel=0.1) or long.not_used
+    assert long.motion.n_frames / MOTION_FPS == pytest.approx(10.0, rel=0.1) or long.not_used
+    least = db.generate("kick for at least seven seconds")
+    assert least.motion.n_frames / MOTION_FPS >= 7.0 or least.not_used
 
 
 def test_slow_and_fast_walks_differ_in_speed(db: MotionDB) -> None:
@@ -81,17 +83,9 @@ def test_slow_and_fast_walks_differ_in_speed(db: MotionDB) -> None:
 
 
 def test_what_is_excluded_is_not_used(db: MotionDB) -> None:
-    made = db.generate("walk, but not wave", seed=0)
+    made = db.generate("walk, but not wave")
     for source in made.provenance.sources:
         assert "wav" not in " ".join(c.words for c in db.captions(source.name))
-
-
-def test_other_seeds_give_other_motions(db: MotionDB, tmp_path: Path) -> None:
-    written = set()
-    for seed in range(3):
-        db.generate("walk", seed).write(tmp_path / "walk.bvh")
-        written.add((tmp_path / "walk.bvh").read_bytes())
-    assert len(written) == 3
 
 
 def test_variants_come_from_other_captures(db: MotionDB) -> None:
@@ -106,9 +100,7 @@ def test_variants_come_from_other_captures(db: MotionDB) -> None:
         db.generate_variants("kick", 0)
 
 
-def test_there_are_no_more_variants_than_places(
-    learned_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, db: MotionDB
-) -> None:
+def test_there_are_no_more_variants_than_places(db: MotionDB) -> None:
     made = db.generate_variants("throw", 3)
     assert len(made) == 1
     assert made[0].took_all_places
@@ -120,33 +112,13 @@ def test_there_are_no_more_variants_than_places(
     places = {(s.name, kick.shown[0].done[0]) for kick in kicks for s in kick.provenance.sources}
     assert 1 < len(kicks) < 8
     assert len(places) == len(kicks)
-    monkeypatch.chdir(tmp_path)
-    command = ("generate", "throw", "--variants", "3", "-o", "t.bvh", "--db", str(learned_file))
-    told = CliRunner().invoke(app, command).stdout
-    assert told.endswith("1 of 3 written: no other place shows this about as clearly\n")
-    facts = json.loads(CliRunner().invoke(app, [*command, "--json"]).stdout)
-    assert facts["asked"] == 3
-    assert [Path(one["output"]).name for one in facts["variants"]] == ["t-1.bvh"]
 
 
-def test_variants_of_alternatives_show_each_of_them(
-    learned_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, db: MotionDB
-) -> None:
+def test_variants_of_alternatives_show_each_of_them(db: MotionDB) -> None:
     """One place shows "throw", so its first motion must not be the last one."""
     made = db.generate_variants("throw or kick", 3)
     assert len(made) == 3
     assert {one.actions for one in made} == {(("throw",),), (("kick",),)}
-    monkeypatch.chdir(tmp_path)
-    command = ("generate", "throw or throw slowly", "--variants", "4", "-o", "t.bvh")
-    told = CliRunner().invoke(app, (*command, "--db", str(learned_file))).stdout
-    assert told.endswith("2 of 4 written: no other was found\n")
-
-
-def test_a_count_is_the_number_measured_in_the_motion(db: MotionDB) -> None:
-    for number, word in ((1, "once"), (3, "three times")):
-        made = db.generate(f"jump {word}")
-        assert len(find_occurrences(measured_track(made.motion), "jump")) == number
-        assert made.not_used == ()
 
 
 def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
@@ -165,7 +137,7 @@ def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
 
 
 def test_an_action_that_lost_its_verb_is_made_but_not_shown(db: MotionDB) -> None:
-    made = db.generate("swim with a ball", exact=True, seed=0)
+    made = db.generate("swim with a ball", exact=True)
     assert made.actions == (("ball",),)
     lost = made.shown[-1]
     assert (lost.words, lost.shown) == (("swim",), False)
@@ -193,18 +165,11 @@ def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -
 
 
 def test_a_motion_that_does_not_do_a_measured_word_does_not_show_it(db: MotionDB) -> None:
-    made = db.generate("kick for half a second, then stand up", seed=0)
+    made = db.generate("kick for half a second, then stand up")
     path = made.motion
     asked = Asked((("jump",),), (), *made.spans[0], directions=("jump",))
     judged = judge_motion(db.learned, path, [asked], [])[0]
     assert (judged.shown, judged.reason) == (False, "it does not jump")
-
-
-def test_at_least_some_seconds_are_no_fewer(db: MotionDB) -> None:
-    for words in ("sit down for at least six seconds", "kick for at least seven seconds"):
-        made = db.generate(words, seed=0)
-        least = 6.0 if "six" in words else 7.0
-        assert made.motion.n_frames / MOTION_FPS >= least or made.not_used
 
 
 def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
@@ -215,7 +180,7 @@ def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
 
 def test_the_side_of_a_limb_is_not_kept_without_the_limb(db: MotionDB) -> None:
     """Captions have a kick and, in another action, a left turn, but no left foot."""
-    made = db.generate("kick with the left foot", seed=0)
+    made = db.generate("kick with the left foot")
     assert made.actions == (("kick",),)
     assert {left.text for left in made.not_used} == {"left", "foot"}
 
@@ -232,17 +197,9 @@ def test_words_with_one_meaning_are_asked_for_once(db: MotionDB) -> None:
     assert made.question.understood == "walk"
 
 
-def test_hints_of_spelling_are_not_given_for_english_words(db: MotionDB) -> None:
-    made = db.generate("run wlak in a circle", seed=0)
-    assert made.unknown == {"circle": (), "wlak": ("walk",)}
-    assert [left.reason for left in made.not_used if left.text == "circle"] == [
-        "no caption says it"
-    ]
-
-
 def test_directions_are_measured_in_the_motion(db: MotionDB) -> None:
     for words, sign in (("sit down", -1), ("stand up", 1)):
-        made = db.generate(words, seed=0)
+        made = db.generate(words)
         start, end = made.spans[0]
         height = made.motion.root_positions[start:end, 1]
         assert np.sign(height[-5:].mean() - height[:5].mean()) == sign
@@ -253,8 +210,6 @@ def test_the_command_ends_with_1_where_an_action_is_missing(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     common = ("-o", "new.bvh", "--db", str(learned_file), "--json")
-    ended = CliRunner().invoke(app, ["generate", "walk, then moonwlak", "--exact", *common])
-    assert isinstance(ended.exception, QueryError)
     ended = CliRunner().invoke(
         app, ["generate", "walk, then moonwlak", "--exact", "--anyway", *common]
     )
@@ -262,8 +217,7 @@ def test_the_command_ends_with_1_where_an_action_is_missing(
     told = json.loads(ended.stdout)
     assert told["shown"] is False
     assert [one["shown"] for one in told["shown_actions"]] == [True, False]
-    ended = CliRunner().invoke(app, ["generate", "walk", "--variants", "2", *common])
-    assert ended.exit_code == 0
-    told = json.loads(ended.stdout)
-    assert [Path(one["output"]).name for one in told["variants"]] == ["new-1.bvh", "new-2.bvh"]
-    assert all(Path(one["provenance"]).exists() for one in told["variants"])
+    command = ("generate", "throw", "--variants", "3", *common[:-1])
+    told = CliRunner().invoke(app, command).stdout
+    assert told.endswith("1 of 3 written: no other place shows this about as clearly\n")
+    assert Path("new-1.provenance.json").exists()
