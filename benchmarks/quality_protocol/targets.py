@@ -129,8 +129,8 @@ def _places(tables_of: dict[str, Table]) -> Iterator[tuple[str, str, str, str]]:
     yield f"by word, {row}, {column}: at least 0.7", *reached(cell, 0.7), "By word"
     name = "By word, with one part labelled"
     if name in tables_of:
-        cell = tables_of[name].cell(column, "the suggested part, as suggested")
-        asked = f"by word, the suggested part labelled, {column}: at least 0.7"
+        cell = tables_of[name].cell(column, "one part labelled")
+        asked = f"by word, one part labelled, {column}: at least 0.7"
         yield asked, *reached(cell, 0.7), name
     name = "Boundaries of short actions"
     for cells in tables_of[name].rows if name in tables_of else ():

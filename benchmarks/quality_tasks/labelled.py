@@ -1,4 +1,4 @@
-"""Places of words when one part of one take is labelled, the part that ``words suggest`` names."""
+"""Places of words when one part of one take is labelled."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.meaning.places.place_fitting import Written, find_places
 from motiondb.records import Caption
-from motiondb.search.part_suggestions import PartSuggestion, suggest_parts
 from motiondb.search.word_answers import search_words
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
-from quality_protocol.takes import LongTake, load_takes, union_share
+from quality_protocol.takes import LongTake, load_takes
 from quality_tasks.interval import SHARES, WORDS, best_share
 
-MOST = 40
-"""Suggestions looked through for one in a long take."""
+TAKE, LABEL = "14/14_20", "KneeRaise"
+"""The part that is labelled."""
 
 
 def run(data: Path, seed: int) -> TaskReport:
@@ -31,42 +30,27 @@ def run(data: Path, seed: int) -> TaskReport:
 def measure(database: Path, data: Path, seed: int) -> TaskReport:
     """The same on a database that has learned."""
     takes = load_takes(data, load_cmu(data))
-    names = {take.capture.name for take in takes}
+    (take,) = (take for take in takes if take.capture.name == TAKE)
+    (span,) = ((start, end) for start, end, label in take.parts if label == LABEL)
     with motiondb.open(database, read_only=True) as db:
         learned = db.learned
-        offered = [one for one in suggest_parts(learned, MOST) if one.capture in names]
-        rows = [("no label", "", *_row(learned, takes, seed))]
-        if offered:
-            label, interval = _truth(takes, offered[0])
-            for what, span in (
-                ("as suggested", (offered[0].start, offered[0].end)), ("as true", interval)
-            ):  # fmt: skip
-                after = _labelled(learned, offered[0].capture, label, span)
-                shown = f"{label}, {offered[0].capture} {span[0]:.1f}-{span[1]:.1f} s"
-                rows.append((f"the suggested part, {what}", shown, *_row(after, takes, seed)))
-                rows.append((f"the suggested part, {what}, its own label counts", shown,
-                             *_row(after, takes, seed, offered[0].capture)))  # fmt: skip
+    after = _labelled(learned, TAKE, LABEL, span)
+    shown = f"{LABEL}, {TAKE} {span[0]:.1f}-{span[1]:.1f} s"
+    rows = (
+        ("no label", "", *_row(learned, takes, seed)),
+        ("one part labelled", shown, *_row(after, takes, seed)),
+        ("one part labelled, its own label counts", shown, *_row(after, takes, seed, TAKE)),
+    )
     return TaskReport(
         "By word, with one part labelled",
         "The questions of *By word*, boundaries of segments. One part of one long take is labelled "
-        "with the words of its true label: the part that `words suggest --parts` names first of "
-        f"those in the long takes (rank {offered[0].rank if offered else '-'} of all parts of the "
-        "database), with the times that were suggested and with the true ones. The captions of "
-        "the searched take are not used as evidence, because they would give away the labelled "
-        "part. The other takes learn from the label, and the map of the others places its words in "
-        "the labelled take too; *its own label counts*: it is also used directly there.",
+        "with the words of its true label. The captions of the searched take are not used as "
+        "evidence, because they would give away the labelled part. The other takes learn from the "
+        "label, and the map of the others places its words in the labelled take too; *its own "
+        "label counts*: it is also used directly there.",
         ("labelled", "part", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
-        tuple(rows),
-    )  # fmt: skip
-
-
-def _truth(takes: Sequence[LongTake], part: PartSuggestion) -> tuple[str, tuple[float, float]]:
-    """Label and times of the true part that a suggested one shares most with."""
-    (take,) = (take for take in takes if take.capture.name == part.capture)
-    start, end, label = max(
-        take.parts, key=lambda true: union_share(true[:2], (part.start, part.end))
+        rows,
     )
-    return label, (start, end)
 
 
 def _labelled(learned: Learned, capture: str, label: str, span: tuple[float, float]) -> Learned:

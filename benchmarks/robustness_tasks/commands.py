@@ -97,7 +97,6 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "scene list": ("scene", "list"),
         "scene suggest": ("scene", "suggest", "basketball", "hold"),
         "scene validate": ("scene", "validate", "basketball", "hold pass run catch layup"),
-        "words suggest": ("words", "suggest"),
     }
 )
 """Command -> words with which it asks. They take no option that writes a file."""

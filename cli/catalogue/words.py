@@ -1,4 +1,4 @@
-"""Commands words, words set, import, synonyms and suggest: vocabulary and captions."""
+"""Commands words, words set, import and synonyms: vocabulary and captions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Commands, Db, From, Json, Limit, To, database
+from motiondb.cli.options import DEFAULT_DB, Commands, Db, From, Json, To, database
 from motiondb.cli.printing import note_drift, print_json, print_notes, print_table, refuse
 
 
@@ -21,7 +21,6 @@ def register(app: typer.Typer) -> None:
     group.command("set")(set_words)
     group.command("import")(import_words)
     group.command("synonyms")(set_synonyms)
-    group.command("suggest")(suggest)
     app.add_typer(group, name="words")
 
 
@@ -104,65 +103,3 @@ def set_synonyms(
         print_json(dict(table))
     else:
         typer.echo(f"{len(table)} synonyms kept")
-
-
-def suggest(
-    limit: Limit = 10,
-    parts: Annotated[
-        bool,
-        typer.Option(
-            "--parts", help="List parts of captures to label with `words set --from --to` instead."
-        ),
-    ] = False,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
-) -> None:
-    """List the captures to caption next: those that resemble most of the others.
-
-    With --parts: the parts to label of captures whose captions list several actions.
-    """
-    if parts:
-        _suggest_parts(limit, db, json)
-        return
-    with database(db) as base:
-        suggestions = base.suggest_captions(limit)
-    if json:
-        print_json([asdict(one) for one in suggestions])
-        return
-    if not suggestions:
-        typer.echo("all captures have captions; see also --parts")
-        return
-    print_table(
-        "",
-        ["rank", "capture", "seconds", "gain", "why"],
-        [
-            [str(one.rank), one.capture, f"{one.seconds:.2f}", f"{one.gain:.1%}", one.reason]
-            for one in suggestions
-        ],
-    )
-
-
-def _suggest_parts(limit: int, db: Path, json: bool) -> None:
-    with database(db) as base:
-        parts = base.suggest_parts(limit)
-    if json:
-        print_json([asdict(one) for one in parts])
-        return
-    if not parts:
-        typer.echo("no part would gain from a label: no caption lists several actions")
-        return
-    print_table(
-        "",
-        ["rank", "capture", "seconds", "gain", "captions list", "would also describe"],
-        [
-            [
-                str(one.rank),
-                one.capture,
-                f"{one.start:.2f}-{one.end:.2f}",
-                f"{one.gain:.1%}",
-                ", ".join(one.listed),
-                ", ".join(one.like[:3]) + (", ..." if len(one.like) > 3 else ""),
-            ]
-            for one in parts
-        ],
-    )

@@ -161,5 +161,5 @@ class StoredLearning:
     space: SymbolSpace  # Tables of the symbol space
     association: Association
     transition_counts: FloatArray  # (symbols + 1, symbols + 1): table ``transition_count``
-    # Table ``parameter``: further arrays by name, float64
-    parameters: dict[str, FloatArray] = field(default_factory=dict)
+    # Table ``parameter``: further arrays (float64) and texts (JSON) by name
+    parameters: dict[str, FloatArray | str] = field(default_factory=dict)

@@ -203,8 +203,11 @@ CREATE TABLE transition_count (
 CREATE TABLE parameter (
     name VARCHAR NOT NULL,
     piece BIGINT NOT NULL,
-    shape BIGINT[] NOT NULL,
-    numbers DOUBLE[] NOT NULL,
+    shape BIGINT[],
+    numbers DOUBLE[],
+    text VARCHAR,
     run_id BIGINT NOT NULL,
-    PRIMARY KEY (name, piece)
+    PRIMARY KEY (name, piece),
+    CHECK ((numbers IS NULL) = (shape IS NULL)),
+    CHECK ((numbers IS NULL) = (text IS NOT NULL))
 );

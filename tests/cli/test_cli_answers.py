@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import shutil
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -197,19 +196,6 @@ def test_duplicates_are_listed_in_groups(command: Any, some: Path) -> None:
     assert answer(command("list", "--duplicates", "--where", "name=ana/bow_1", "--json")) == []
 
 
-def test_what_to_caption_next_is_said(command: Any, some: Path) -> None:
-    command("add", some)
-    command("words", "set", "ana/bow_1", "she bows")
-    command("learn")
-    rows = answer(command("words", "suggest", "--json"))
-    assert {row["capture"] for row in rows} == {"ana/jump_1", "boris/kick_1", "boris/punch_1"}
-    assert len(answer(command("words", "suggest", "--limit", 1, "--json"))) == 1
-    assert "% known from other words" in command("words", "suggest").out
-    for row in rows:
-        command("words", "set", row["capture"], "move")
-    assert command("words", "suggest").out.startswith("all captures have captions")
-
-
 def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> None:
     command("add", some)
     said = answer(command("words", "set", "ana/bow_1", "she bows", "--json"))
@@ -333,20 +319,3 @@ def test_names_that_are_none_are_refused(command: Any, learned_copy: Path) -> No
     assert ended.err.startswith(
         "error: 'nix.bvh': expected a file or the name of a capture, found no"
     )
-
-
-def test_which_part_to_label_next_is_said(command: Any, some: Path) -> None:
-    command("add", some)
-    for name in ("ana/bow_1", "ana/jump_1", "boris/kick_1"):
-        command("words", "set", name, name.split("/")[1][:-2])
-    command("learn")
-    assert command("words", "suggest", "--parts").out.startswith("no part would gain from a label")
-    command("words", "set", "boris/punch_1", "kick, then jump, then bow")
-    rows = answer(command("words", "suggest", "--parts", "--json"))
-    assert {row["capture"] for row in rows} == {"boris/punch_1"}
-    assert rows[0]["listed"] == [] or set(rows[0]["listed"]) <= {"bow", "jump", "kick"}
-    assert all(0.0 <= row["start"] < row["end"] for row in rows)
-    assert [row["gain"] for row in rows] == sorted((r["gain"] for r in rows), reverse=True)
-    assert "boris/punch_1" in command("words", "suggest", "--parts").out
-    spans = sorted((row["start"], row["end"]) for row in rows)
-    assert all(first[1] <= second[0] for first, second in pairwise(spans))

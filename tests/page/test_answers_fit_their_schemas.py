@@ -25,7 +25,6 @@ ASKED = (
     ("/api/facets", {}),
     ("/api/capture", {"name": "ana/long_1"}),
     ("/api/duplicates", {}),
-    ("/api/suggestions", {}),
     ("/api/vocabulary", {}),
     ("/api/undo", {}),
     ("/api/search", {"q": "walk or run but not jump, then kick twice for at least 1 s"}),

@@ -72,9 +72,11 @@ def test_extreme_numbers_come_back(filled: store.Store, samples: ModuleType) -> 
 def test_long_parameters_are_cut_and_joined(filled: store.Store, samples: ModuleType) -> None:
     learning = samples.learning(store.load_captures(filled), store.start_run(filled, "learn"))
     long = np.random.default_rng(0).normal(size=(2, 35_000))
-    store.save_learning(filled, replace(learning, parameters={"long": long, "x": np.ones(1)}))
+    given = {"long": long, "x.y": np.ones(1), "x.z": '["\u00e9"]', "xy": "{}"}
+    store.save_learning(filled, replace(learning, parameters=given))
     samples.assert_equal(store.load_parameters(filled, "long"), {"long": long})
-    assert store.load_parameters(filled).keys() == {"long", "x"}
+    samples.assert_equal(store.load_parameters(filled), given)
+    assert store.load_parameters(filled, "x").keys() == {"x.y", "x.z"}
     assert store.load_parameters(filled, "none") == {}
     pieces = filled.connection.execute("SELECT count(*) FROM parameter WHERE name = 'long'")
     assert pieces.fetchall() == [(2,)]

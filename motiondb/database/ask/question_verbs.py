@@ -1,4 +1,4 @@
-"""The methods for questions: search, like, describe, and suggestions of what to caption next."""
+"""The methods for questions: search, like, describe."""
 
 from __future__ import annotations
 
@@ -14,10 +14,8 @@ from motiondb.database.nearby_words import nearby_table
 from motiondb.learn.learned import Learned
 from motiondb.records import Motion
 from motiondb.search import (
-    caption_suggestions,
     described_motion,
     example_answers,
-    part_suggestions,
     word_answers,
 )
 from motiondb.search.taken_words import (
@@ -201,28 +199,6 @@ class QuestionVerbs(CatalogueVerbs):
             return [info.name for info in captured if info.capture_id not in learned]
 
         return list(self.session.kept("unlearned", load))
-
-    def suggest_captions(self, limit: int = 10) -> list[caption_suggestions.CaptionSuggestion]:
-        """Captures without captions, the most informative about the others first.
-
-        Parameters
-        ----------
-        limit : int
-            Largest number of captures.
-        """
-        return caption_suggestions.suggest_captions(self.learned, limit)
-
-    def suggest_parts(self, limit: int = 10) -> list[part_suggestions.PartSuggestion]:
-        """Parts of takes to label, the one whose label would say most about other parts first.
-
-        Only captions that list several actions leave the place of their actions open.
-
-        Parameters
-        ----------
-        limit : int
-            Largest number of parts.
-        """
-        return part_suggestions.suggest_parts(self.learned, limit)
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some words were learned; empty without a start.

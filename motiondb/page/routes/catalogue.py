@@ -17,7 +17,7 @@ from motiondb.page.facts.capture_facts import (
     relation_facts,
     row_facts,
 )
-from motiondb.page.parameters import Body, Limit, Name, Seconds, Text, Where
+from motiondb.page.parameters import Body, Name, Seconds, Text, Where
 from motiondb.page.schemas import catalogue_schemas
 from motiondb.page.session.held import database_facts
 from motiondb.page.session.state import Page, WordEdit
@@ -110,14 +110,6 @@ def router(page: Page) -> APIRouter:
                 ]
             }
         )
-
-    @routes.get("/api/suggestions", response_model=catalogue_schemas.SuggestionList)
-    def suggestions(limit: Limit = 10) -> Answer:
-        """The captures that should be captioned next."""
-        with page.held.use() as db:
-            suggested = db.suggest_captions(limit)
-        rows = [vars(one) | {"ref": f"capture:{one.capture}"} for one in suggested]
-        return Answer({"suggestions": rows})
 
     @routes.get("/api/vocabulary", response_model=catalogue_schemas.Vocabulary)
     def vocabulary() -> Answer:

@@ -229,24 +229,6 @@ class DuplicateGroups(Facts):
     groups: list[DuplicateGroup]
 
 
-class SuggestionFacts(Facts):
-    """A capture to caption next."""
-
-    rank: int
-    capture: str
-    ref: str
-    seconds: float
-    gain: float
-    known: float
-    reason: str
-
-
-class SuggestionList(Facts):
-    """Captures to caption next, best first."""
-
-    suggestions: list[SuggestionFacts]
-
-
 class WordSymbol(Facts):
     """A symbol that is associated with a word."""
 

@@ -141,7 +141,7 @@ def load_transition_counts(store: Store) -> FloatArray:
     return word_tables.select_transitions(store.connection, size.n_symbols)
 
 
-def load_parameters(store: Store, *names: str) -> dict[str, FloatArray]:
-    """Load further arrays by name: the requested ones, or all."""
+def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:
+    """Load further values by name: those of these names and below them ("NAME.x"), or all."""
     load_learning_size(store)
     return word_tables.select_parameters(store.connection, names or None)

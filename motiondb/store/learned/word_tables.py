@@ -91,12 +91,23 @@ def select_transitions(connection: Connection, n_symbols: int) -> FloatArray:
 
 
 def insert_parameters(
-    connection: Connection, parameters: Mapping[str, FloatArray], run_id: int
+    connection: Connection, parameters: Mapping[str, FloatArray | str], run_id: int
 ) -> None:
-    """Write arrays of any shape by name."""
+    """Write arrays of any shape, and texts, by name."""
+    texts = {name: value for name, value in parameters.items() if isinstance(value, str)}
+    insert(
+        connection,
+        "parameter",
+        name=list(texts),
+        piece=np.zeros(len(texts), dtype=np.int64),
+        text=list(texts.values()),
+        run_id=np.full(len(texts), run_id),
+    )
     for name, array in parameters.items():
+        if isinstance(array, str):
+            continue
         flat = np.asarray(array, dtype=np.float64).ravel()
-        pieces = [flat[place : place + PIECE] for place in range(0, max(flat.size, 1), PIECE)]
+        pieces = [flat[first : first + PIECE] for first in range(0, max(flat.size, 1), PIECE)]
         n, numbers = len(pieces), np.empty(len(pieces), dtype=object)
         for piece, values in enumerate(pieces):
             numbers[piece] = values
@@ -113,23 +124,28 @@ def insert_parameters(
 
 def select_parameters(
     connection: Connection, names: tuple[str, ...] | None = None
-) -> dict[str, FloatArray]:
-    """Read the arrays of these names, or all."""
-    rows = fetch(
-        connection,
-        "SELECT name, shape, numbers FROM parameter "
-        "WHERE $names IS NULL OR list_contains($names::VARCHAR[], name) ORDER BY name, piece",
-        {"names": None if names is None else list(names)},
-    )
+) -> dict[str, FloatArray | str]:
+    """Read the values of these names and of all names "NAME. ..." below them, or all values."""
+    wanted = "name = ? OR starts_with(name, ? || '.')"
+    where = "true" if names is None else " OR ".join([wanted] * len(names)) or "false"
+    rows = connection.execute(
+        f"SELECT name, shape, numbers, text FROM parameter WHERE {where} ORDER BY name, piece",
+        [name for name in names or () for _ in range(2)],
+    ).fetchnumpy()
     pieces: dict[str, list[FloatArray]] = {}
-    shapes: dict[str, tuple[int, ...]] = {}
-    for name, shape, numbers in zip(rows["name"], rows["shape"], rows["numbers"]):
-        pieces.setdefault(name, []).append(np.ma.filled(numbers, np.nan))
-        shapes[name] = tuple(int(size) for size in shape)
-    return {
-        name: np.concatenate(of_one).astype(np.float64, copy=False).reshape(shapes[name])
-        for name, of_one in pieces.items()
-    }
+    shapes: dict[str, list[int]] = {}
+    values: dict[str, FloatArray | str] = {}
+    is_array = np.ma.getmaskarray(rows["text"])
+    for array, name, shape, numbers, text in zip(is_array, *rows.values()):
+        if not array:
+            values[name] = text
+        else:
+            pieces.setdefault(name, []).append(np.ma.filled(numbers, np.nan))
+            shapes[name] = [int(size) for size in shape]
+    for name, of_one in pieces.items():
+        joined = np.concatenate(of_one).astype(np.float64, copy=False)
+        values[name] = joined.reshape(shapes[name])
+    return values
 
 
 def _select_alignment(

@@ -43,7 +43,7 @@ def test_all_migrations_give_the_schema() -> None:
 
 
 RELEASED = {
-    "0001_first.sql": "ec2b500c7f381221b2dae6624e06b7ddac4e3d331d072474883dcc59a18099e8",
+    "0001_first.sql": "ae8714bd5bd0d6e39ec6f9bf7be0067fac95475748d49150e250ae9ef6e7bb83",
     "0002_movement.sql": "7d879bbf21fbd82955254dcc70502922946efccc3ff60c0433ea170543ad9184",
     "0003_grammar.sql": "ababcd7df6b5ff51003c1782482a91023fe753320366491d48505e2833c070f5",
     "0004_event.sql": "eaf3c3c88fd8b181d52f292aebe21f5cfd666de78de93df1064b46842afc00b0",

@@ -152,15 +152,6 @@ export interface DuplicateGroup {
   relations: CopyRelation[];
 }
 
-export interface Suggestion {
-  rank: number;
-  capture: string;
-  ref: string;
-  seconds: number;
-  gain: number;
-  reason: string;
-}
-
 export interface Upload {
   upload: string;
   files: { name: string; ref: string; bytes: number; kind: "capture" | "skeleton" | "sheet" }[];
