@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from motiondb.learn.drift import Drift
     from motiondb.learn.start.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings
-    from motiondb.page.serving.serve import serve
+    from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
     from motiondb.records import (
@@ -176,7 +176,7 @@ _PLACES = {
     "motiondb.generate.shown_actions": "JudgedAction",
     "motiondb.learn.start.knowledge": "Knowledge",
     "motiondb.learn.symbol_fitting": "LearnSettings",
-    "motiondb.page.serving.serve": "serve",
+    "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.search.written_words": "WrittenWord",

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
+from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database.ask.fact_verbs import FactVerbs
 from motiondb.database.learn import learning, starting
 from motiondb.database.session import Session
@@ -175,34 +176,34 @@ class MotionDB(FactVerbs):
         """Faults of the store, none in a sound one."""
         return store.check_store(self.store, sources=True)
 
-    def info(self) -> dict[str, Any]:
+    def info(self) -> DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""
         with self.session.reading():
             captures = self.captures()
             performers = {c.tags["performer"] for c in captures if "performer" in c.tags}
-            facts: dict[str, Any] = {
-                "database": str(self.store.path),
-                "bytes": self.store.path.stat().st_size,
-                "captures": len(captures),
-                "generated": sum(c.kind == "generated" for c in captures),
-                "seconds": round(sum(c.duration for c in captures), 2),
-                "performers": len(performers),
-                "captures_with_words": len(self.all_captions()),
-                "copies": len(self.relations()),
-                "grammars": len(store.load_grammar_names(self.store)),
-                "learned": self.is_learned(),
-            }
-            if facts["learned"]:
+            learned: dict[str, Any] = {"learned": self.is_learned()}
+            if learned["learned"]:
                 size = store.load_learning_size(self.store)
-                facts["symbols"] = size.n_symbols
-                facts["clusters"] = size.n_clusters
-                facts["words"] = size.n_words
-                facts["current"] = store.learning_is_current(self.store)
-                facts["not_yet_learned"] = len(self.unlearned())
-                start = self.start_facts()
-                if start is not None:
-                    facts["start"] = start
-        return facts
+                learned |= {
+                    "symbols": size.n_symbols,
+                    "clusters": size.n_clusters,
+                    "words": size.n_words,
+                    "current": store.learning_is_current(self.store),
+                    "not_yet_learned": len(self.unlearned()),
+                    "start": self.start_facts(),
+                }
+            return DatabaseInfo(
+                database=str(self.store.path),
+                bytes=self.store.path.stat().st_size,
+                captures=len(captures),
+                generated=sum(c.kind == "generated" for c in captures),
+                seconds=round(sum(c.duration for c in captures), 2),
+                performers=len(performers),
+                captures_with_words=len(self.all_captions()),
+                copies=len(self.relations()),
+                grammars=len(store.load_grammar_names(self.store)),
+                **learned,
+            )
 
     def runs(self) -> list[dict[str, Any]]:
         """All runs that changed the database, oldest first: kind, parameters, seed, version."""

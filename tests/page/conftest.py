@@ -11,7 +11,7 @@ import pytest
 from page_serving import ADDRESS, INDEX, CheckedClient, Serve
 from starlette.testclient import TestClient
 
-from motiondb.page.serving.application import make_application
+from motiondb.page.app import make_application
 from motiondb.page.settings import PageSettings
 
 

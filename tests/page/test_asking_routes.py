@@ -12,7 +12,7 @@ from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
 import motiondb
-from motiondb.page.motion.container import read_tracks
+from motiondb.page.motion import read_tracks
 
 
 def test_search_gives_what_the_class_gives(client: TestClient, learned_file: Path) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import body
 from motiondb.page.motion import container, figure
-from motiondb.page.motion.container import Track
+from motiondb.page.motion import Track
 from motiondb.records import Motion
 
 

@@ -10,7 +10,7 @@ from page_serving import ADDRESS, CheckedClient, get, post, refused
 from starlette.testclient import TestClient
 from test_job_routes import ended
 
-from motiondb.page.serving.application import make_application
+from motiondb.page.app import make_application
 from motiondb.page.settings import PageSettings
 
 CAPTURES = ["fatou/long_play_2", "chidi/long_play_1"]

@@ -12,7 +12,7 @@ import pytest
 
 import motiondb
 from motiondb.database.session import feature_arrays
-from motiondb.page.session.held import HeldDatabase
+from motiondb.page.held import HeldDatabase
 from motiondb.store import MotionPool
 
 

@@ -16,7 +16,7 @@ import pytest
 import motiondb
 from motiondb.errors import MotionDBError
 from motiondb.page import standalone
-from motiondb.page.motion.container import read_tracks
+from motiondb.page.motion import read_tracks
 
 
 class Parts(HTMLParser):

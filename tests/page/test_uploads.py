@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from motiondb.page.answers import PageError
-from motiondb.page.files.uploads import Uploads, clean_name
+from motiondb.page.errors import PageError
+from motiondb.page.uploads import Uploads, clean_name
 from motiondb.page.settings import UploadLimits
 
 

@@ -8,13 +8,13 @@ from motiondb import store
 from motiondb.database.ask.making_verbs import MakingVerbs
 
 if TYPE_CHECKING:
-    from motiondb.database.ask.showing import Row
+    from motiondb.answers.catalogue import ShownActivity, ShownSegment, SymbolSegment
 
 
 class FactVerbs(MakingVerbs):
     """Verbs on facts; those that ask are inherited."""
 
-    def segments(self, name: str) -> list[Row]:
+    def segments(self, name: str) -> list[ShownSegment]:
         """Symbols of a capture with their times (seconds); empty if it is not learned.
 
         Raises
@@ -37,7 +37,7 @@ class FactVerbs(MakingVerbs):
             return {}
         return {info.name: number for number, info in self.searchable.captures.items()}
 
-    def symbol_segments(self, symbol: int) -> list[Row]:
+    def symbol_segments(self, symbol: int) -> list[SymbolSegment]:
         """Segments of a symbol, those that it fits best first; times in seconds.
 
         Raises
@@ -49,7 +49,7 @@ class FactVerbs(MakingVerbs):
 
         return showing.symbol_segments(self.learned, symbol)
 
-    def activities(self, name: str) -> list[Row]:
+    def activities(self, name: str) -> list[ShownActivity]:
         """The successive activities of a capture; empty if there is only one.
 
         Raises

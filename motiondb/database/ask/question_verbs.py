@@ -29,7 +29,7 @@ from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
 from motiondb.search.written_words import LearnedWithWritten, WrittenWord, written_words
 
 if TYPE_CHECKING:
-    from motiondb.database.ask.showing import Row
+    from motiondb.answers.catalogue import SymbolRow, WordRow
 
 
 class QuestionVerbs(CatalogueVerbs):
@@ -241,13 +241,13 @@ class QuestionVerbs(CatalogueVerbs):
         """The words that were learned; word numbers count from 0 in this order."""
         return self.learned.association.words
 
-    def word_rows(self) -> list[Row]:
+    def word_rows(self) -> list[WordRow]:
         """Every word with its captions and its most probable symbols, commonest word first."""
         from motiondb.database.ask import showing
 
         return showing.word_rows(self.learned)
 
-    def symbol_rows(self, n_words: int = 3) -> list[Row]:
+    def symbol_rows(self, n_words: int = 3) -> list[SymbolRow]:
         """Every symbol: cluster, segments, captures, mean length (seconds), most probable words.
 
         Parameters

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.grammars import GrammarAnswer, SequenceAnswer
 from motiondb.database.catalogue.catalogue_verbs import CatalogueVerbs
 from motiondb.database.grammars import (
     grammar_comparing,
@@ -115,7 +116,7 @@ class Grammars(SequenceVerbs):
             learned = self._session.learned if store.is_learned(self._session.store) else None
         return terminal_meanings(learned, material.learned, material.numbers)
 
-    def show(self, name: str) -> dict[str, Any]:
+    def show(self, name: str) -> GrammarAnswer:
         """Return the facts of a grammar, for printing or JSON; times in seconds."""
         return grammar_facts.grammar_facts(self.material(name), self.meanings(name))
 
@@ -332,7 +333,7 @@ class Grammars(SequenceVerbs):
         """Compare a grammar with a finite state machine, Sequitur and a flat grammar."""
         return grammar_comparing.compare(self.load(name), seed)
 
-    def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
+    def facts(self, sequence: GrammarSequence, seed: int = 0) -> SequenceAnswer:
         """Return how a sequence was generated, for JSON: string, tree, joins and sources.
 
         Parameters

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from motiondb import files as capture
 from motiondb import pictures, store
+from motiondb.answers import plain
 from motiondb.body import body, retarget
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_files import GRAMMAR, TACTICS
@@ -69,7 +70,7 @@ def fill_scene_folder(
     _write(folder / RECORD, to_json(record))
     _write(folder / f"diagram{TACTICS}", record.diagram)
     _write(folder / f"{made.text.diagram.grammar}{GRAMMAR}", record.grammar)
-    _write(folder / "report.json", json.dumps(report_facts(record), indent=1))
+    _write(folder / "report.json", json.dumps(plain.to_json(report_facts(record)), indent=1))
     _write(folder / "report.txt", report_text(record) + "\n")
     if drawn:
         _draw(folder, made.text.diagram, motions, record, progress)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from motiondb import store
+from motiondb.answers.scenes import SceneAnswer
 from motiondb.database.scenes import scene_folder, scene_reports
 from motiondb.files.file_names import is_folder
 
@@ -52,7 +52,7 @@ class SceneFolderVerbs:
         return scene_folder.draw_folder(Path(folder), Path(path))
 
     @staticmethod
-    def facts(scene: store.StoredScene) -> dict[str, Any]:
+    def facts(scene: store.StoredScene) -> SceneAnswer:
         """Return everything that is known of a scene, for JSON."""
         return scene_reports.report_facts(scene)
 
