@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--db", type=Path, help="a database that holds the captures")
     parser.add_argument("--chosen", type=int, default=100)
-    parser.add_argument("--out", type=Path, default=Path("docs/duplicates.md"))
+    parser.add_argument("--out", type=Path, default=Path("docs/measured/duplicates.md"))
     options = parser.parse_args()
     rng = np.random.default_rng(0)
     planted: list[Planted] = []

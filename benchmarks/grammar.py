@@ -1,10 +1,10 @@
-"""What grammars of movement reach: times, known truth, real takes, pictures; docs/grammar.md.
+"""What grammars reach: times, known truth, real takes, pictures; see docs/measured/grammar.md.
 
     python benchmarks/grammar.py --data DIR [--task speed truth recursive ...]
                                  [--style salsa ...] [--language brackets ...] [--sentences 20]
                                  [--part boundaries ...]
 
-DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` and ``number`` need the sample data only,
+DIR holds ``cmu`` and ``cmu-captions.tsv``; ``truth`` needs the sample data only,
 ``recursive`` and ``development`` need none. Of these two, a part may be run: some languages, or one
 number of sentences; the rows of other languages stay. ``--part`` runs some parts of ``truth``.
 Sections of tasks that are not run stay as they are on the page. Observations from the pictures, and
@@ -22,7 +22,6 @@ from grammar_tasks.completion import completion_rows
 from grammar_tasks.curve import LANGUAGES as CURVES
 from grammar_tasks.curve import curve_rows
 from grammar_tasks.long_takes import PERFORMERS, more_terminals_rows
-from grammar_tasks.number import number_rows
 from grammar_tasks.pictures import pictures
 from grammar_tasks.real_takes import STYLES, real
 from grammar_tasks.recursive import SIZES, development_rows, recursive_rows
@@ -35,10 +34,10 @@ from grammar_tasks.truth import PARTS, truth
 NOTES = Path(__file__).with_name("grammar_tasks") / "notes.md"
 TASKS = (
     "speed", "truth", "motion", "errors", "recursive", "development", "curve", "completion",
-    "number", "real", "pictures",
+    "real", "pictures",
 )  # fmt: skip
 WITHOUT_DATA = (
-    "truth", "motion", "errors", "recursive", "development", "curve", "completion", "number",
+    "truth", "motion", "errors", "recursive", "development", "curve", "completion",
 )  # fmt: skip
 RECURSIVE = "Known truth: languages that repeat and nest"
 DEVELOPED = "Known truth: languages of development"
@@ -46,7 +45,6 @@ MORE = "Known truth: languages of long takes, more terminals"
 ERRORS = "Known truth: languages of long takes, errors replaced by the truth"
 CURVE = "Known truth: held-out sentences by number of sentences"
 COMPLETION = "Completion of patterns"
-NUMBER = "Known truth: the number of terminals"
 COMMAND = "python benchmarks/grammar.py --data DIR"
 
 
@@ -66,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--part", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--sentences", nargs="+", type=int, choices=SIZES, default=SIZES)
-    parser.add_argument("--output", type=Path, default=Path("docs"))
+    parser.add_argument("--output", type=Path, default=Path("docs/measured"))
     chosen = parser.parse_args(arguments)
     if chosen.data is None and set(chosen.task) - set(WITHOUT_DATA):
         free = ", ".join(WITHOUT_DATA)
@@ -107,8 +105,6 @@ def _made_up(chosen: argparse.Namespace, known: dict[str, str]) -> Jobs:
         jobs[DEVELOPED] = command, partial(development_rows, names, known.get(DEVELOPED, ""))
     if "completion" in chosen.task:
         jobs[COMPLETION] = "python benchmarks/grammar.py --task completion", completion_rows
-    if "number" in chosen.task:
-        jobs[NUMBER] = "python benchmarks/grammar.py --task number", number_rows
     return jobs
 
 
@@ -143,7 +139,6 @@ def _write(page: Path, title: str, body: str) -> None:
         *known,
         *loops,
         COMPLETION,
-        NUMBER,
         *(_title(style) for style in STYLES),
         "Pictures",
     ]

@@ -1,4 +1,4 @@
-"""Measure the table of nearby words and write docs/nearby-words.md.
+"""Measure the table of nearby words and write docs/measured/nearby-words.md.
 
     python benchmarks/nearby_quality.py --wordnet /usr/share/wordnet --vectors vectors.npz \\
         --data DIR        # DIR holds cmu/ and cmu-captions.tsv
@@ -35,7 +35,7 @@ from nearby_words.pairs import base, make_lexicon
 from nearby_words.retrieval import Hidden, hide_words, load_shown
 from nearby_words.wordnet import FLATTENING, read_wordnet
 
-PAGE = Path(__file__).parents[1] / "docs" / "nearby-words.md"
+PAGE = Path(__file__).parents[1] / "docs" / "measured" / "nearby-words.md"
 LISTS = {
     "captions": "words of the CMU captions",
     "both": "words of the CMU captions and usual words",

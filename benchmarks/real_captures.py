@@ -129,7 +129,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--database", type=Path, help="kept; used as it is where it exists")
-    parser.add_argument("--output", type=Path, default=Path("docs"))
+    parser.add_argument("--output", type=Path, default=Path("docs/measured"))
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         database = arguments.database or Path(scratch) / "motions.duckdb"

@@ -5,7 +5,7 @@
     python benchmarks/robustness.py damage --out DIR [--cases 200]
     python benchmarks/robustness.py together --out DIR
     python benchmarks/robustness.py questions --out DIR
-    python benchmarks/robustness.py page --out DIR > docs/robustness.md
+    python benchmarks/robustness.py page --out DIR > docs/measured/robustness.md
 
 Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case. ``fuzz``, ``kills``
 and ``damage`` leave out the seeds that are there already, and begin no further case after

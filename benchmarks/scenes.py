@@ -4,7 +4,7 @@
     python benchmarks/scenes.py baseline --db ... --out scenes/ --seconds 100 [--diagrams ...]
     python benchmarks/scenes.py tempering --db ... --out scenes/ --seconds 10 [--seeds ...]
     python benchmarks/scenes.py update --db ... --out scenes/
-    python benchmarks/scenes.py page --out scenes/ > docs/scenes-measured.md
+    python benchmarks/scenes.py page --out scenes/ > docs/measured/scenes.md
 
 The database holds the sample data with its words and events:
 

@@ -216,7 +216,7 @@ def main() -> int:
     """Measure and write; 1 where a target is missed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--database", type=Path, required=True)
-    parser.add_argument("--output", type=Path, default=Path("docs"))
+    parser.add_argument("--output", type=Path, default=Path("docs/measured"))
     parser.add_argument("--repeats", type=int, default=40)
     arguments = parser.parse_args()
     with motiondb.open(arguments.database, read_only=True) as db:

@@ -25,8 +25,8 @@ import numpy as np
 
 import motiondb
 from motiondb.files.knowledge_file import read_knowledge
-from motiondb.learn.start.knowledge import Knowledge
-from motiondb.learn.start.knowledge_arrays import knowledge_arrays
+from motiondb.learn.knowledge import Knowledge
+from motiondb.learn.knowledge_arrays import knowledge_arrays
 
 SHIPPED = Path(motiondb.__file__).parent / "knowledge" / "cmu.knowledge"
 CREDIT = (

@@ -1,4 +1,4 @@
-"""Measure the benefit of a start, across studios and on unseen performers: docs/start.md.
+"""Measure the benefit of a start, across studios and on unseen performers: docs/measured/start.md.
 
     python benchmarks/start_quality.py TASK [TASK ...] --data DIR [--parts FOLDER]
     python benchmarks/start_quality.py page
@@ -33,7 +33,7 @@ def main() -> None:
     parts = Parts(told.parts)
     for task in told.tasks:
         if task == "page":
-            write_page(RESULTS, Path(__file__).parents[1] / "docs")
+            write_page(RESULTS, Path(__file__).parents[1] / "docs" / "measured")
             continue
         if told.data is None:
             parser.error("expected --data DIR, found none")

@@ -19,13 +19,12 @@ if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
-    from motiondb.database.generate.generating import Generated
-    from motiondb.database.grammars.grammar_editing import Edit
+    from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
-    from motiondb.database.grammars.grammar_sequences import GrammarSequence
-    from motiondb.database.grammars.grammar_verbs import Grammars
-    from motiondb.database.learn.starting import load_knowledge, shipped_starts
+    from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
+    from motiondb.database.grammars.grammars import Grammars
+    from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     from motiondb.language.question.known import KnownQuestion
     from motiondb.language.question.tree import NotUsed
     from motiondb.learn.drift import Drift
-    from motiondb.learn.start.knowledge import Knowledge
+    from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings
     from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
@@ -153,13 +152,12 @@ _PLACES = {
     "motiondb.database": "MotionDB",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
-    "motiondb.database.grammars.grammar_editing": "Edit",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
     "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
-    "motiondb.database.grammars.grammar_sequences": "GrammarSequence",
-    "motiondb.database.grammars.grammar_verbs": "Grammars",
-    "motiondb.database.learn.starting": "load_knowledge shipped_starts",
-    "motiondb.database.generate.generating": "Generated",
+    "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
+    "motiondb.database.grammars.grammars": "Grammars",
+    "motiondb.database.learn.knowledge": "load_knowledge shipped_starts",
+    "motiondb.database.generating": "Generated",
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
@@ -174,7 +172,7 @@ _PLACES = {
     "motiondb.search.word_sources": "WordSource",
     "motiondb.learn.drift": "Drift",
     "motiondb.generate.shown_actions": "JudgedAction",
-    "motiondb.learn.start.knowledge": "Knowledge",
+    "motiondb.learn.knowledge": "Knowledge",
     "motiondb.learn.symbol_fitting": "LearnSettings",
     "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",

@@ -171,7 +171,7 @@ CREATE TABLE segment_score (
     run_id BIGINT NOT NULL
 );
 
--- How every segment moves, apart from symbols (meaning/maps/movement.py, search/bearing.py).
+-- How every segment moves, apart from symbols (meaning/movement.py, search/bearing.py).
 CREATE TABLE segment_movement (
     ordinal BIGINT NOT NULL,
     movement FLOAT[] NOT NULL,              -- places, joint, rhythm, posture, travel

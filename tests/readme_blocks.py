@@ -1,7 +1,7 @@
-"""The examples of README: where they stand, what they say, and how they are run.
+"""The examples of README and the guide: where they stand, what they say, and how they are run.
 
-``python tests/readme_blocks.py`` runs them and writes the true output (and the pictures) into
-README. An output that ends in ``...`` is kept to its number of lines.
+``python tests/readme_blocks.py`` runs them in order and writes the true output (and the pictures)
+into the pages. An output that ends in ``...`` is kept to its number of lines.
 """
 
 from __future__ import annotations
@@ -21,22 +21,31 @@ from unittest import mock
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
+GUIDE = tuple(
+    ROOT / "docs" / "guide" / f"{n}.md" for n in ("words", "examples", "generation", "grammars")
+)
+PAGES = (README, *GUIDE)  # in the order in which their examples build on one another
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PICTURES = ("search.png", "walk_kick.png", "play_strings.png")
 
 
 @dataclass(frozen=True)
 class Example:
-    """A command line of README and the output that README shows for it."""
+    """A command line of a page and the output that the page shows for it."""
 
     command: str
     output: str
 
 
-def blocks(language: str, text: str | None = None) -> list[str]:
+def blocks(language: str, text: str) -> list[str]:
     """The fenced blocks of a language, in order."""
-    text = README.read_text(encoding="utf-8") if text is None else text
     return [body for actual, body in _BLOCK.findall(text) if actual == language]
+
+
+def every_example() -> list[Example]:
+    """The examples of all pages, in order."""
+    texts = [page.read_text(encoding="utf-8") for page in PAGES]
+    return [e for text in texts for block in blocks("console", text) for e in examples(block)]
 
 
 def examples(block: str) -> list[Example]:
@@ -73,7 +82,7 @@ def run(command: str) -> tuple[int, str, str]:
 
 @contextlib.contextmanager
 def workplace() -> Iterator[Path]:
-    """A temporary folder to work in, with the sample data where README expects it."""
+    """A temporary folder to work in, with the sample data where the pages expect it."""
     before = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
@@ -100,14 +109,15 @@ def _refreshed(example: Example) -> str:
 
 
 def refresh() -> None:
-    """Write the true output of every example into README, and the pictures that it shows."""
-    text = README.read_text(encoding="utf-8")
+    """Write the true output of every example into its page, and the pictures that pages show."""
     with workplace() as place:
-        for block in blocks("console", text):
-            text = text.replace(block, "".join(_refreshed(e) for e in examples(block)), 1)
+        for page in PAGES:
+            text = page.read_text(encoding="utf-8")
+            for block in blocks("console", text):
+                text = text.replace(block, "".join(_refreshed(e) for e in examples(block)), 1)
+            page.write_text(text, encoding="utf-8")
         for picture in PICTURES:
             shutil.copy(place / picture, ROOT / "docs" / "pictures" / picture)
-    README.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB
-from motiondb.database.generate.generating import Generated
+from motiondb.database.generating import Generated
 from motiondb.language import vocabulary
 from motiondb.records import MOTION_FPS, CaptureInfo
 
@@ -146,15 +146,15 @@ def test_generated_motion_is_recognised_again(
     assert wrong <= share * total
 
 
-def test_drawn_frames_tremble_and_trajectories_do_not(db: MotionDB) -> None:
-    """A12: the paper's Monte Carlo beside the smooth trajectory of the same symbols."""
+def test_a_trajectory_is_smooth_and_of_the_model_alone(db: MotionDB) -> None:
+    """A12: the third differences of rotations stay near those of a stitched motion."""
     jerks = {}
-    for method in ("trajectory", "montecarlo"):
+    for method in ("trajectory", "stitched"):
         one = db.generate("a person walks then kicks", seed=7, method=method)
         turns = np.diff(one.motion.local_rotations.astype(float), n=3, axis=0)
         jerks[method] = float(np.median(np.abs(turns)))
-        assert (one.provenance.source_numbers == -1).all()
-    assert jerks["montecarlo"] > 5 * jerks["trajectory"]
+        assert (one.provenance.source_numbers == -1).all() == (method == "trajectory")
+    assert jerks["trajectory"] < 2 * jerks["stitched"]
 
 
 def test_a_motion_is_told_in_its_words(db: MotionDB) -> None:

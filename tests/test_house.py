@@ -1,4 +1,4 @@
-"""The house is in order: direction of imports, sizes, pure stages, helpful commands, README."""
+"""The house is in order: direction of imports, sizes, pure rooms, docstrings, commands, lists."""
 
 from __future__ import annotations
 
@@ -15,10 +15,16 @@ import pytest
 import typer
 
 ROOT = Path(__file__).resolve().parents[1]
-MODULES = sorted([*ROOT.glob("motiondb/**/*.py"), *ROOT.glob("cli/**/*.py")])
-PURE = ("pose", "symbols", "words", "search", "generate", "learning", "grammar", "scene")
-PURE_MODULES = [p for p in MODULES if p.relative_to(ROOT).parts[1] in PURE]
-CLOCKS = {"time", "datetime", "random", "sys", "pathlib", "io", "subprocess", "duckdb"}
+TREES = {
+    path: ast.parse(path.read_text(encoding="utf-8"))
+    for top in ("motiondb", "cli", "tests")
+    for path in sorted(ROOT.glob(f"{top}/**/*.py"))
+    if "node_modules" not in path.parts
+}
+MODULES = {path: tree for path, tree in TREES.items() if "tests" not in path.parts}
+PURE = ("body", "symbols", "language", "meaning", "learn", "search", "generate", "grammar", "scene")
+PURE_MODULES = {p: tree for p, tree in MODULES.items() if p.relative_to(ROOT).parts[1] in PURE}
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 
 def short(path: Path) -> str:
@@ -26,257 +32,156 @@ def short(path: Path) -> str:
 
 
 def test_imports_go_one_way(tmp_path: Path) -> None:
-    shutil.copytree(ROOT / "motiondb", tmp_path / "motiondb")
+    shutil.copytree(ROOT / "motiondb", tmp_path / "motiondb", ignore=lambda *_: ["node_modules"])
     shutil.copytree(ROOT / "cli", tmp_path / "motiondb" / "cli")
     shutil.copytree(ROOT / "schema", tmp_path / "motiondb" / "schema")
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
     program = Path(sys.executable).with_name("lint-imports")
     ended = subprocess.run(
-        [program, "--no-cache"], cwd=tmp_path, capture_output=True, text=True, timeout=60
+        [program, "--no-cache"], cwd=tmp_path, capture_output=True, text=True, timeout=120
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
-def imports_of_commands() -> Iterator[tuple[str, str, str]]:
-    """Module of a command, module that it imports, and name that it imports from there or ""."""
-    for path in sorted(ROOT.glob("cli/**/*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Import):
-                yield from ((short(path), alias.name, "") for alias in node.names)
-            elif isinstance(node, ast.ImportFrom):
-                assert node.level == 0, short(path)
-                yield from ((short(path), node.module or "", alias.name) for alias in node.names)
-
-
-def test_commands_use_only_public_names() -> None:
-    import motiondb
-
-    allowed = {*sys.stdlib_module_names, "typer", "rich"}
-    for path, module, name in imports_of_commands():
-        if module.split(".")[0] != "motiondb":
-            assert module.split(".")[0] in allowed, (path, module)
-        elif module == "motiondb":
-            assert not name or name in motiondb.__all__, (path, name)
-        else:
-            assert f"{module}.".startswith("motiondb.cli."), (path, module)
-
-
-def test_the_contract_of_the_commands_names_every_other_part() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    (contract,) = [
-        contract
-        for contract in project["tool"]["importlinter"]["contracts"]
-        if contract.get("source_modules") == ["motiondb.cli"]
-    ]
-    parts = {p.parent.name for p in ROOT.glob("motiondb/*/__init__.py")} | {"schema"}
-    parts |= {p.stem for p in ROOT.glob("motiondb/*.py") if p.stem != "__init__"}
-    assert set(contract["forbidden_modules"]) == {f"motiondb.{part}" for part in parts}
+def test_the_contract_of_the_commands_names_every_room() -> None:
+    contracts = PROJECT["tool"]["importlinter"]["contracts"]
+    (contract,) = [c for c in contracts if c.get("source_modules") == ["motiondb.cli"]]
+    rooms = {p.parent.name for p in ROOT.glob("motiondb/*/__init__.py")} | {"schema"}
+    rooms |= {p.stem for p in ROOT.glob("motiondb/*.py") if p.stem != "__init__"}
+    assert set(contract["forbidden_modules"]) == {f"motiondb.{room}" for room in rooms}
 
 
 def test_every_package_is_installed() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    listed = set(project["tool"]["setuptools"]["packages"])
+    listed = set(PROJECT["tool"]["setuptools"]["packages"])
     packages = [*ROOT.glob("motiondb/**/__init__.py"), *ROOT.glob("cli/**/__init__.py")]
-    actual = {short(p.parent).replace("/", ".") for p in packages} | {"motiondb.schema"}
-    actual = {re.sub(r"^cli\b", "motiondb.cli", name) for name in actual}
-    assert actual <= listed
+    names = {short(p.parent).replace("/", ".") for p in packages} | {"motiondb.schema"}
+    names |= {"motiondb.schema.migrations"}
+    assert {re.sub(r"^cli\b", "motiondb.cli", name) for name in names} == listed
+    assert "py.typed" in PROJECT["tool"]["setuptools"]["package-data"]["motiondb"]
+    assert (ROOT / "motiondb" / "py.typed").is_file()
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_module_is_short_and_says_what_it_is(path: Path) -> None:
-    text = path.read_text()
-    assert len(text.splitlines()) <= 400
-    assert not text.strip() or ast.get_docstring(ast.parse(text))
+def test_modules_are_short_and_say_what_they_are() -> None:
+    for path, tree in MODULES.items():
+        lines = path.read_text(encoding="utf-8").splitlines()
+        assert len(lines) <= 600, short(path)
+        assert not lines or ast.get_docstring(tree), short(path)
 
 
-@pytest.mark.parametrize("path", PURE_MODULES, ids=short)
-def test_pure_stages_touch_nothing(path: Path) -> None:
-    for node in ast.walk(ast.parse(path.read_text())):
+def effects(tree: ast.Module) -> Iterator[str]:
+    """What a pure module must not do: input and output, clocks, global random numbers."""
+    outside = {"time", "datetime", "random", "sys", "pathlib", "io", "subprocess", "duckdb"}
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            assert not CLOCKS & {alias.name.split(".")[0] for alias in node.names}
-        if isinstance(node, ast.ImportFrom) and node.module:
-            assert node.module.split(".")[0] not in CLOCKS
+            yield from outside & {alias.name.split(".")[0] for alias in node.names}
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in outside:
+            yield node.module or ""
         if isinstance(node, ast.Call):
             called = ast.unparse(node.func)
-            assert called not in ("print", "open", "input")
-            if called.startswith("os."):  # how many processors there are changes no result
-                assert called in ("os.cpu_count", "os.sched_getaffinity")
-            assert not re.fullmatch(r"(np|numpy)\.random\..*", called), called
+            # how many processors there are changes no result
+            harmless = called in ("os.cpu_count", "os.sched_getaffinity")
+            if re.fullmatch(r"print|open|input|os\..*|(np|numpy)\.random\..*", called):
+                yield from () if harmless else (called,)
 
 
-MUTATING = {
-    "add", "append", "appendleft", "clear", "discard", "extend", "insert", "move_to_end", "pop",
-    "popitem", "popleft", "remove", "reverse", "setdefault", "sort", "update",
-}  # fmt: skip
-EMPTY = {"dict", "list", "set", "defaultdict", "Counter", "OrderedDict", "deque", "bytearray"} | {
-    "WeakKeyDictionary", "WeakValueDictionary", "WeakSet", "local", "count",
-}  # fmt: skip
-
-
-def module_names(tree: ast.Module) -> set[str]:
-    """Names that are assigned at the top of a module."""
-    targets = [
-        target
-        for node in tree.body
-        if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign)
-        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
-    ]
-    return {n.id for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)}
-
-
-def local_names(function: ast.AST) -> set[str]:
-    """Parameters and names that are assigned inside a function."""
-    return {n.arg for n in ast.walk(function) if isinstance(n, ast.arg)} | {
-        n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+def state(tree: ast.Module) -> Iterator[str]:
+    """Statements inside functions that change what their module holds."""
+    changing = {
+        *("add", "append", "appendleft", "clear", "discard", "extend", "insert", "pop", "popitem"),
+        *("popleft", "remove", "reverse", "setdefault", "sort", "update"),
     }
-
-
-def state_of_a_module(text: str) -> list[str]:
-    """What makes a module remember: state that is made to be filled, or is changed anywhere."""
-    tree, faults = ast.parse(text), []
-    names = module_names(tree)
-    for node in tree.body:
-        value = getattr(node, "value", None)
-        if isinstance(node, ast.Assign | ast.AnnAssign) and (
-            (isinstance(value, ast.Dict) and not value.keys)
-            or (isinstance(value, ast.List) and not value.elts)
-            or (isinstance(value, ast.Call) and not value.args
-                and ast.unparse(value.func).split("[")[0].split(".")[-1] in EMPTY)
-        ):  # fmt: skip
-            faults.append(f"{ast.unparse(node)}: made to be filled")
-    for function in ast.walk(tree):
-        if not isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
-            continue
-        shared = names - local_names(function)
-        for node in ast.walk(function):
-            if isinstance(node, ast.Global):
-                faults.append(f"global {', '.join(node.names)}")
-            if (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
-                    and node.func.attr in MUTATING
-                    and ast.unparse(node.func.value) in shared):  # fmt: skip
-                faults.append(ast.unparse(node))
-            if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(
-                node.ctx, ast.Load
-            ):
-                root: ast.AST = node
-                while isinstance(root, ast.Subscript | ast.Attribute):
-                    root = root.value
-                if isinstance(root, ast.Name) and root.id in shared:
-                    faults.append(f"{ast.unparse(node)} is set")
-    return faults
-
-
-@pytest.mark.parametrize(
-    ("text", "n_faults"),
-    [
-        ("_seen: dict[str, int] = {}", 1),
-        ("_seen = []\ndef f(x):\n    _seen.append(x)", 2),
-        ("_made = WeakKeyDictionary()", 1),
-        ("_made = dict[str, int]()", 1),
-        ("TABLE = {'a': 1}\ndef f():\n    return TABLE['a']", 0),
-        ("TABLE = {'a': 1}\ndef f():\n    TABLE['b'] = 2", 1),
-        ("TABLE = {'a': 1}\ndef f(TABLE):\n    TABLE['b'] = 2", 0),
-        ("A = np.zeros(3)\ndef f():\n    A[0] += 1.0", 1),
-        ("A = 1\ndef f():\n    global A\n    A = 2", 1),
-        ("def f():\n    seen = []\n    seen.append(1)\n    return seen", 0),
-    ],
-)
-def test_state_of_a_module_is_seen(text: str, n_faults: int) -> None:
-    assert len(state_of_a_module(text)) == n_faults
-
-
-@pytest.mark.parametrize("path", PURE_MODULES, ids=short)
-def test_pure_stages_remember_nothing(path: Path) -> None:
-    """What one database taught never changes another's answers in the same process.
-
-    Memos of functions (``functools.cache``) are no such state: they change no result. Which may be
-    kept, and why, is listed in ``MEMOS``.
-    """
-    assert state_of_a_module(path.read_text()) == []
-
-
-MEMOS = {
-    "motiondb/grammar/cfg/compiled.py": "the compiled form of a grammar, a frozen record",
-    "motiondb/grammar/cfg/lengths.py": "string lengths of a grammar, a frozen record",
-    "motiondb/grammar/derivation/derive.py": "plans of derivation of a grammar, a frozen record",
-    "motiondb/meaning/certainty/place_certainty.py": "word maps inside one call, gone with it",
-    "motiondb/scene/sampling/play.py": "derivations of a grammar, a frozen record",
-    "motiondb/symbols/hmm_jobs.py": "the thread pools of this process, which never change",
-    "motiondb/language/lemmas.py": "lemmas of words, by tables and by an installed dictionary",
-}
-"""Modules of the pure folders with memos: what is remembered, from which arguments alone."""
-
-
-def test_memos_are_of_functions_without_a_database() -> None:
-    actual = {
-        short(path)
-        for path in PURE_MODULES
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Name) and node.id in ("cache", "lru_cache")
-        and isinstance(node.ctx, ast.Load)
-    }  # fmt: skip
-    assert actual <= MEMOS.keys()
-
-
-CHANGING = {
-    "add", "append", "clear", "discard", "extend", "insert", "pop", "popitem", "remove", "reverse",
-    "setdefault", "sort", "update",
-}  # fmt: skip
-
-
-def changes_of_module_level_state(tree: ast.Module) -> list[str]:
-    """Statements inside functions that change what a module holds."""
     held = {
         name.id
         for node in tree.body
         if isinstance(node, ast.Assign | ast.AnnAssign)
-        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
-        for name in ast.walk(target)
-        if isinstance(name, ast.Name)
+        for name in ast.walk(node)
+        if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
     }
-    actual = []
-    for function in ast.walk(tree):
-        if not isinstance(function, ast.FunctionDef):
-            continue
-        local = {arg.arg for arg in ast.walk(function) if isinstance(arg, ast.arg)}
+    for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
+        local = {n.arg for n in ast.walk(function) if isinstance(n, ast.arg)}
         local |= {
-            name.id
-            for name in ast.walk(function)
-            if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
+            n.id
+            for n in ast.walk(function)
+            if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
         }
         for node in ast.walk(function):
-            changed: ast.expr | None = None
+            changed: ast.AST | None = None
             if isinstance(node, ast.Global):
-                actual.append(ast.unparse(node))
-            if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(
-                node.ctx, ast.Load
-            ):
-                changed = node.value
+                yield ast.unparse(node)
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-                changed = node.func.value if node.func.attr in CHANGING else None
+                changed = node.func.value if node.func.attr in changing else None
+            if isinstance(node, ast.Subscript | ast.Attribute):
+                changed = None if isinstance(node.ctx, ast.Load) else node.value
+            while isinstance(changed, ast.Subscript | ast.Attribute):
+                changed = changed.value
             if isinstance(changed, ast.Name) and changed.id in held - local:
-                actual.append(ast.unparse(node))
-    return actual
+                yield ast.unparse(node)
 
 
-@pytest.mark.parametrize("path", PURE_MODULES, ids=short)
-def test_pure_stages_keep_no_module_level_state(path: Path) -> None:
-    assert changes_of_module_level_state(ast.parse(path.read_text())) == []
+def test_pure_rooms_touch_nothing_and_remember_nothing() -> None:
+    """What one database taught never changes another's answers in the same process."""
+    wrong = {short(p): [*effects(tree), *state(tree)] for p, tree in PURE_MODULES.items()}
+    assert {name: faults for name, faults in wrong.items() if faults} == {}
 
 
-def test_changes_of_module_level_state_are_found() -> None:
-    text = "KEPT = {}\nTOLD: list = []\ndef f(x):\n    "
-    for line in ("KEPT[x] = 1", "TOLD.append(x)", "KEPT.update(x)", "global KEPT", "del KEPT[x]"):
-        assert changes_of_module_level_state(ast.parse(text + line)), line
-    for line in ("return KEPT[x]", "TOLD = []; TOLD.append(x)", "x.append(TOLD)"):
-        assert not changes_of_module_level_state(ast.parse(text + line)), line
+def test_effects_and_state_are_seen() -> None:
+    for text in ("import random", "from pathlib import Path", "open(x)", "np.random.rand()"):
+        assert [*effects(ast.parse(text))], text
+    assert not [*effects(ast.parse("rng.normal(); os.cpu_count()"))]
+    text = "KEPT = {}\nMORE: list = []\ndef f(x):\n    "
+    for line in ("KEPT[x] = 1", "MORE.append(x)", "global KEPT", "del KEPT[x]", "KEPT[0].a = 1"):
+        assert [*state(ast.parse(text + line))], line
+    for line in ("return KEPT[x]", "MORE = []; MORE.append(x)", "x.append(MORE)"):
+        assert not [*state(ast.parse(text + line))], line
 
 
-@pytest.mark.parametrize("path", MODULES, ids=short)
-def test_only_the_command_line_prints(path: Path) -> None:
-    calls = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Call)]
-    printed = [c for c in calls if ast.unparse(c.func) in ("print", "sys.exit")]
-    assert not printed or path.relative_to(ROOT).parts[0] == "cli"
+def test_only_the_command_line_prints() -> None:
+    for path, tree in MODULES.items():
+        calls = {ast.unparse(n.func) for n in ast.walk(tree) if isinstance(n, ast.Call)}
+        assert not calls & {"print", "sys.exit"} or path.relative_to(ROOT).parts[0] == "cli", path
+
+
+def test_ignored_types_are_few_and_have_a_reason() -> None:
+    lines = [line for path in MODULES for line in path.read_text("utf-8").splitlines()]
+    ignored = [line for line in lines if "# type: ignore" in line]
+    assert len(ignored) < 15
+    assert all(re.search(r"# type: ignore\[[a-z-]+\]  # \w", line) for line in ignored), ignored
+
+
+def documented(tree: ast.Module, public: set[str]) -> Iterator[tuple[str, str, set[str], bool]]:
+    """Name, docstring, what may be documented, and whether sections are wanted, of definitions."""
+
+    def walk(
+        body: list[ast.stmt], inside: bool | None
+    ) -> Iterator[tuple[str, str, set[str], bool]]:
+        for node in body:
+            if not isinstance(node, ast.FunctionDef | ast.ClassDef):
+                continue
+            wanted = node.name in public if inside is None else inside
+            kernel = any("jit" in ast.unparse(d) for d in node.decorator_list)
+            names = {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
+            if isinstance(node, ast.ClassDef):
+                names |= {ast.unparse(n.target) for n in node.body if isinstance(n, ast.AnnAssign)}
+                names |= {n.name for n in node.body if isinstance(n, ast.FunctionDef)}
+                yield from walk(node.body, wanted)
+            yield node.name, ast.get_docstring(node) or "", names, wanted or kernel
+
+    yield from walk(tree.body, None)
+
+
+def test_sections_document_public_names_and_kernels_with_real_parameters() -> None:
+    import motiondb
+
+    public, wrong = set(motiondb.__all__), []
+    for path, tree in MODULES.items():
+        for name, text, names, wanted in documented(tree, public):
+            blocks = re.findall(r"^(?:Parameters|Attributes)\n-+\n((?:.+\n?)+)", text, re.MULTILINE)
+            if blocks and not wanted:
+                wrong.append(f"{short(path)}: {name} is internal: one sentence instead of sections")
+            entries = re.findall(r"^(\w+) : ", "\n".join(blocks), re.MULTILINE)
+            unreal = [entry for entry in entries if entry not in names]
+            wrong += [f"{short(path)}: {name} has no parameter {entry}" for entry in unreal]
+    assert wrong == []
 
 
 def commands() -> Iterator[tuple[str, typer.core.TyperCommand]]:
@@ -290,38 +195,28 @@ def commands() -> Iterator[tuple[str, typer.core.TyperCommand]]:
     yield from walk("", typer.main.get_command(app))
 
 
-COMMANDS = dict(commands())
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_command_helps_and_answers_in_json(name: str) -> None:
-    command = COMMANDS[name]
-    assert command.help
-    options = {o for p in command.params for o in p.opts}
-    alone = getattr(command, "invoke_without_command", True)
-    if alone:  # else a group that does nothing by itself
-        assert {"--json", "--db"} <= options
-    for parameter in command.params:
-        if parameter.name != "context":
-            assert getattr(parameter, "help", None), parameter.name
+def test_commands_help_and_answer_in_json() -> None:
+    for name, command in commands():
+        assert command.help, name
+        options = {o for p in command.params for o in p.opts}
+        if getattr(command, "invoke_without_command", True):  # else a group of commands
+            assert {"--json", "--db"} <= options, name
+        unhelped = [p.name for p in command.params if p.name != "context" and not p.help]
+        assert unhelped == [], name
 
 
 def test_every_command_of_the_readme_exists() -> None:
-    text = (ROOT / "README.md").read_text()
+    known = dict(commands())
+    text = (ROOT / "README.md").read_text("utf-8")
     blocks = re.findall(r"```.*?\n(.*?)```", text, re.DOTALL)
     lines = re.findall(r"^\s*\$?\s*motiondb (.+)$", "\n".join(blocks), re.MULTILINE)
     assert lines
     for line in lines:
         words = line.split()
-        while words and words[0].startswith("-"):
-            words = words[1:]
-        if not words:
-            continue
-        name = " ".join(words[:2]) if " ".join(words[:2]) in COMMANDS else words[0]
-        assert name in COMMANDS, line
-        known = {o for p in COMMANDS[name].params for o in p.opts} | {"--help"}
-        asked = {w.split("=")[0] for w in re.findall(r"(?<!\S)--[a-z][a-z-]*", line)}
-        assert asked <= known, line
+        name = " ".join(words[:2]) if " ".join(words[:2]) in known else words[0]
+        assert name in known, line
+        options = {o for p in known[name].params for o in p.opts} | {"--help"}
+        assert {w.split("=")[0] for w in re.findall(r"(?<!\S)--[a-z][a-z-]*", line)} <= options
 
 
 def test_public_names_are_shown_and_there() -> None:
@@ -335,7 +230,54 @@ def test_public_names_are_shown_and_there() -> None:
         motiondb.opne  # noqa: B018
 
 
-def test_types_are_shipped() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
-    assert "py.typed" in project["tool"]["setuptools"]["package-data"]["motiondb"]
-    assert (ROOT / "motiondb" / "py.typed").is_file()
+def carelessly_opened(tree: ast.Module) -> list[int]:
+    """Lines that leave the database all tests share open, or open it for writing."""
+    nodes = list(ast.walk(tree))
+    items = [item.context_expr for n in nodes if isinstance(n, ast.With) for item in n.items]
+    closed = {id(expression) for expression in items}
+    return [
+        call.lineno
+        for call in nodes
+        if isinstance(call, ast.Call)
+        and ast.unparse(call.func) in ("motiondb.open", "store.open_store", "open_store")
+        and ast.unparse(call.args[0]) == "learned_file"
+        and (id(call) not in closed or "read_only=True" not in ast.unparse(call))
+    ]
+
+
+def test_tests_only_ask_the_database_they_share_and_close_it() -> None:
+    """One left open refuses to be opened the other way by whatever test comes next."""
+    assert carelessly_opened(ast.parse("db = motiondb.open(learned_file, read_only=True)")) == [1]
+    assert carelessly_opened(ast.parse("with motiondb.open(learned_file): pass")) == [1]
+    kept = "with motiondb.open(learned_file, read_only=True) as db: pass"
+    assert carelessly_opened(ast.parse(kept)) == []
+    assert {
+        short(p): lines for p, tree in TREES.items() if (lines := carelessly_opened(tree))
+    } == {}
+
+
+def test_the_architecture_names_every_room_and_no_other() -> None:
+    text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
+    folders = sorted(p.parent for p in ROOT.glob("motiondb/**/__init__.py"))[1:]
+    rooms = {f.relative_to(ROOT / "motiondb").as_posix() for f in folders}
+    assert {room for room in rooms if f"`{room}/`" not in text} == set()
+    rows = re.findall(r"^\| `([a-z_/]+)`", text, flags=re.MULTILINE)
+    places = [ROOT / row if (ROOT / row).exists() else ROOT / "motiondb" / row for row in rows]
+    assert [p for p in places if not p.is_dir() and not p.with_suffix(".py").is_file()] == []
+
+
+def test_acceptance_names_a_place_and_a_test_for_every_line_and_all_exist() -> None:
+    page = (ROOT / "docs" / "acceptance.md").read_text("utf-8")
+    rows = {row.split("|")[1].strip(): row for row in page.splitlines() if row.startswith("| ")}
+    last = {"A": 19, "B": 20, "C": 21, "X": 4}
+    for line in [f"{part}{n + 1}" for part, most in last.items() for n in range(most)]:
+        _, _, asked, place, shown, _ = (c.strip() for c in re.split(r"(?<!\\)\|", rows[line]))
+        assert asked, line
+        assert re.search(r"`motiondb/\S+`", place) or line.startswith("X"), line
+        assert re.search(r"`tests/\S+::test_\w+`|`benchmarks/\S+`", shown), line
+    files = set(re.findall(r"`((?:motiondb|cli|schema|benchmarks|docs|tests)/[\w/.-]+)`", page))
+    assert sorted(file for file in files if not (ROOT / file).exists()) == []
+    for file, name in set(re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)):
+        assert (ROOT / file).is_file(), file
+        names = {n.name for n in TREES[ROOT / file].body if isinstance(n, ast.FunctionDef)}
+        assert name in names, f"{file}::{name}"

@@ -1,4 +1,4 @@
-"""README is a test: its commands run in order and say what it shows, its Python is true."""
+"""README and the guide are tests: their commands say what they show, their Python is true."""
 
 from __future__ import annotations
 
@@ -17,12 +17,15 @@ from motiondb.body import body, joint_names
 from motiondb.files import CAPTURE_ENDINGS, capture_format
 
 TEXT = readme.README.read_text(encoding="utf-8")
-EXAMPLES = [e for block in readme.blocks("console", TEXT) for e in readme.examples(block)]
-
-
-STARTING, MAKING, ASKING = EXAMPLES[:3], EXAMPLES[3:5], EXAMPLES[5:]
-LEARNED = [e for e in ASKING if e.command.startswith("motiondb grammar ")]
+FORMATS = (readme.ROOT / "docs" / "guide" / "formats.md").read_text(encoding="utf-8")
+EXAMPLES = readme.every_example()
+STARTING = [e for e in EXAMPLES if "--db mine.duckdb" in e.command]
+MAKING = [
+    e for e in EXAMPLES if re.match(r"motiondb (add|learn)\b", e.command) and e not in STARTING
+]
+LEARNED = [e for e in EXAMPLES if e.command.startswith("motiondb grammar ")]
 """They build on one another: the first learns the grammar that the others ask."""
+ALONE = [e for e in EXAMPLES if e not in [*STARTING, *MAKING, *LEARNED]]
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +40,7 @@ DECIMAL = re.compile(r"[-+]?\d+\.\d+")
 
 
 def _differences(expected: str, actual: str) -> list[str]:
-    """Lines in which an output differs from README's, the whole of it, word by word.
+    """Lines in which an output differs from the page's, the whole of it, word by word.
 
     Decimals may differ by 0.02 or by 2 %: sums of floating point numbers do between processors.
     Everything else is the same: names, whole numbers, the number of lines and columns.
@@ -89,9 +92,6 @@ def test_a_folder_without_words_is_searched_with_a_start() -> None:
             _check(example, place)
 
 
-ALONE = [e for e in ASKING if e not in LEARNED]
-
-
 @pytest.mark.parametrize("example", ALONE, ids=[e.command for e in ALONE])
 def test_commands_say_what_readme_shows(place: Path, example: Any) -> None:
     _check(example, place)
@@ -111,9 +111,9 @@ def test_python_is_true(place: Path) -> None:
     assert runner.failures == 0
 
 
-def test_the_joint_map_of_readme_fits_a_strange_skeleton(tmp_path: Path) -> None:
-    """A sample capture whose legs are named as in README's map is refused without the map."""
-    (text,) = readme.blocks("ini", TEXT)
+def test_the_joint_map_of_the_guide_fits_a_strange_skeleton(tmp_path: Path) -> None:
+    """A sample capture whose legs are named as in the guide's map is refused without the map."""
+    (text,) = readme.blocks("ini", FORMATS)
     pairs = dict(line.split(" = ") for line in text.splitlines() if " = " in line)
     names = {"hip": "UpLeg", "knee": "Leg", "ankle": "Foot", "toe": "ToeBase"}
     source = (readme.ROOT / "sample_data/captures/ana/walk_1.bvh").read_text()
@@ -136,7 +136,8 @@ def test_the_joint_map_of_readme_fits_a_strange_skeleton(tmp_path: Path) -> None
 def test_every_command_stands_in_the_table() -> None:
     from motiondb.cli.main import app
 
-    rows = "\n".join(line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| `"))
+    commands = (readme.ROOT / "docs" / "guide" / "commands.md").read_text(encoding="utf-8")
+    rows = "\n".join(line.split("|")[1] for line in commands.splitlines() if line.startswith("| `"))
     told = set(re.findall(r"`([a-z]+(?: [a-z]+)?)", rows))
     known: set[str] = set()
     for name, command in typer.main.get_command(app).commands.items():
@@ -144,23 +145,28 @@ def test_every_command_stands_in_the_table() -> None:
     assert known - told == set()
 
 
-def test_every_format_and_convention_stands_in_readme() -> None:
+def test_every_format_and_convention_stands_in_the_guide() -> None:
     for ending in CAPTURE_ENDINGS:
-        assert f"`{ending}`" in TEXT, capture_format(f"x{ending}")
+        assert f"`{ending}`" in FORMATS, capture_format(f"x{ending}")
     special = {
         "MotionBuilder without toes and hands": "without toes and hands",
         "MotionBuilder with two spines": "with two spines",
         "motiondb": "motiondb",
     }
     for name in joint_names.CONVENTIONS:
-        assert special.get(name, name) in TEXT
+        assert special.get(name, name) in FORMATS
     for role in body.JOINTS:
-        assert role.removeprefix("l_").removeprefix("r_") in TEXT
+        assert role.removeprefix("l_").removeprefix("r_") in FORMATS
 
 
 def test_links_lead_somewhere() -> None:
-    for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
-        assert (readme.ROOT / target).exists(), target
+    pages = [*readme.ROOT.glob("*.md"), *readme.ROOT.glob("docs/**/*.md")]
+    links = [
+        (page, target)
+        for page in pages
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    ]
+    assert [f"{p.name}: {t}" for p, t in links if not (p.parent / t).exists()] == []
 
 
 def test_pictures_are_small() -> None:

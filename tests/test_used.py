@@ -12,9 +12,6 @@ Name = tuple[str, str]
 """A module, and a name that it defines."""
 
 FOR_BENCHMARKS = {
-    "match_languages": "benchmarks compare learned grammars with the true ones",
-    "share_with_unseen_pairs": "benchmarks measure new strings of grammars",
-    "maximal_repeats": "benchmarks time it beside the cover of repeats",
     "write_table": "benchmarks/nearby_table.py makes the shipped table with it",
 }
 """Names that only benchmarks use, and what for."""

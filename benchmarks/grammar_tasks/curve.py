@@ -14,10 +14,10 @@ import numpy as np
 from grammar_tasks.foreseen import String, learned_ranks
 from grammar_tasks.tables import table, table_rows
 from grammar_tasks.truth import load_truth
-from motiondb.grammar.baselines.finite_state import finite_state_grammar
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.languages import finite_state_grammar
 
 NUMBERS, DRAWS, TESTED = (7, 13, 25, 50), 2, 100
 """Sentences to learn from (13 are the clips of basketball), draws, and sentences to test."""

@@ -4,7 +4,8 @@
         [--seeds 300 301 302] [--grammars 12] [--sentences 10 20 40]
 
 Sentences are drawn from the sample data's three grammars, with other seeds than those that
-``docs/grammar.md`` reports, and from small random grammars: 6 to 10 terminals, 3 to 5 nonterminals
+``docs/measured/grammar.md`` reports, and from small random grammars: 6 to 10 terminals, 3 to 5
+nonterminals
 of 2 or 3 alternatives, none deriving itself. The efforts of ``compaction`` were chosen by what this
 prints. Fewer bits than the true grammar's are possible: the language may have a shorter grammar, or
 a few sentences one that fits them better.
@@ -18,11 +19,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from grammar_tasks.language_match import match_languages
 from grammar_tasks.truth import load_truth
-from motiondb.grammar.baselines.language_measures import finite_language, match_languages
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce_with_bits
+from motiondb.grammar.languages import finite_language
 from motiondb.grammar.rules.description_length import description_length
 
 LEAST_STRINGS, MOST_STRINGS, LONGEST = 60, 200_000, 20

@@ -24,10 +24,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motiondb.grammar.baselines.language_measures import coverage
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.cfg.parse import compiled_form
 from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.languages import coverage
 
 String = tuple[str, ...]
 _MOST_SENTENCES = 1000

@@ -15,9 +15,9 @@ from math import exp, inf
 import numpy as np
 
 from grammar_tasks.tables import table
-from motiondb.grammar.baselines.language_measures import derived_strings
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.grammar.cfg.parse import compiled_form, log_probability
+from motiondb.grammar.languages import derived_strings
 
 String = tuple[str, ...]
 Learn = Callable[[Sequence[String]], Grammar]

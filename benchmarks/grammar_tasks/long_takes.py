@@ -18,12 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from grammar_tasks.factors import match_factors
+from grammar_tasks.ledger import make_ledger
 from grammar_tasks.tables import table, table_rows
 from motiondb.body.retarget import to_motion
 from motiondb.grammar.cfg.context_free import Grammar
-from motiondb.grammar.selection.ledger import make_ledger
 from motiondb.grammar.sentences.partition import find_sentences
-from motiondb.grammar.terminals.likeness import class_levels
 from motiondb.grammar.terminals.terminals import find_terminals
 from motiondb.records import IntArray
 
@@ -39,8 +38,7 @@ SEED = 2
 """Settings were chosen on strings of seeds 0 to 3 and on takes of seed 101."""
 
 MORE = (1.5, 2.0)
-"""Terminals for each label in the second table. The first was chosen on takes of seed 101, before
-there were classes of terminals."""
+"""Terminals for each label in the second table. The first was chosen on takes of seed 101."""
 
 HEADS = ["learned from", "grammar", "precision", "recall", "F1", "of factors", "recall", "F1"]
 
@@ -87,8 +85,7 @@ def more_terminals_rows(names: Sequence[str], before: str) -> str:
             number = round(share * len(known.label_names(takes)))
             terminals = find_terminals(motions, number, np.random.default_rng(0))
             _, strings, _, meaning = known.strings_found(takes, terminals)
-            levels = class_levels(motions, terminals)
-            result = find_sentences(strings, np.random.default_rng(0), levels=levels)
+            result = find_sentences(strings, np.random.default_rng(0))
             all_bits = make_ledger(motions, terminals, result).total
             for kind in ("motiondb", "finite state machine"):
                 learn = known.KINDS[kind]

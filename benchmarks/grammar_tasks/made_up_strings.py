@@ -1,5 +1,4 @@
-"""Repeats, description length and the search of sentences: times, growth, comparison with random
-search.
+"""Description length and the search of sentences: times, comparison with random search.
 
 Run as ``PYTHONPATH=benchmarks python -m grammar_tasks.made_up_strings``. Strings are drawn from a
 chain in which each symbol is followed by few others, so that there are repeats; seeds are fixed.
@@ -9,15 +8,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
-from motiondb.grammar.rules.repeats import cover_repeats, maximal_repeats, suffix_array
 from motiondb.grammar.sentences.cutting import Room, cutting_room, draw_best, search_cuts
 
-LENGTHS = (125_000, 250_000, 500_000, 1_000_000)
-"""Symbols of the strings: doubled from row to row, so that the growth of the time can be read."""
 N_SENTENCES = 40
 """Sentences into which a string is cut. Chosen by hand; not tuned."""
 
@@ -48,21 +43,6 @@ def seconds(work: Callable[[], object], times: int = 3) -> float:
     return min(durations)
 
 
-def repeat_times(k: int = 20) -> list[tuple[int, float, float, float]]:
-    """(N, seconds for suffix array, maximal repeats, cover) for growing N."""
-    suffix_array([0, 1]), maximal_repeats([0, 1]), cover_repeats([0, 1])  # compile
-    text = chain_symbols(LENGTHS[-1], k, 0)
-    return [
-        (
-            n,
-            seconds(partial(suffix_array, text[:n])),
-            seconds(partial(maximal_repeats, text[:n])),
-            seconds(partial(cover_repeats, text[:n])),
-        )
-        for n in LENGTHS
-    ]
-
-
 def partition_time(n: int, k: int, seed: int = 0) -> tuple[int, float]:
     """Sentences, and seconds for the description length of a partition, its grammar induced."""
     room = cutting_room([chain_string(n, k, seed)], 1, n)
@@ -81,9 +61,6 @@ def against_random(room: Room, evaluations: int, n_seeds: int = 10) -> tuple[lis
 
 def main() -> None:
     """Print all figures."""
-    print("symbols  suffix array  maximal repeats  cover  (seconds)")
-    for n, *times in repeat_times():
-        print(f"{n:>9,}" + "".join(f"{t:10.3f}" for t in times))
     for n, k in ((367, 20), (885, 20), (885, 60)):
         count, spent = partition_time(n, k)
         print(f"description length of {count} sentences of {n} symbols: {spent * 1e3:.3f} ms")

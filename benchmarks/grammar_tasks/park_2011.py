@@ -30,10 +30,14 @@ import numpy as np
 from measured_run import machine
 from numba import njit
 
-from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
-from motiondb.grammar.terminals.pose_distance import Poses, make_poses
-from motiondb.grammar.terminals.segment_distance import distances_to
-from motiondb.grammar.terminals.terminals import Terminals, TerminalSettings, find_terminals
+from motiondb.grammar.terminals.distances import Poses, distances_to, make_poses
+from motiondb.grammar.terminals.terminals import (
+    REPETITION_WEIGHT,
+    Terminals,
+    TerminalSettings,
+    find_terminals,
+    score,
+)
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from quality_protocol.captures import load_cmu
 

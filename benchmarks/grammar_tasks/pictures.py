@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,11 @@ from grammar_tasks.real_takes import STYLES
 from grammar_tasks.tables import table
 from motiondb.database.catalogue.file_reading import AddSettings
 from motiondb.database.grammars.grammar_learning import GrammarSettings
-from motiondb.database.grammars.grammar_sequences import GrammarSequence
+from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.motion_db import MotionDB
+from motiondb.generate.stitching import join_costs
 from motiondb.grammar.derivation.derive import derive
+from motiondb.grammar.synthesis import clip_candidates
 from quality_protocol.captures import Capture, load_cmu
 
 N_TERMINALS = 20
@@ -64,10 +67,30 @@ def _drawn(
         base.grammars.draw_trees(style, f"{path}-trees.png")
     made = [base.grammars.generate(style, seed, LENGTH) for seed in range(N_SEQUENCES)]
     base.grammars.draw_sequence(_new_one(base, style) or made[0], f"{path}-sequence.png")
+    material = base.grammars.material(style)
     means = np.mean(
-        [(s.choice.cost, s.greedy, s.made.slip, s.made.source_slip) for s in made], axis=0
+        [
+            (s.choice.cost, greedy_cost(material, s, seed), s.made.slip, s.made.source_slip)
+            for seed, s in enumerate(made)
+        ],
+        axis=0,
     )
     return [f"{value:.2f}" for value in means]
+
+
+def greedy_cost(material: Material, sequence: GrammarSequence, seed: int) -> float:
+    """Cost of the joins of the paper's choice: any first segment, then always the best next one."""
+    sentences, n = material.learned.sentences, len(sequence.string)
+    ends = {n - 1: sentences[:, 1] - 1, 0: sentences[:, 0]}
+    candidates, _ = clip_candidates(
+        material.learned.terminals, sequence.string, material.source, None, ends
+    )
+    pick, total = int(np.random.default_rng(seed).integers(len(candidates[0].starts))), 0.0
+    for before, after in pairwise(candidates):
+        costs = join_costs(before, after)[pick]
+        pick = int(np.argmin(costs))
+        total += float(costs[pick])
+    return total
 
 
 def _new_one(base: MotionDB, style: str) -> GrammarSequence | None:

@@ -1,40 +1,43 @@
 """Task ``real`` of ``benchmarks/grammar.py``: break-dance, boxing, salsa and basketball.
 
 All takes of a style are used for one grammar; sentences never cross the end of a capture. For each
-number of terminals, the ledger's bits are listed, and the choice of ``auto`` is marked.
-Basketball's captures are one sentence each, as the clips of the paper are.
+number of terminals, the ledger's bits are listed, and how many held-out sentences are foreseen; the
+default number is marked. Basketball's captures are one sentence each, as the clips of the paper
+are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from grammar_tasks.foreseen import Learn, foreseen_rows
+from grammar_tasks.foreseen import Learn, foreseen_rows, held_out_ranks
+from grammar_tasks.language_match import share_with_unseen_pairs
+from grammar_tasks.ledger import Ledger, make_ledger
 from grammar_tasks.tables import table
 from grammar_tasks.truth import KINDS
 from motiondb.body import body, retarget
-from motiondb.grammar.baselines.finite_state import finite_state_grammar
-from motiondb.grammar.baselines.language_measures import (
+from motiondb.database.grammars.grammar_learning import default_terminals
+from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.languages import (
     coverage,
     derived_strings,
     finite_language,
+    finite_state_grammar,
     held_out_coverage,
-    share_with_unseen_pairs,
 )
-from motiondb.grammar.cfg.context_free import Grammar
-from motiondb.grammar.induction.induction import induce
-from motiondb.grammar.selection.terminal_number import CANDIDATES, Choice, Trial, choose_terminals
-from motiondb.grammar.sentences.classes import induce_in_classes
 from motiondb.grammar.sentences.partition import Sentences, find_sentences, sentences_between
-from motiondb.grammar.terminals.likeness import class_levels
-from motiondb.grammar.terminals.terminals import Terminals, strings_of
+from motiondb.grammar.terminals.terminals import Terminals, find_terminals, strings_of
 from motiondb.records import IntArray
 from quality_protocol.captures import Capture, load_cmu
 
+CANDIDATES = (4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 30)
+"""Numbers of terminals that are compared."""
 STRINGS, FOLDS, LIMIT = 500, 5, 10_000
 """Strings drawn from a grammar, parts of the cross-validation, and strings at most that are
 counted in a language. Chosen by hand; not tuned."""
@@ -48,63 +51,79 @@ STYLES: dict[str, Callable[[Capture], bool]] = {
 }
 
 
-def real(data: Path, style: str, candidates: Sequence[int] = CANDIDATES) -> str:
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """What is learned with a number of terminals."""
+
+    terminals: Terminals
+    sentences: Sentences
+    ledger: Ledger
+
+
+def real(data: Path, style: str) -> str:
     """The section of a style."""
     of_style = [capture for capture in load_cmu(data) if STYLES[style](capture)]
-    return style_rows(of_style, style == "basketball", candidates)
+    return style_rows(of_style, style == "basketball")
 
 
-def style_rows(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> str:
-    """Sizes and bits by K; the grammar of fewest bits compared with simpler ones; shots."""
-    choice = try_all(captures, are_sentences, candidates)
-    tried = choice.trials
+def style_rows(captures: Sequence[Capture], are_sentences: bool) -> str:
+    """Sizes, bits and foresight by K; the grammar of the default K compared with others; shots."""
     n_frames = sum(capture.motion.n_frames for capture in captures)
-    best = choice.number
+    default = default_terminals(n_frames)
+    numbers = sorted({*CANDIDATES, default})
+    tried = {k: try_number(captures, are_sentences, k) for k in numbers}
     rows = []
     for k, one in tried.items():
         ledger, grammar = one.ledger, one.sentences.grammar
         counts = len(one.terminals.starts), len(one.sentences.sentences), len(grammar.nonterminals)
         bits = ledger.motion, ledger.string, ledger.grammar, ledger.total
         rows.append(
-            [f"{k} (auto)" if k == best else str(k), *map(str, counts), str(len(grammar.rules)),
-             *(f"{part:,.0f}" for part in bits), f"{one.terminals.objective:.2f}"]
+            [f"{k} (default)" if k == default else str(k), *map(str, counts),
+             str(len(grammar.rules)), *(f"{part:,.0f}" for part in bits),
+             f"{one.terminals.objective:.2f}", _foreseen(induce, one.sentences),
+             _foreseen(finite_state_grammar, one.sentences)]
         )  # fmt: skip
     heads = ["terminals", "segments", "sentences", "nonterminals", "rules", "motion bits",
-             "string bits", "grammar bits", "all bits", "F"]  # fmt: skip
+             "string bits", "grammar bits", "all bits", "F", "held out among 100",
+             "finite state machine"]  # fmt: skip
     said = f"{len(captures)} captures, {n_frames:,} frames ({n_frames / 30:.0f} s)."
-    parts = [said, table(heads, rows), f"With {best} terminals:", kind_rows(choice.sentences)]
-    levels = class_levels([c.motion for c in captures], tried[best].terminals)
+    chosen = tried[default].sentences
     learners: dict[str, Learn] = {
-        "motiondb": lambda sentences: induce_in_classes(sentences, levels).grammar,
-        "without classes": induce,
+        "motiondb": induce,
         "without loops": partial(induce, loops=False),
         "finite state machine": finite_state_grammar,
     }
-    parts += [foreseen_rows(learners, choice.sentences.sentences, FOLDS)]
+    parts = [said, table(heads, rows), f"With {default} terminals:", kind_rows(chosen)]
+    parts += [foreseen_rows(learners, chosen.sentences, FOLDS)]
     if are_sentences:
         parts += [shot_rows(captures, tried)]
     return "\n\n".join(parts)
 
 
-def try_all(captures: Sequence[Capture], are_sentences: bool, candidates: Sequence[int]) -> Choice:
-    """Every number of terminals, and the choice among them."""
-    motions = [capture.motion for capture in captures]
+def try_number(captures: Sequence[Capture], are_sentences: bool, number: int) -> Trial:
+    """Learn with a number of terminals, as ``grammar learn`` does with seed 0."""
+    motions, rng = [capture.motion for capture in captures], np.random.default_rng(0)
+    terminals = find_terminals(motions, number, rng)
+    strings = strings_of(terminals)
+    if are_sentences:
+        sentences = sentences_between(strings, [[] for _ in strings])
+    else:
+        sentences = find_sentences(strings, rng)
+    print(f"  {number} terminals, {len(terminals.starts)} segments", flush=True)
+    return Trial(terminals, sentences, make_ledger(motions, terminals, sentences))
 
-    def learn(terminals: Terminals, rng: np.random.Generator) -> Sentences:
-        strings, levels = strings_of(terminals), class_levels(motions, terminals)
-        if are_sentences:
-            sentences = sentences_between(strings, [[] for _ in strings], levels)
-        else:
-            sentences = find_sentences(strings, rng, levels=levels)
-        print(f"  {len(terminals.names)} terminals, {len(terminals.starts)} segments", flush=True)
-        return sentences
 
-    rng = np.random.default_rng(0)
-    return choose_terminals(motions, rng, candidates=candidates, learn=learn)
+def _foreseen(learn: Learn, partition: Sentences) -> str:
+    """Share of the sentences among the 100 most probable strings of the language of the others."""
+    sentences = partition.sentences
+    if len(sentences) < 2:
+        return ""
+    ranks = held_out_ranks(learn, sentences, min(FOLDS, len(sentences)))
+    return f"{np.mean([rank <= 100 for rank in ranks]):.0%}"
 
 
 def kind_rows(partition: Sentences) -> str:
-    """The grammar compared with a finite state machine, Sequitur and flat rules."""
+    """The grammar compared with a finite state machine."""
     sentences = list(partition.sentences)
     known, rows = set(sentences), []
     for kind, learn in KINDS.items():

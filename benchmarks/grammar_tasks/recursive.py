@@ -23,11 +23,10 @@ import numpy as np
 
 from grammar_tasks.recursive_languages import DEVELOPMENT, LANGUAGES
 from grammar_tasks.tables import table, table_rows
-from motiondb.grammar.baselines.finite_state import finite_state_grammar
-from motiondb.grammar.baselines.language_measures import coverage, derived_strings
 from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.languages import coverage, derived_strings, finite_state_grammar
 from motiondb.grammar.rules.description_length import description_length
 
 String = tuple[str, ...]

@@ -1,9 +1,8 @@
 """Task ``errors`` of ``benchmarks/grammar.py``: which error of the terminals limits the language.
 
 On the long takes of known grammars, the true sentences are given, and one property of the terminals
-after the other is replaced by the truth: the boundaries of segments, the labels of segments, or
-which terminals show one action. So the figures differ by terminals only, not by the search for
-sentences. *Classes of like motion* are those that ``learn`` proposes; nothing of them is true.
+after the other is replaced by the truth: the boundaries of segments, or their labels. So the
+figures differ by terminals only, not by the search for sentences.
 """
 
 from __future__ import annotations
@@ -16,11 +15,9 @@ import numpy as np
 from grammar_tasks import truth as known
 from grammar_tasks.long_takes import long_takes
 from grammar_tasks.tables import table, table_rows
-from motiondb.grammar.sentences.classes import induce_in_classes
-from motiondb.grammar.terminals.likeness import Classes, class_levels
+from motiondb.grammar.induction.induction import induce_with_bits
+from motiondb.grammar.terminals.distances import make_poses, segment_distances
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.pose_distance import make_poses
-from motiondb.grammar.terminals.segment_distance import segment_distances
 from motiondb.grammar.terminals.terminals import Terminals, find_terminals, terminal_names
 from motiondb.records import IntArray
 
@@ -30,11 +27,10 @@ SHARES = (1.5, 2.0)
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """Strings of some terminals, what they are, and classes that are proposed for them."""
+    """Strings of some terminals, and what they are."""
 
     what: str
     strings: known.Strings
-    levels: tuple[Classes, ...] = ()
 
 
 def error_rows(names: Sequence[str], before: str) -> str:
@@ -46,7 +42,7 @@ def error_rows(names: Sequence[str], before: str) -> str:
         for variant in _variants(takes):
             _, strings, starts, meaning = variant.strings
             given = known.given_sentences(strings, starts, begins)
-            learned = induce_in_classes(given, variant.levels)
+            learned = induce_with_bits(given)
             labelled = known.as_labels(learned.grammar, meaning, grammars[name])
             measures = known.match_row([labelled], grammars[name])
             rows.append([name, variant.what, f"{learned.bits.total:.0f}", *measures])
@@ -63,21 +59,9 @@ def _variants(takes: Sequence[known.TrueTake]) -> Iterator[Variant]:
         terminals = find_terminals(motions, number, np.random.default_rng(0))
         strings = known.strings_found(takes, terminals)
         yield Variant(f"{number} found", strings)
-        levels = class_levels(motions, terminals)
-        yield Variant(f"{number} found, classes of like motion", strings, levels)
-        by_label = _classes_by_label(strings[3])
-        yield Variant(f"{number} found, true classes", strings, (by_label,))
         grouped = known.strings_found(takes, _true_segments(takes, number))
         yield Variant(f"{number} on true boundaries", grouped)
     yield Variant(f"{n_labels} true labels", known.true_strings(takes))
-
-
-def _classes_by_label(meaning: known.Meaning) -> Classes:
-    """Terminals that show the same labels, as a class."""
-    members: dict[tuple[str, ...], list[str]] = {}
-    for name, labels in meaning.items():
-        members.setdefault(labels, []).append(name)
-    return tuple(map(tuple, members.values()))
 
 
 def _true_segments(takes: Sequence[known.TrueTake], number: int) -> Terminals:

@@ -21,7 +21,7 @@ from motiondb.grammar.cfg.parse import parse
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.sentences.cutting import Room, cutting_room
 from motiondb.grammar.terminals import terminals, tuning
-from motiondb.grammar.terminals.pose_distance import Poses, make_poses
+from motiondb.grammar.terminals.distances import Poses, make_poses
 from motiondb.records import Motion
 
 K = 20
@@ -37,7 +37,7 @@ def speed(data: Path) -> str:
     poses = make_poses(takes)
     said = [f"{machine()}. The take: {poses.n_frames:,} frames, K = {K}.", ""]
     return "\n".join([*said, terminal_rows(takes, poses), "", step_rows(takes, poses), "",
-                      repeat_rows(), "", search_rows()])  # fmt: skip
+                      search_rows()])  # fmt: skip
 
 
 def measured(work: Callable[[], object]) -> tuple[object, float, float]:
@@ -127,14 +127,6 @@ def parse_time(n_sentences: int = 20) -> tuple[Grammar, float]:
     parse(grammar, sentences[0])
     _, _, processor = measured(lambda: [parse(grammar, sentence) for sentence in sentences])
     return grammar, processor / len(sentences)
-
-
-def repeat_rows() -> str:
-    """Suffix array, maximal repeats and cover of long strings."""
-    rows = [
-        [f"{n:,}", *(f"{seconds:.2f}" for seconds in times)] for n, *times in strings.repeat_times()
-    ]
-    return table(["symbols", "suffix array, s", "maximal repeats, s", "cover, s"], rows)
 
 
 def search_rows() -> str:

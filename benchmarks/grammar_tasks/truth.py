@@ -20,20 +20,22 @@ from pathlib import Path
 import numpy as np
 
 from grammar_tasks import park_2011 as paper
+from grammar_tasks.language_match import match_languages
 from grammar_tasks.tables import table
 from motiondb.body.retarget import to_motion
 from motiondb.files import read_capture
-from motiondb.grammar.baselines.finite_state import finite_state_grammar
-from motiondb.grammar.baselines.flat import flat_grammar
-from motiondb.grammar.baselines.language_measures import match_languages
-from motiondb.grammar.baselines.sequitur import sequitur_grammar
 from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.languages import finite_state_grammar
 from motiondb.grammar.sentences.partition import find_sentences, sentences_between
-from motiondb.grammar.terminals.objective import REPETITION_WEIGHT
-from motiondb.grammar.terminals.pose_distance import make_poses
-from motiondb.grammar.terminals.terminals import Terminals, find_terminals, strings_of
+from motiondb.grammar.terminals.distances import make_poses
+from motiondb.grammar.terminals.terminals import (
+    REPETITION_WEIGHT,
+    Terminals,
+    find_terminals,
+    strings_of,
+)
 from motiondb.records import IntArray, Motion
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_data"
@@ -56,8 +58,6 @@ TOY = ("rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm")
 KINDS: dict[str, Callable[[Sequence[tuple[str, ...]]], Grammar]] = {
     "motiondb": induce,
     "finite state machine": finite_state_grammar,
-    "Sequitur": sequitur_grammar,
-    "flat": flat_grammar,
 }
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.meaning.maps.word_map import WordMap, fit_word_map
+from motiondb.meaning.word_map import WordMap, fit_word_map
 from motiondb.records import FloatArray
 from motiondb.search.taking import Taking, mixture, take_word, with_virtual_words
 from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import Float32Array, FloatArray
 from quality_protocol.kept import kept
 

@@ -15,10 +15,9 @@ from motiondb.learn.symbol_fitting import (
     acquire_symbols,
     segment_table,
 )
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.maps import score_vectors
-from motiondb.meaning.maps.movement import block_sizes
-from motiondb.meaning.maps.word_map import WordMap
+from motiondb.meaning import by_words, score_vectors
+from motiondb.meaning.movement import block_sizes
+from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols import acquisition, feature_space
 from quality_protocol.captures import Capture

@@ -1,8 +1,8 @@
 """The report of a task of the quality benchmark, and its form in Markdown.
 
 A task is a module ``quality_tasks/NAME.py`` with ``run(data: Path, seed: int) -> TaskReport``.
-Reports become sections of ``docs/quality.md``; a section is between two marks, so that one task can
-be run again without the others.
+Reports become sections of ``docs/measured/quality.md``; a section is between two marks, so that one
+task can be run again without the others.
 """
 
 from __future__ import annotations

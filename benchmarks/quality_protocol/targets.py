@@ -1,6 +1,6 @@
 """Targets and results, taken from the sections of ``quality.md`` and put at its top.
 
-python benchmarks/quality_protocol/targets.py [docs/quality.md]
+python benchmarks/quality_protocol/targets.py [docs/measured/quality.md]
 """
 
 from __future__ import annotations
@@ -200,4 +200,4 @@ def write_targets(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_targets(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/quality.md"))
+    write_targets(Path(sys.argv[1] if len(sys.argv) > 1 else "docs/measured/quality.md"))

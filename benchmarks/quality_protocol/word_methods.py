@@ -12,16 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.evidence.by_question import search_order
-from motiondb.meaning.maps import word_map
-from motiondb.meaning.maps.caption_map import solve_caption_map
-from motiondb.meaning.maps.description_map import (
+from motiondb.meaning import word_map
+from motiondb.meaning.by_question import search_order
+from motiondb.meaning.caption_map import solve_caption_map
+from motiondb.meaning.description_map import (
     fit_description_calibration,
     fit_description_map,
     score_probabilities,
 )
-from motiondb.meaning.maps.unit_length import unit
-from motiondb.meaning.maps.word_moments import word_moments
+from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_map import word_moments
 from motiondb.records import FloatArray
 from motiondb.search.whole_captions import CAPTION_WEIGHT
 from quality_protocol import baselines as base

@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
+from motiondb.meaning import asked_certainty as simulation
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.certainty import asked_certainty as simulation
-from motiondb.meaning.evidence.by_motion import resemblance
-from motiondb.meaning.maps import word_map
-from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning import word_map
+from motiondb.meaning.by_motion import resemblance
+from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 from quality_protocol import baselines as base
 from quality_protocol.captures import (

@@ -1,6 +1,7 @@
 """Where the answers go wrong, with pictures: the words that fail, and the changes that are missed.
 
-Words: the captures that the section ``words`` of ``docs/quality.md`` names for each word that fails
+Words: the captures that the section ``words`` of ``docs/measured/quality.md`` names for each word
+that fails
 (the first answers and the true captures, for unseen performers) are drawn as strips of stick
 figures, two of each. Changes: the true and the found activities of the four long takes, as
 timelines. The causes are what a person saw in these pictures, kept in ``errors_notes.md``.
@@ -28,7 +29,7 @@ from quality_protocol.report import TaskReport, draw
 from quality_protocol.takes import LongTake, load_takes
 from real_tasks.notes import Notes, read_notes
 
-PAGE = Path(__file__).parents[2] / "docs" / "quality.md"
+PAGE = Path(__file__).parents[2] / "docs" / "measured" / "quality.md"
 NOTES = Path(__file__).with_name("errors_notes.md")
 N_DRAWN = 2
 """Captures drawn for each kind of failure."""

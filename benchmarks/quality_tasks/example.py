@@ -12,16 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
-from motiondb.meaning.evidence.resemblance import (
-    emphasis_of,
-    meaning_space,
-    resemblance,
-    with_feedback,
-)
-from motiondb.meaning.maps import word_map
-from motiondb.meaning.maps.pooled_map import fit_pooled_map, pooled_statistics
-from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning import word_map
+from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
+from motiondb.meaning.pooled_map import fit_pooled_map, pooled_statistics
+from motiondb.meaning.resemblance import emphasis_of, meaning_space, resemblance, with_feedback
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import Float32Array, FloatArray
 from quality_protocol import baselines as base
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
@@ -43,7 +38,7 @@ CHOSEN = (
     "(1-NN accuracy and mAP in the training parts: .640 and .606 without both, .646 and .620 with "
     "both; these tables were known at that time). "
     "A second word map, from means, spreads and percentiles "
-    "(`motiondb/meaning/maps/pooled_map.py`), was selected in the same way from 12 settings (there "
+    "(`motiondb/meaning/pooled_map.py`), was selected in the same way from 12 settings (there "
     ".667 and .643 without, .689 and .648 with it; with feedback and a fixed ridge of .3 in the "
     "first map). It predicts captions as vectors of length 1. With the plain presence of words it "
     "gave .676 and .641, which hid its worth in an earlier trial. Joining with the cosine of "

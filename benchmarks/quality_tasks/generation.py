@@ -14,7 +14,7 @@ from motiondb.body.features import recognition_features
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.generate.contact import foot_slip
-from motiondb.meaning.evidence import warping
+from motiondb.meaning import alignment
 from motiondb.pictures.strip import strip_figure
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
 from motiondb.search.described_motion import describe
@@ -36,7 +36,7 @@ SENTENCES = (
     "jump, kick, walk, sit", "walk, jump, run, dance", "run, walk, box, kick",
 )  # fmt: skip
 """Thirty sentences of one to four actions."""
-METHODS = ("stitched", "trajectory", "montecarlo")
+METHODS = ("stitched", "trajectory")
 REAL = "nearest real clip"
 SYNONYMS = {"run": ("run", "jog"), "jump": ("jump", "hop"), "box": ("box", "punch")}
 DRAWN = ("walk, kick, box", "run, jump, walk")
@@ -185,7 +185,7 @@ def _nearest(
     """Mean over parts of three seconds of the distance to the nearest stored part."""
     features = space.project(recognition_features(motion))
     parts = [features[a : a + 45] for a in range(0, max(len(features) - 45, 0) + 1, 45)]
-    return float(np.mean([min(warping.best_part(p, s)[0] for s in stored) for p in parts]))
+    return float(np.mean([min(alignment.best_part(p, s)[0] for s in stored) for p in parts]))
 
 
 def heard_class(db: MotionDB, motion: Motion) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from motiondb.body.features import recognition_features
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import cut_motion
-from motiondb.database.generate.generating import Generated
+from motiondb.database.generating import Generated
 from motiondb.errors import QueryError
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.symbols.feature_space import FeatureSpace

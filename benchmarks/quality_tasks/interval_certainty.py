@@ -11,9 +11,9 @@ import numpy as np
 import motiondb
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
-from motiondb.meaning.certainty import joined_takes, place_certainty
-from motiondb.meaning.certainty.joined_takes import JoinedTake, ShortCapture
-from motiondb.meaning.places.place_fitting import Places, Written, find_places
+from motiondb.meaning import place_certainty
+from motiondb.meaning.place_certainty import JoinedTake, ShortCapture
+from motiondb.meaning.place_fitting import Places, Written, find_places
 from motiondb.records import Caption, FloatArray, SegmentTable
 from quality_protocol.captures import load_bandai, without_copies
 from quality_protocol.learned_database import learned_database
@@ -94,7 +94,7 @@ def calibration(database: Path, data: Path, seed: int) -> TaskReport:
 def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]:
     """Questions of every kind with probabilities from other folds; how many had none."""
     table, standardised = data.table, data.standardised
-    short = joined_takes.short_captures(table, standardised, data.written, data.performers)
+    short = place_certainty.short_captures(table, standardised, data.written, data.performers)
     known = place_certainty.known_elsewhere(
         table, standardised, data.places, data.performers, len(data.written.numbers)
     )
@@ -111,7 +111,7 @@ def judge_folds(data: PlaceData, seed: int) -> tuple[dict[str, list[Told]], int]
             continue
         for kind, take in _takes(of_fold, rng):
             judged = place_certainty.judge(take, known)
-            unasked += len(joined_takes.questions_of(take)) - len(judged)
+            unasked += len(place_certainty.questions_of(take)) - len(judged)
             told[kind] += [Told(sure.probability(one.cues), one.right, one.kind) for one in judged]
     return told, unasked
 
@@ -139,12 +139,12 @@ def _takes(
     captures: Sequence[ShortCapture], rng: np.random.Generator
 ) -> list[tuple[str, JoinedTake]]:
     """Joined takes of every draw, and every capture once as it is."""
-    takes = [("whole", joined_takes.join([each])) for each in captures]
+    takes = [("whole", place_certainty.join([each])) for each in captures]
     for _ in range(N_DRAWS):
-        takes += [("joined", take) for take in joined_takes.join_captures(captures, rng)]
+        takes += [("joined", take) for take in place_certainty.join_captures(captures, rng)]
         takes += [
             ("of two", take)
-            for take in joined_takes.join_pairs(captures, rng)
+            for take in place_certainty.join_pairs(captures, rng)
             if len(take.groups) == 2
         ]
     return takes

@@ -11,7 +11,7 @@ import motiondb
 from motiondb.errors import MotionDBError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
-from motiondb.meaning.places import place_fitting
+from motiondb.meaning import place_fitting
 from motiondb.search.word_answers import search_words
 from quality_protocol.takes import LongTake
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import motiondb
 from motiondb.learn.learned import Learned
-from motiondb.meaning.places.place_fitting import Written, find_places
+from motiondb.meaning.place_fitting import Written, find_places
 from motiondb.records import Caption
 from motiondb.search.word_answers import search_words
 from quality_protocol.captures import load_cmu

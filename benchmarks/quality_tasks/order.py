@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.language import vocabulary
-from motiondb.meaning.evidence.by_question import search_order
-from motiondb.meaning.maps import word_map
+from motiondb.meaning import word_map
+from motiondb.meaning.by_question import search_order
 from motiondb.records import IntArray, Motion
 from quality_protocol.captures import (
     Capture,

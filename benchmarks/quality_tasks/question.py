@@ -25,14 +25,13 @@ from motiondb.language import vocabulary
 from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
+from motiondb.meaning import asked_certainty, by_question, by_words, word_map
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.certainty import asked_certainty
-from motiondb.meaning.certainty.certainties import Certainties, fit_certainties
-from motiondb.meaning.evidence import by_question, by_words
-from motiondb.meaning.evidence.by_question import QuestionHit
-from motiondb.meaning.maps import word_map
-from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning.asked_certainty import fit_certainties
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.calibration import Certainties
+from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 from motiondb.search.answer_chances import chances_of_kind
 from quality_protocol import baselines as base

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 TOLD = (
     "Words are told by a kernel ridge regression to captions with a weight for every performer "
-    "(`motiondb/meaning/maps/description_map.py`). Its form was found among about 150 settings "
+    "(`motiondb/meaning/description_map.py`). Its form was found among about 150 settings "
     "within the five training parts, which makes the figures there optimistic; its four constants "
     "were then selected from 36 settings there by a rule that was written down before the folds "
     "were measured: the best mean of F1 and reciprocal rank, half with each performer left out, "

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 from quality_protocol import baselines as base
 from quality_protocol import word_methods as methods
@@ -30,7 +30,7 @@ OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
 """Captures of a word that must be trained and shown. Chosen by hand; not tuned."""
 CHOSEN = (
-    "How posture and travel (`motiondb/meaning/maps/posture_and_travel.py`) were chosen: about "
+    "How posture and travel (`motiondb/meaning/movement.py`) were chosen: about "
     "270 settings of blocks, levels, averaging, weights, standardisation, mirrored copies, "
     "kernels and ridges were compared by leaving performers out within the five training parts. "
     "The results on the folds were known at that time. The ranking within the training parts "
@@ -239,7 +239,7 @@ def _report(
         judged, weights, "Whole captions to motion",
         f"{head}; every caption is a query, and its capture (or one with the same words) is the "
         "right answer. The captions are written in quotation marks, so they are also compared with "
-        "the caption that the motion suggests (`motiondb/meaning/maps/caption_map.py`). The ridge "
+        "the caption that the motion suggests (`motiondb/meaning/caption_map.py`). The ridge "
         "and weight of this comparison were selected from 9 settings by leaving performers out "
         "within the five training parts (mean reciprocal rank there: .373 without, .424 with).",
         {f"R@{k}": partial(_captions_within, k=k) for k in (1, 5, 10)},

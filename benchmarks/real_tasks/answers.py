@@ -12,9 +12,9 @@ import numpy as np
 from PIL import Image
 
 from motiondb import pictures
-from motiondb.database import MotionDB
-from motiondb.database.generate import generated_files
-from motiondb.database.generate.generating import METHODS, Generated
+from motiondb.database import MotionDB, generated_files
+from motiondb.database.generating import Generated
+from motiondb.generate.motion_making import METHODS
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.learn.recognition import understand
 from motiondb.records import Match, Motion

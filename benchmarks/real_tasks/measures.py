@@ -15,8 +15,7 @@ from motiondb.language import vocabulary
 from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand
-from motiondb.meaning.evidence import by_question, by_words
-from motiondb.meaning.maps import score_vectors, word_map
+from motiondb.meaning import by_question, by_words, score_vectors, word_map
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
 
 Part = tuple[float, float, str]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from measured_run import machine, versions
 
-from motiondb.database.generate.generating import METHODS
+from motiondb.generate.motion_making import METHODS
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.records import Match
 from real_tasks.answers import (

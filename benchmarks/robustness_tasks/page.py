@@ -1,4 +1,4 @@
-"""The page ``docs/robustness.md``: the cases and the failures, counted from the logs."""
+"""The page ``docs/measured/robustness.md``: the cases and the failures, counted from the logs."""
 
 from __future__ import annotations
 

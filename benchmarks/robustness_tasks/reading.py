@@ -70,8 +70,7 @@ def _read_capture(
 ) -> object:
     """Read a capture as ``add`` does, up to the motion on the canonical body; or a sheet."""
     from motiondb.body import retarget
-    from motiondb.files.event_sheet import read_event_sheet
-    from motiondb.files.sheet import read_sheet
+    from motiondb.files.sheets import read_event_sheet, read_sheet
 
     if suffix in (".tsv", ".csv"):
         path = place.folder / f"sheet{suffix}"
@@ -208,8 +207,7 @@ def _opened(path: Path) -> MotionDB:
 
 
 def _read_page(data: bytes, _place: Place) -> object:
-    from motiondb.fetch.checks import check_amc, check_asf
-    from motiondb.fetch.cmu_pages import read_trials
+    from motiondb.fetch.cmu_files import check_amc, check_asf, read_trials
 
     check_amc(data)
     check_asf(data)

@@ -1,4 +1,4 @@
-"""The page docs/start.md and its pictures, from the results of the tasks."""
+"""The page docs/measured/start.md and its pictures, from the results of the tasks."""
 
 from __future__ import annotations
 

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language import vocabulary
 from motiondb.learn import fitting, knowledge_making
+from motiondb.learn.checking import carry, checked_words
+from motiondb.learn.joining import is_set_aside, strange_share
+from motiondb.learn.knowledge import Knowledge, Started, begin
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.start.carried_certainty import carry
-from motiondb.learn.start.checking import checked_words
-from motiondb.learn.start.joining import is_set_aside, strange_share
-from motiondb.learn.start.knowledge import Knowledge, Started, begin
 from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, segment_table
 from motiondb.learn.word_fitting import (
     FittedWords,
@@ -33,10 +32,8 @@ from motiondb.learn.word_fitting import (
     fit_words,
     fit_words_with_start,
 )
+from motiondb.meaning import asked_certainty, by_words, score_vectors
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.certainty import asked_certainty
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.maps import score_vectors
 from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.symbols import acquisition
 from quality_protocol.captures import (

@@ -315,9 +315,7 @@ def generate(
     words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
     output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
     seed: Seed = 0,
-    method: Annotated[
-        str, typer.Option("--method", help="stitched, trajectory or montecarlo.")
-    ] = "stitched",
+    method: Annotated[str, typer.Option("--method", help="stitched or trajectory.")] = "stitched",
     exact: Exact = False,
     anyway: Annotated[
         bool,

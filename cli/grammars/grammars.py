@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -48,10 +48,11 @@ def learn(
         typer.Argument(metavar="CAPTURE...", help="Names of captures, preferably long takes."),
     ],
     terminals: Annotated[
-        str | None,
+        int | None,
         typer.Option(
             "--terminals",
-            help="How many kinds of action (default: by duration, 4 to 20), or auto.",
+            min=1,
+            help="How many kinds of action (default: by duration, 4 to 20).",
         ),
     ] = None,
     name: Annotated[
@@ -85,17 +86,16 @@ def learn(
     if from_symbols and terminals is not None:
         raise QueryError(
             "--terminals: expected no number beside --from-symbols, where every motion symbol is"
-            f" a terminal, found {terminals!r}. Leave one of them out."
+            f" a terminal, found {terminals}. Leave one of them out."
         )
     settings = GrammarSettings(
+        n_terminals=terminals,
         from_symbols=from_symbols,
         sentences=sentences,
         seed=seed,
         shortest=shortest,
         longest=longest,
     )
-    if terminals is not None:  # otherwise by duration
-        settings = replace(settings, n_terminals=_number(terminals))
     with database(db, writing=True) as base, progress(not json) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)
@@ -104,23 +104,8 @@ def learn(
         print_json(facts | {"no_longer_editable": lost})
         return
     typer.echo(summary(size))
-    _say_tried(facts)
     _say_list(facts)
     _say_lost(lost)
-
-
-def _number(terminals: str) -> int | None:
-    """Return the number of terminals; None to choose by bits."""
-    from motiondb import QueryError
-
-    if terminals == "auto":
-        return None
-    if not (terminals.isdecimal() and int(terminals) > 0):
-        raise QueryError(
-            f"--terminals: expected a number of 1 or more, or auto, found {terminals!r}."
-            " Take 20, or the number of kinds of action in the captures."
-        )
-    return int(terminals)
 
 
 def summary(size: GrammarSize) -> str:
@@ -135,18 +120,6 @@ def summary(size: GrammarSize) -> str:
 
 def _counted(n: int, what: str) -> str:
     return f"{n} {what}{'s' * (n != 1)}"
-
-
-def _say_tried(facts: dict[str, Any]) -> None:
-    """Print how the number of terminals was chosen, if it was chosen by bits."""
-    tried = facts["settings"].get("tried")
-    if tried:
-        said = ", ".join(f"{k}: {tried[k]:.0f}" for k in sorted(tried, key=int))
-        allowed = facts["settings"].get("standard_error", 0.0)
-        typer.echo(
-            f"bits by number of terminals {said}; of those within {allowed:.0f} of the fewest, one"
-            f" standard error, the smallest: {len(facts['terminals'])}"
-        )
 
 
 def _say_list(facts: dict[str, Any]) -> None:
@@ -240,7 +213,6 @@ def show(
     bits = {part: value for part, value in facts["bits"].items() if part != "sum"}
     said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
     typer.echo(f"description: {said} = {facts['bits']['sum']:.1f} bits")
-    _say_tried(facts)
     for capture in facts["captures"]:
         if not capture["there"]:
             typer.echo(
@@ -254,7 +226,7 @@ def show(
 
 
 def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json = False) -> None:
-    """Compare a grammar with a finite state machine, Sequitur and flat rules on its sentences."""
+    """Compare a grammar with the finite state machine of its sentences."""
     with database(db) as base:
         rows = base.grammars.compare(name, seed)
     if json:

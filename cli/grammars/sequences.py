@@ -159,7 +159,7 @@ def edit(
         if png:
             base.grammars.draw_edit(name, edited, png)
         if choose is not None:
-            made = base.grammars.play(name, edited, choose - 1, seed)
+            made = base.grammars.play(name, edited, choose - 1)
             how = {
                 "edited": sequence,
                 "at": at,
@@ -216,7 +216,7 @@ def _offer(
             "log_probability": alternative.log_probability,
         }
         try:
-            made = base.grammars.play(name, edited, number, seed)
+            made = base.grammars.play(name, edited, number)
         except QueryError as fault:
             faults.append(fault)
             string = list(edited.tree(number).leaves())
@@ -286,7 +286,7 @@ def _say_made(facts: dict[str, Any], output: Path | None) -> None:
             f"{facts['sentences']} sentences follow one another, each drawn by itself{edited}"
         )
     typer.echo(
-        f"seams cost {facts['join_cost']:.2f}, chosen greedily {facts['greedy_join_cost']:.2f}; "
+        f"seams cost {facts['join_cost']:.2f}; "
         f"feet slip {100 * facts['foot_slip']:.1f} cm/s, in the sources "
         f"{100 * facts['foot_slip_of_sources']:.1f}"
     )

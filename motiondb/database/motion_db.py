@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cached_property
 from pathlib import Path
@@ -9,21 +10,30 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.answers.catalogue import DatabaseInfo
-from motiondb.database.ask.fact_verbs import FactVerbs
-from motiondb.database.learn import learning, starting
+from motiondb.database import asking
+from motiondb.database.captures import Captures
 from motiondb.database.session import Session
-from motiondb.learn.drift import Drift
-from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.start.knowledge import Knowledge
-from motiondb.learn.symbol_fitting import LearnSettings, Progress
+from motiondb.learn.learned import Learned
+from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.search import (
+    described_motion,
+    example_answers,
+    word_answers,
+)
+from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
 
-if TYPE_CHECKING:
-    from motiondb.database.grammars.grammar_verbs import Grammars
+if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
+    from motiondb.database.generating import Generated
+    from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.scenes.scene_verbs import Scenes
+    from motiondb.learn.drift import Drift
+    from motiondb.learn.knowledge import Knowledge
+    from motiondb.learn.learned_model import LearnedModel
+    from motiondb.learn.symbol_fitting import LearnSettings, Progress
 
 
-class MotionDB(FactVerbs):
+class MotionDB(Captures):
     """A motion database: add captures, learn, ask, generate. Use it in a ``with`` statement.
 
     Threads may share it. Every question is answered from one revision of the database, even if
@@ -58,7 +68,7 @@ class MotionDB(FactVerbs):
     @cached_property
     def grammars(self) -> Grammars:
         """The verbs of grammars: learn, show, parse, suggest, generate, edit, compare, remove."""
-        from motiondb.database.grammars.grammar_verbs import Grammars
+        from motiondb.database.grammars.grammars import Grammars
 
         return Grammars(self.session)
 
@@ -125,7 +135,49 @@ class MotionDB(FactVerbs):
         KnowledgeError
             When there is no such knowledge.
         """
-        return learning.learn(self.store, settings or LearnSettings(), progress, start)
+        from motiondb.database.learn import learn_run
+        from motiondb.learn.symbol_fitting import LearnSettings
+
+        return learn_run.learn(self.store, settings or LearnSettings(), progress, start)
+
+    def is_learned(self) -> bool:
+        """Whether the database has learned."""
+        return store.is_learned(self.store)
+
+    @property
+    def learned(self) -> Learned:
+        """The learned model, with the catalogue of the same revision.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned.
+        """
+        return self.session.learned
+
+    @property
+    def searchable(self) -> Learned:
+        """The learned model, with the generated captures in addition to those learned from.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned.
+        """
+        return self.session.searchable
+
+    def unlearned(self) -> list[str]:
+        """Names of captured captures that no question searches: added and not counted."""
+        return asking.unlearned_captures(self.session)
+
+    def drift(self) -> Drift | None:
+        """How far captures and words have changed since the database learned.
+
+        None if it has not learned, or an earlier version learned that kept no baseline.
+        """
+        from motiondb.database.learn import learn_run
+
+        return learn_run.measure(self.store)
 
     def export_knowledge(self, path: str | Path, name: str = "", credit: str = "") -> Knowledge:
         """Write the learned model, without motion and captions, as a start for other databases.
@@ -146,8 +198,10 @@ class MotionDB(FactVerbs):
         KnowledgeError
             When it learned with a start itself, or the file cannot be written.
         """
+        from motiondb.database.learn import knowledge
+
         with self.session.reading():
-            return starting.export(self.store, self.learned, path, name, credit)
+            return knowledge.export(self.store, self.learned, path, name, credit)
 
     def start_knowledge(self) -> Knowledge:
         """The knowledge that the database started from.
@@ -157,20 +211,333 @@ class MotionDB(FactVerbs):
         NotLearnedError
             When the database has not learned, or learned without a start.
         """
+        from motiondb.database.learn import knowledge
+
         with self.session.reading():
-            return starting.start_knowledge(self.learned)
+            return knowledge.start_knowledge(self.learned)
 
     def start_facts(self) -> dict[str, Any] | None:
         """The origin of the knowledge that the database started from; None if it did not."""
+        from motiondb.database.learn import knowledge
+
         with self.session.reading():
-            return starting.start_facts(self.learned) if self.is_learned() else None
+            return knowledge.start_facts(self.learned) if self.is_learned() else None
 
-    def drift(self) -> Drift | None:
-        """How far captures and words have changed since the database learned.
+    def search(
+        self,
+        words: str,
+        where: str = "",
+        limit: int = 10,
+        by_symbols: bool = False,
+        written: bool = True,
+        exact: bool = False,
+    ) -> word_answers.WordAnswer:
+        """Find the intervals that show the actions of a question, best first.
 
-        None if it has not learned, or an earlier version learned that kept no baseline.
+        Parameters
+        ----------
+        words : str
+            The question, such as "walk, turn left".
+        where : str
+            Filter on the catalogue, such as "performer=14".
+        limit : int
+            Largest number of matches.
+        by_symbols : bool
+            Decode the words to symbols and align these with the captures, as in paper A.
+        written : bool
+            Whether captions count as evidence, in addition to the motion.
+        exact : bool
+            Whether words that no caption holds are left out rather than taken as known ones.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            When no word is known or taken as a known one, or the filter cannot be read.
         """
-        return learning.measure(self.store)
+        return asking.search(self.session, words, where, limit, by_symbols, written, exact)
+
+    def like(
+        self,
+        example: str | Path | Motion,
+        start: float | None = None,
+        end: float | None = None,
+        where: str = "",
+        limit: int = 10,
+        meaning: bool | None = None,
+        exact: bool = False,
+    ) -> example_answers.ExampleAnswer:
+        """Find the intervals that move like an example, best first.
+
+        Parameters
+        ----------
+        example : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        start : float, optional
+            Start of the part of the example, seconds.
+        end : float, optional
+            End of the part of the example, seconds.
+        where : str
+            Filter on the catalogue.
+        limit : int
+            Largest number of matches.
+        meaning : bool, optional
+            Whether learned words take part in the resemblance, so that the same action in other
+            styles counts as alike; None: if there are words.
+        exact : bool
+            Whether unknown words of the filter match nothing, instead of being replaced by known
+            words.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or ``meaning`` is True and it learned no words.
+        QueryError
+            When there is no such capture, or the filter cannot be read.
+        """
+        with self.session.reading():
+            motion = self.motion(example, start, end)
+            allowed = asking.allowed_captures(self.session, where, exact)
+            return example_answers.search_motion(
+                self.searchable, self.session.features, motion, allowed, limit, meaning
+            )
+
+    def describe(
+        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+    ) -> tuple[described_motion.Description, ...]:
+        """The words of a motion over time, with probabilities.
+
+        Parameters
+        ----------
+        example : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        start : float, optional
+            Start of the part of the example, seconds.
+        end : float, optional
+            End of the part of the example, seconds.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            return described_motion.describe(self.learned, self.motion(example, start, end))
+
+    def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
+        """The captions from which some words were learned; empty without a start.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Learned words; others are left out.
+        """
+        return word_sources(self.learned, words)
+
+    def why_unchecked(self, words: Iterable[str]) -> str:
+        """The reason why answers about some words carry no probabilities; "" where they do.
+
+        Only a database that learned with a start has such words: those of the start that own
+        captions do not hold, or all of them before there are enough own captions.
+
+        Parameters
+        ----------
+        words : iterable of str
+            Words that were learned; others are left out.
+        """
+        asked = list(words)
+        return why_unchecked(self.learned, asked) if asked else ""
+
+    def vocabulary(self) -> tuple[str, ...]:
+        """The words that were learned; word numbers count from 0 in this order."""
+        return self.learned.association.words
+
+    def word_rows(self) -> list[WordRow]:
+        """Every word with its captions and its most probable symbols, commonest word first."""
+        from motiondb.database import showing
+
+        return showing.word_rows(self.learned)
+
+    def symbol_rows(self, n_words: int = 3) -> list[SymbolRow]:
+        """Every symbol: cluster, segments, captures, mean length (seconds), most probable words.
+
+        Parameters
+        ----------
+        n_words : int
+            Words per symbol.
+        """
+        from motiondb.database import showing
+
+        return showing.symbol_rows(self.learned, n_words)
+
+    def symbol_segments(self, symbol: int) -> list[SymbolSegment]:
+        """Segments of a symbol, those that it fits best first; times in seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such symbol.
+        """
+        from motiondb.database import showing
+
+        return showing.symbol_segments(self.learned, symbol)
+
+    def draw_symbols(self, path: str | Path) -> Path:
+        """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
+        from motiondb.database import showing
+
+        return showing.draw_symbols(self.learned, path)
+
+    def draw_matches(
+        self,
+        answer: word_answers.WordAnswer | example_answers.ExampleAnswer,
+        path: str | Path,
+        title: str = "",
+        example: Motion | None = None,
+    ) -> Path:
+        """Draw the first matches of an answer as rows of stick figures, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer or ExampleAnswer
+            The answer of ``search`` or ``like``.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+        example : Motion, optional
+            The example, which is drawn above the matches.
+
+        Raises
+        ------
+        MotionDBError
+            When the answer has no matches, or the picture cannot be written.
+        """
+        return asking.draw_matches(self.session, answer.matches, path, title, example)
+
+    def draw_reasons(
+        self, answer: word_answers.WordAnswer, path: str | Path, title: str = ""
+    ) -> Path:
+        """Draw the best match over a timeline of contributions for each word, as PNG.
+
+        Parameters
+        ----------
+        answer : WordAnswer
+            The answer of ``search``, but not one by symbols.
+        path : str or Path
+            The picture.
+        title : str
+            Title of the picture.
+
+        Raises
+        ------
+        QueryError
+            When the answer has no reasons.
+        """
+        return asking.draw_reasons(self.session, answer, path, title)
+
+    def generate(
+        self,
+        words: str,
+        seed: int = 0,
+        method: str = "stitched",
+        exact: bool = False,
+        anyway: bool = False,
+    ) -> Generated:
+        """Generate a motion from a sentence.
+
+        ``shown`` of the result says for every action whether the motion shows it.
+
+        Parameters
+        ----------
+        words : str
+            The sentence, such as "a person walks slowly, then kicks twice".
+        seed : int
+            The same seed gives the same motion, another seed another one if there is a choice.
+        method : str
+            "stitched" (excerpts of captures) or "trajectory" (most probable smooth trajectory).
+        exact : bool
+            Whether words that no caption holds are left out; otherwise a word that may be taken as
+            a known one is replaced by the likeliest.
+        anyway : bool
+            Whether to generate the nearest motion if nothing in the database shows an action.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            For an unknown method, no known word, or an action that nothing in the database shows.
+        """
+        from motiondb.database import generating
+
+        return generating.generate(self.session, words, seed, 1, method, exact, anyway)[0]
+
+    def generate_variants(
+        self,
+        words: str,
+        number: int,
+        seed: int = 0,
+        method: str = "stitched",
+        exact: bool = False,
+        anyway: bool = False,
+    ) -> list[Generated]:
+        """Make several motions from one sentence: those of the seed and of the following seeds.
+
+        Stitched motions that are made from the same places of captures as an earlier one are left
+        out. If there are fewer different ones than asked for, fewer are returned.
+
+        Parameters
+        ----------
+        words : str
+            The sentence.
+        number : int
+            Most motions.
+        seed : int
+            The same seed gives the same motions.
+        method : str
+            As for :meth:`generate`; "trajectory" has one motion only.
+        exact : bool
+            As for :meth:`generate`.
+        anyway : bool
+            As for :meth:`generate`.
+
+        Raises
+        ------
+        NotLearnedError
+            When the database has not learned, or learned no words.
+        QueryError
+            As for :meth:`generate`, and for more motions than the method has.
+        """
+        from motiondb.database import generating
+
+        return generating.generate(self.session, words, seed, number, method, exact, anyway)
+
+    def save_generated(self, name: str, words: str, made: Generated, seed: int) -> CaptureInfo:
+        """Keep a generated motion as a capture, with the origin of every frame.
+
+        Parameters
+        ----------
+        name : str
+            Name of the new capture.
+        words : str
+            Its caption.
+        made : Generated
+            The motion.
+        seed : int
+            Seed that the run names.
+        """
+        from motiondb.database.generated_files import keep_generated
+
+        with store.transaction(self.store):
+            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
+            captions = [Caption(words)]
+            info = keep_generated(self.store, name, made.motion, made.provenance, captions, run_id)
+            store.finish_run(self.store, run_id)
+        return info
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""
@@ -178,32 +545,10 @@ class MotionDB(FactVerbs):
 
     def info(self) -> DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""
+        from motiondb.database import showing
+
         with self.session.reading():
-            captures = self.captures()
-            performers = {c.tags["performer"] for c in captures if "performer" in c.tags}
-            learned: dict[str, Any] = {"learned": self.is_learned()}
-            if learned["learned"]:
-                size = store.load_learning_size(self.store)
-                learned |= {
-                    "symbols": size.n_symbols,
-                    "clusters": size.n_clusters,
-                    "words": size.n_words,
-                    "current": store.learning_is_current(self.store),
-                    "not_yet_learned": len(self.unlearned()),
-                    "start": self.start_facts(),
-                }
-            return DatabaseInfo(
-                database=str(self.store.path),
-                bytes=self.store.path.stat().st_size,
-                captures=len(captures),
-                generated=sum(c.kind == "generated" for c in captures),
-                seconds=round(sum(c.duration for c in captures), 2),
-                performers=len(performers),
-                captures_with_words=len(self.all_captions()),
-                copies=len(self.relations()),
-                grammars=len(store.load_grammar_names(self.store)),
-                **learned,
-            )
+            return showing.database_info(self.session)
 
     def runs(self) -> list[dict[str, Any]]:
         """All runs that changed the database, oldest first: kind, parameters, seed, version."""

@@ -11,6 +11,8 @@ import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import lru_cache
+from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -20,16 +22,17 @@ from numpy.typing import NDArray
 from motiondb import store
 from motiondb.body.features import N_FEATURES, features_of_motions
 from motiondb.errors import NotLearnedError
-from motiondb.generate.segment_material import Takes
+from motiondb.language.nearby.table import NearbyTable, read_table
+from motiondb.learn.checking import given_certainties
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored
 from motiondb.learn.recognition import recognise_capture
-from motiondb.learn.start.checking import given_certainties
 from motiondb.learn.symbol_fitting import FeaturePool
 from motiondb.meaning.counting import join_tables
 from motiondb.records import SegmentTable
 
 T = TypeVar("T")
+TABLE = "words.table"  # The shipped table of nearby words
 FEATURES = "features"  # Name of the features of all captures in the cache of the database
 
 
@@ -114,11 +117,6 @@ class Session:
         """Motions of all captures."""
         return self.kept("motions", lambda: store.load_motion_pool(self.store))
 
-    @property
-    def takes(self) -> Takes:
-        """Motions of all captures, as generation needs them."""
-        return Takes(self.features, self.motions.motion)
-
     def has_features(self) -> bool:
         """Whether the features of all captures are in the cache of the database."""
         with self.reading():
@@ -180,11 +178,16 @@ def _with_generated(opened: store.Store, learned: Learned) -> Learned:
         return learned
     tables = [recognise_capture(learned, c, store.load_motion(opened, c)) for c in generated]
     added, old = join_tables(*tables), learned.segments
-    width = old.movement.shape[1]  # 0 where an older motiondb learned
-    added = replace(added, movement=added.movement[:, :width])
     order = np.argsort(np.concatenate([old.capture_ids, added.capture_ids]), kind="stable")
     columns = {
         name: np.concatenate([column, vars(added)[name]])[order]
         for name, column in vars(old).items()
     }
     return replace(learned, segments=SegmentTable(**columns))
+
+
+@lru_cache(maxsize=1)
+def nearby_table() -> NearbyTable:
+    """The table that is shipped with motiondb; read once."""
+    file = resources.files("motiondb.language.nearby").joinpath(TABLE)
+    return read_table(file.read_bytes(), TABLE)

@@ -1,7 +1,7 @@
 """Download captures and their words from the CMU Graphics Lab Motion Capture Database.
 
-The site's layout: ``subjects/14/14.asf``, ``subjects/14/14_02.amc``, and a page of descriptions for
-a subject, ``search.php?subjectnumber=14``. The folder that :func:`fetch_cmu` fills is laid out for
+The site has ``subjects/14/14.asf``, ``subjects/14/14_02.amc``, and a page of descriptions for each
+subject, ``search.php?subjectnumber=14``. The folder that :func:`fetch_cmu` fills is laid out for
 ``motiondb add FOLDER --words FOLDER/cmu-captions.tsv``: ``14/14.asf``, ``14/14_02.amc``, the sheet.
 """
 
@@ -9,16 +9,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from motiondb.errors import MotionDBError, QueryError
-from motiondb.fetch.captions import read_rows, write_rows
-from motiondb.fetch.checks import check_amc, check_asf
-from motiondb.fetch.cmu_pages import Trial, read_trials
-from motiondb.fetch.limits import Budget, FetchLimits, Patience, RefusedError, check_limits
-from motiondb.fetch.transfer import Check, fetch_file, fetch_page, make_folder
+from motiondb.errors import MotionDBError, QueryError, SheetError
+from motiondb.fetch.cmu_files import Trial, check_amc, check_asf, read_trials
+from motiondb.fetch.download import (
+    Check,
+    Download,
+    FetchLimits,
+    OnBytes,
+    RefusedError,
+    check_limits,
+    disk_fault,
+    size,
+)
 
 CMU_URL = "http://mocap.cs.cmu.edu"
 CMU_SHEET = "cmu-captions.tsv"
@@ -31,6 +37,30 @@ resold directly, even in converted form. Please acknowledge it in what you publi
 Please do not crawl the whole database: the site's FAQs link to one archive of all ASF and AMC
 files, which `motiondb add` reads as well.
 """
+COLUMNS = ("file", "skeleton", "performer", "fps", "licence", "words")
+_HEADER = "\t".join(COLUMNS)
+
+
+@dataclass(frozen=True)
+class FetchSettings:
+    """Where to download from, how long to wait, and how much to take.
+
+    Attributes
+    ----------
+    base_url : str
+        Address of the site.
+    timeout : float
+        Seconds to wait for the next bytes of an answer.
+    attempts : int
+        Largest number of consecutive attempts without new bytes.
+    limits : FetchLimits
+        How much one download may take.
+    """
+
+    base_url: str = CMU_URL
+    timeout: float = 30.0
+    attempts: int = 4
+    limits: FetchLimits = field(default_factory=FetchLimits)
 
 
 @dataclass(frozen=True)
@@ -52,51 +82,8 @@ class FetchReport:
     sheet: Path  # The sheet of their words
     fetched: tuple[str, ...]
     skipped: tuple[str, ...]  # Files that were there and whole
-    # File and reason for every file that could not be downloaded
-    refused: tuple[tuple[str, str], ...]
+    refused: tuple[tuple[str, str], ...]  # Files that could not be downloaded, with the reasons
     n_bytes: int  # Bytes of the files downloaded, with those that were resumed
-
-
-@dataclass(frozen=True)
-class FetchSettings:
-    """Where to download from, how long to wait, and how much to take.
-
-    Attributes
-    ----------
-    base_url : str
-        Address of the site.
-    patience : Patience
-        How long to wait for answers.
-    limits : FetchLimits
-        How much one download may take.
-    """
-
-    base_url: str = CMU_URL
-    patience: Patience = field(default_factory=Patience)
-    limits: FetchLimits = field(default_factory=FetchLimits)
-
-
-@dataclass(frozen=True)
-class _Item:
-    """A file to download: its path below the folder, its check, and its description on the site."""
-
-    file: str
-    check: Check
-    trial: Trial | None = None
-
-
-@dataclass
-class _Download:
-    """A download that is running; ``trials`` are those whose capture is there and whole."""
-
-    folder: Path
-    settings: FetchSettings
-    budget: Budget
-    fetched: list[str] = field(default_factory=list)
-    skipped: list[str] = field(default_factory=list)
-    refused: list[tuple[str, str]] = field(default_factory=list)
-    trials: list[Trial] = field(default_factory=list)
-    n_bytes: int = 0
 
 
 def fetch_cmu(
@@ -138,47 +125,50 @@ def fetch_cmu(
         )
     numbers = check_subjects(subjects)
     settings = settings or FetchSettings()
-    settings = replace(settings, base_url=_check_base_url(settings.base_url))
-    check_limits(settings.limits)
-    _check_count("subjects", len(numbers), settings.limits.pages)
-    download = _Download(Path(folder), settings, Budget(settings.limits))
-    sheet = download.folder / CMU_SHEET
+    folder, url, limits = Path(folder), _check_base_url(settings.base_url), settings.limits
+    check_limits(limits)
+    _check_count("subjects", len(numbers), limits.pages)
+    sheet = folder / CMU_SHEET
     rows = read_rows(sheet)
-    items = [item for number in numbers for item in _items(number, download)]
-    _check_count("files", len(items), settings.limits.files)
+    download = Download(settings.timeout, settings.attempts, limits)
+    items = [item for number in numbers for item in _items(number, url, download)]
+    _check_count("files", len(items), limits.files)
+    fetched: list[str] = []
+    skipped: list[str] = []
+    refused: list[tuple[str, str]] = []
+    trials: list[Trial] = []
+    n_bytes = 0
     try:
-        for number, item in enumerate(items, start=1):
-            _fetch_item(item, download, _teller(on_progress, item.file, number, len(items)))
+        for number, (file, check, trial) in enumerate(items, start=1):
+            path, on_bytes = folder / file, _teller(on_progress, file, number, len(items))
+            if _is_whole(path, check, limits.file_bytes):
+                skipped.append(file)
+                on_bytes(size(path), size(path))
+            else:
+                try:
+                    n_bytes += download.file(f"{url}/subjects/{file}", path, check, on_bytes)
+                except RefusedError as error:
+                    refused.append((file, str(error)))
+                    continue
+                fetched.append(file)
+            if trial is not None:
+                trials.append(trial)
     finally:
-        if download.trials:
-            write_rows(sheet, rows, download.trials)
-    return FetchReport(
-        download.folder,
-        sheet,
-        tuple(download.fetched),
-        tuple(download.skipped),
-        tuple(download.refused),
-        download.n_bytes,
-    )
+        if trials:
+            write_rows(sheet, rows, trials)
+    return FetchReport(folder, sheet, tuple(fetched), tuple(skipped), tuple(refused), n_bytes)
 
 
 def _teller(
     on_progress: Callable[[FetchProgress], None] | None, file: str, number: int, n_files: int
-) -> Callable[[int, int | None], None]:
-    """Tell of a file's bytes by ``on_progress``."""
+) -> OnBytes:
+    """Return a function that reports the bytes of one file by ``on_progress``."""
 
     def tell(n_bytes: int, total_bytes: int | None) -> None:
         if on_progress is not None:
             on_progress(FetchProgress(file, number, n_files, n_bytes, total_bytes))
 
     return tell
-
-
-def _check_count(what: str, count: int, most: int) -> None:
-    if count > most:
-        raise QueryError(
-            f"{what}: expected at most {most} at once, found {count}. Fetch fewer subjects at once."
-        )
 
 
 def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
@@ -202,7 +192,16 @@ def check_subjects(subjects: Iterable[int | str]) -> tuple[int, ...]:
     return tuple(numbers)
 
 
+def _check_count(what: str, count: int, most: int) -> None:
+    """Refuse more subjects or files than one download may take."""
+    if count > most:
+        raise QueryError(
+            f"{what}: expected at most {most} at once, found {count}. Fetch fewer subjects at once."
+        )
+
+
 def _check_base_url(base_url: str) -> str:
+    """Return an address without its last slash."""
     parts = urlsplit(base_url)
     if parts.scheme not in ("http", "https") or not parts.netloc:
         raise QueryError(
@@ -212,11 +211,12 @@ def _check_base_url(base_url: str) -> str:
     return base_url.rstrip("/")
 
 
-def _items(subject: int, download: _Download) -> list[_Item]:
-    """The skeleton and the captures of one subject, from its page."""
-    base_url = download.settings.base_url
+def _items(
+    subject: int, base_url: str, download: Download
+) -> list[tuple[str, Check, Trial | None]]:
+    """Files of a subject: the skeleton and the captures that its page lists, with their checks."""
     url = f"{base_url}/search.php?subjectnumber={subject}"
-    page = fetch_page(url, download.settings.patience, download.budget)
+    page = download.page(url)
     try:
         text = page.decode("utf-8")
     except UnicodeDecodeError:
@@ -227,32 +227,61 @@ def _items(subject: int, download: _Download) -> list[_Item]:
             f"{url}: expected captures of subject {subject}, found none listed. "
             f"Existing subjects are listed at {base_url}/search.php."
         )
-    skeleton = _Item(f"{subject:02d}/{subject:02d}.asf", check_asf)
-    return [skeleton, *(_Item(f"{trial.name}.amc", check_amc, trial) for trial in trials)]
-
-
-def _fetch_item(
-    item: _Item, download: _Download, on_bytes: Callable[[int, int | None], None]
-) -> None:
-    """Download one file unless it is there, and note which it was."""
-    path, settings = download.folder / item.file, download.settings
-    if _is_whole(path, item.check, settings.limits.file_bytes):
-        download.skipped.append(item.file)
-        on_bytes(path.stat().st_size, path.stat().st_size)
-    else:
-        try:
-            make_folder(path.parent)
-            url = f"{settings.base_url}/subjects/{item.file}"
-            download.n_bytes += fetch_file(
-                url, path, item.check, settings.patience, download.budget, on_bytes
-            )
-        except RefusedError as error:
-            download.refused.append((item.file, str(error)))
-            return
-        download.fetched.append(item.file)
-    if item.trial is not None:
-        download.trials.append(item.trial)
+    captures = [(f"{trial.name}.amc", check_amc, trial) for trial in trials]
+    return [(f"{subject:02d}/{subject:02d}.asf", check_asf, None), *captures]
 
 
 def _is_whole(path: Path, check: Check, longest: int) -> bool:
+    """Whether a file is there and passes its check."""
     return path.is_file() and path.stat().st_size <= longest and check(path.read_bytes()) is None
+
+
+def caption_row(trial: Trial) -> str:
+    r"""Row of a trial, without control characters.
+
+    >>> caption_row(Trial(7, 1, 'a "slow" walk', 120)).split("\t")
+    ['07/07_01.amc', '07/07.asf', '07', '120', 'CMU', "a 'slow' walk"]
+    """
+    performer = f"{trial.subject:02d}"
+    words = " ".join(trial.words.replace('"', "'").split())
+    words = "".join(letter for letter in words if letter.isprintable())
+    fps = "" if trial.fps is None else str(trial.fps)
+    fields = (f"{trial.name}.amc", f"{performer}/{performer}.asf", performer, fps, "CMU", words)
+    return "\t".join(fields)
+
+
+def read_rows(sheet: Path) -> list[str]:
+    """The rows of a sheet, without its header; none when there is no sheet.
+
+    The user may have edited them: they are never changed, and captures without a row get one.
+    """
+    if not sheet.exists():
+        return []
+    lines = sheet.read_text(encoding="utf-8-sig").splitlines()
+    if not lines:
+        return []
+    if lines[0] != _HEADER:
+        raise SheetError(
+            f"{sheet}:1: expected the columns {', '.join(COLUMNS)}, "
+            f"found {', '.join(lines[0].split(chr(9)))}. Move this file away, or fetch to another "
+            "folder."
+        )
+    return [line for line in lines[1:] if line.strip()]
+
+
+def write_rows(sheet: Path, rows: Iterable[str], trials: Iterable[Trial]) -> None:
+    """Write a sheet with its old rows and a row for every trial that has none, ordered by file."""
+    rows = list(rows)
+    known = {_file(row) for row in rows}
+    rows += [row for row in map(caption_row, trials) if _file(row) not in known]
+    draft = sheet.with_name(sheet.name + ".part")
+    text = "\n".join([_HEADER, *sorted(rows, key=_file)]) + "\n"
+    try:
+        draft.write_text(text, encoding="utf-8", newline="\n")
+        draft.replace(sheet)
+    except OSError as error:
+        raise disk_fault(sheet, error) from None
+
+
+def _file(row: str) -> str:
+    return row.split("\t", 1)[0]

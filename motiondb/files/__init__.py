@@ -5,6 +5,7 @@
 ('.bvh', '.amc', '.txt', '.json', '.npz', '.c3d')
 """
 
+from motiondb.files.bvh_writer import to_bvh, write_bvh
 from motiondb.files.folder import (
     CAPTURE_ENDINGS,
     find_captures,
@@ -15,12 +16,10 @@ from motiondb.files.folder import (
     skeleton_path,
 )
 from motiondb.files.formats import capture_format, read_capture, read_capture_bytes, read_file
+from motiondb.files.gltf_writer import Character, write_gltf, write_gltf_scene
 from motiondb.files.limits import NO_LIMITS, ReadLimits, ReadOptions, cap_memory, guarded
 from motiondb.files.readers.amc import AsfFile
 from motiondb.files.units import UNITS, unit_from_name
-from motiondb.files.writers.bvh_writer import to_bvh, write_bvh
-from motiondb.files.writers.gltf import write_gltf
-from motiondb.files.writers.gltf_scene import Character, write_gltf_scene
 
 __all__ = [
     "CAPTURE_ENDINGS",

@@ -18,7 +18,7 @@ The rest is a zlib stream of the data: the arrays one after another, in C order,
 float32. The same knowledge gives the same bytes with the same version of zlib.
 
 Reading bounds every size before it allocates, and checks the numbers
-(:mod:`motiondb.learn.start.knowledge_check`). A digest shows damage, not who wrote the file.
+(:mod:`motiondb.learn.knowledge_check`). A digest shows damage, not who wrote the file.
 """
 
 from __future__ import annotations
@@ -35,13 +35,10 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import KnowledgeError
-from motiondb.files.whole_files import whole_file
-from motiondb.learn.start.knowledge import Knowledge, Origin
-from motiondb.learn.start.knowledge_arrays import (
-    knowledge_arrays,
-    knowledge_from,
-)
-from motiondb.learn.start.knowledge_check import MOST_WORDS, array_faults
+from motiondb.files.safe_files import whole_file
+from motiondb.learn.knowledge import Knowledge, Origin
+from motiondb.learn.knowledge_arrays import knowledge_arrays, knowledge_from
+from motiondb.learn.knowledge_check import MOST_WORDS, array_faults
 from motiondb.records import FloatArray
 
 HEADING = b"motiondb knowledge 1\n"

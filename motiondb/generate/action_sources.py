@@ -4,7 +4,7 @@ A capture can show an action if one of its captions says the words of the action
 for segment i of such a capture:
 
     y_i   probability that the words are shown at the segment, by the order of the caption
-          (:mod:`motiondb.meaning.places.place_fitting`); the least over the words,
+          (:mod:`motiondb.meaning.place_fitting`); the least over the words,
     e_i   evidence for them in the motion, nats a second: the mean of that by the map of all other
           takes and that by the map of other performers, where these show the words too,
     q_i   how much more the captures that move most like it say the words than others,
@@ -49,7 +49,7 @@ from motiondb.generate.source_costs import (
 from motiondb.language.lemmas import VERBS
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
 from motiondb.learn.learned import Learned
-from motiondb.meaning.places.place_fitting import Written
+from motiondb.meaning.place_fitting import Written
 from motiondb.records import FloatArray
 
 LEAST_SHOWN = 0.1

@@ -14,7 +14,7 @@ down.
 
 By a map of whole captions. b(w) is the evidence, in nats a second, of a ridge regression on all
 other takes that takes every word of a take to be shown in all of it
-(:func:`motiondb.meaning.places.place_fitting.unplaced_evidence`):
+(:func:`motiondb.meaning.place_fitting.unplaced_evidence`):
 
     r = 1/|W| sum_{w in W} b(w) - max(0, max_v b(v)), within +-``MOST_RIVALRY``,
 
@@ -23,7 +23,7 @@ beside W in one action of the capture's captions: in "sit on stepstool", "stepst
 action.
 
 Neither needs the places that were learned from the order of captions, which in long takes are often
-wrong. Neither shares a model with the judge (:mod:`motiondb.meaning.judging.motion_judge`).
+wrong. Neither shares a model with the judge (:mod:`motiondb.meaning.motion_judge`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.learn.learned import Learned
-from motiondb.meaning.judging.motion_judge import RELATED, said_words
+from motiondb.meaning.motion_judge import RELATED, said_words
 from motiondb.records import FloatArray, IntArray
 
 NEIGHBOURS = 10  # Number of neighbouring captures. The first measurements compared ten; not tuned

@@ -13,7 +13,7 @@ from motiondb.language.question.say import say_count, say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
 from motiondb.meaning.calibration import probability
-from motiondb.meaning.certainty.place_certainty import count_performers, cues_of
+from motiondb.meaning.place_certainty import count_performers, cues_of
 from motiondb.records import MOTION_FPS, FloatArray
 
 NEAR_ENOUGH = 0.1  # Largest relative difference from a requested duration that still counts as met

@@ -1,15 +1,14 @@
 """Motion from a sentence: its actions, captures that show them, the motion, and its evaluation.
 
-Methods: ``stitched`` (excerpts of captures that show the actions, seams blended, feet held),
-``trajectory`` (the most probable smooth trajectory of the symbols' HMMs) and ``montecarlo`` (every
-frame drawn by itself, as paper A prints it). The result is evaluated by a judge that is not used in
-making it (:mod:`motiondb.generate.shown_actions`).
+Methods: ``stitched`` (excerpts of captures that show the actions, seams blended, feet held) and
+``trajectory`` (the most probable smooth trajectory of the symbols' HMMs). The result is evaluated
+by a judge that is not used in making it (:mod:`motiondb.generate.shown_actions`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,11 +44,11 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.places.place_fitting import Written
+from motiondb.meaning.place_fitting import Written
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
-METHODS = ("stitched", "trajectory", "montecarlo")
+METHODS = ("stitched", "trajectory")
 SPEED_NAMES = ("slow", "fast")  # Manners that generation can show although no caption says them
 
 
@@ -88,44 +87,43 @@ class _Wanted:
     not_used: tuple[NotUsed, ...]
 
 
-@dataclass(frozen=True)
-class MotionRequest:
-    """A request for a motion."""
-
-    text: str
-    method: str = "stitched"
-    # Whether to make the rest of the motion if nothing in the database shows an action
-    anyway: bool = False
-    # Word that no caption says -> the nearest known word, which is made in its place and does not
-    # count as showing it
-    instead: Mapping[str, str] = field(default_factory=dict)
-    # Which of the places that show each action about as clearly as the best one are preferred
-    # (stitched motion only): 0 the best, 1 the next, and so on, from the first again after the last
-    choice: int = 0
-
-
 def make_motion(
     learned: Learned,
     takes: Takes,
-    request: MotionRequest,
+    text: str,
     rng: np.random.Generator,
+    method: str = "stitched",
+    anyway: bool = False,
+    instead: Mapping[str, str] | None = None,
+    choice: int = 0,
 ) -> MadeMotion:
-    """Generate a motion from a sentence."""
-    method = request.method
+    """Generate a motion from a sentence.
+
+    `anyway`: whether to make the rest of the motion if nothing in the database shows an action.
+    `instead`: word that no caption says -> the nearest known word, which is made in its place and
+    does not count as showing it. `choice` (stitched motion only): which of the places that show
+    each action about as clearly as the best one are preferred: 0 the best, 1 the next, and so on,
+    from the first again after the last.
+    """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    wanted = _understand(learned, request, rng)
+    wanted = _understand(learned, text, rng, anyway, instead or {})
     with one_blas_thread():  # the same sums on any machine
-        if method != "stitched":
-            return _from_symbols(learned, takes, wanted, rng, method)
-        sources = _sources(learned, wanted.actions, request.anyway)
-        made_of_excerpts = excerpt_motion(takes, sources, rng, request.choice)
+        if method == "trajectory":
+            return _from_symbols(learned, takes, wanted)
+        sources = _sources(learned, wanted.actions, anyway)
+        made_of_excerpts = excerpt_motion(takes, sources, rng, choice)
         return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
 
-def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generator) -> _Wanted:
+def _understand(
+    learned: Learned,
+    text: str,
+    rng: np.random.Generator,
+    anyway: bool,
+    instead: Mapping[str, str],
+) -> _Wanted:
     """Read a sentence; words of speed count as known."""
-    text, anyway = request.text, request.anyway
     counts = dict.fromkeys(SPEED_NAMES, 1)
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
@@ -141,21 +139,14 @@ def _understand(learned: Learned, request: MotionRequest, rng: np.random.Generat
         )
     if missing and not anyway:
         raise UnknownWordsError(_nothing_shows(missing, learned))
-    lost = tuple(
+    lost = [
         JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
         for words in (*missing, *_lost_verbs(read, counts))
-    ) + tuple(
-        JudgedAction(
-            (word,),
-            0,
-            0,
-            False,
-            0.0,
-            reason=f"no caption says it; {near!r}, the nearest known word, was made instead",
-        )
-        for word, near in request.instead.items()
-    )
-    return _Wanted(question, actions, lost, decided, (*question.not_used, *left))
+    ]
+    for word, near in instead.items():
+        why = f"no caption says it; {near!r}, the nearest known word, was made instead"
+        lost.append(JudgedAction((word,), 0, 0, False, 0.0, reason=why))
+    return _Wanted(question, actions, tuple(lost), decided, (*question.not_used, *left))
 
 
 def _each_word_once(question: KnownQuestion) -> KnownQuestion:
@@ -286,16 +277,14 @@ def _from_excerpts(
     )
 
 
-def _from_symbols(
-    learned: Learned, takes: Takes, wanted: _Wanted, rng: np.random.Generator, method: str
-) -> MadeMotion:
+def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion:
     """A motion of the HMMs with what it shows; reports unsupported amounts and exclusions."""
     known = [
         tuple(word for word in action.words if word in learned.word_numbers)
         for action in wanted.actions
     ]
     actions = tuple(words for words in known if words)
-    made_of_symbols = symbol_motion(learned, takes, actions, rng, method)
+    made_of_symbols = symbol_motion(learned, takes, actions)
     frames = np.bincount(
         made_of_symbols.plan.positions, weights=made_of_symbols.made.lengths
     ).astype(int)
@@ -307,7 +296,7 @@ def _from_symbols(
     judged = judge_motion(
         learned, made_of_symbols.made.motion, asked, sorted(made_of_symbols.captures)
     )
-    left = [one for action in wanted.actions for one in _not_by_symbols(action, method)]
+    left = [one for action in wanted.actions for one in _not_by_symbols(action)]
     return MadeMotion(
         made_of_symbols.made,
         made_of_symbols.plan.symbols,
@@ -322,13 +311,10 @@ def _from_symbols(
     )
 
 
-def _not_by_symbols(action: PlannedAction, method: str) -> list[NotUsed]:
+def _not_by_symbols(action: PlannedAction) -> list[NotUsed]:
     """What the HMMs cannot do."""
     from motiondb.generate.excerpt_report import say_amounts
 
-    left = [NotUsed(text, f"{method} does not support it") for text in say_amounts(action)]
-    left += [
-        NotUsed(f"not {' '.join(words)}", f"{method} excludes nothing; the result is judged for it")
-        for words in action.excluded
-    ]
-    return left
+    left = [NotUsed(text, "trajectory does not support it") for text in say_amounts(action)]
+    why = "trajectory excludes nothing; the result is judged for it"
+    return left + [NotUsed(f"not {' '.join(words)}", why) for words in action.excluded]

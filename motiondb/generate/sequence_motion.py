@@ -44,25 +44,16 @@ def _trajectory(material: SegmentMaterial, sequence: IntArray) -> tuple[FloatArr
     return values, joined.positions[states]
 
 
-def model_motion(
-    material: SegmentMaterial, sequence: IntArray, rng: np.random.Generator, method: str
-) -> SequenceMotion:
-    """Motion from the HMMs alone; `sequence` (symbols,)."""
-    if method == "trajectory":
-        values, owner = _trajectory(material, sequence)
-    else:
-        joined = material.series(sequence)
-        states = series.sample_states(joined, rng)
-        n_dims = joined.means.shape[1] // 3
-        values = series.sample_outputs(joined, states, rng)[:, :n_dims]
-        owner = joined.positions[states]
+def model_motion(material: SegmentMaterial, sequence: IntArray) -> SequenceMotion:
+    """Motion along the most probable trajectory; `sequence` (symbols,)."""
+    values, owner = _trajectory(material, sequence)
     leg_length = float(np.median(list(material.leg_lengths.values())))
     motion = pose_vectors.from_vectors(values, material.means, leg_length=leg_length)
-    motion = contact.lock_feet(motion) if method == "trajectory" else motion
+    motion = contact.lock_feet(motion)
     return SequenceMotion(
         motion,
         np.full(motion.n_frames, -1),
         np.zeros(motion.n_frames),
-        (method,) * motion.n_frames,
+        ("trajectory",) * motion.n_frames,
         tuple(np.bincount(owner, minlength=len(sequence)).tolist()),
     )

@@ -1,6 +1,6 @@
 """Whether a motion shows what was asked: the judge's answer for every action.
 
-The judge (:mod:`motiondb.meaning.judging.motion_judge`) is not used in making the motion, and
+The judge (:mod:`motiondb.meaning.motion_judge`) is not used in making the motion, and
 never uses the captures from which it was made. An action of several words is judged as one word
 that all captures have whose captions say these words; where no other capture says all of them, by
 its least probable word.
@@ -9,7 +9,7 @@ Captions describe whole captures. Where no other capture (of the same performer,
 is described with the action alone, the judge cannot tell it from the actions that are always listed
 with it ("wave" from "point" where all captions say "wave, point"). There its probability is
 multiplied by the probability that the part comes from the right place of its capture
-(:mod:`motiondb.meaning.certainty.place_certainty`). Where all these captures list the same other
+(:mod:`motiondb.meaning.place_certainty`). Where all these captures list the same other
 action, which in turn is mostly listed with this one ("sit, stand up"), neither can tell the two
 apart, and nothing is confirmed, unless a word of direction is measured ("up").
 """
@@ -24,7 +24,7 @@ from motiondb.generate.directed_excerpts import REACHED
 from motiondb.generate.direction import gone, say_not_gone
 from motiondb.generate.occurrences import measured_track
 from motiondb.learn.learned import Learned
-from motiondb.meaning.judging.motion_judge import (
+from motiondb.meaning.motion_judge import (
     WithoutSources,
     judge_without,
     judging_table,

@@ -12,7 +12,6 @@ shows the action least (``generate.clarity``).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,14 +50,12 @@ def symbol_motion(
     learned: Learned,
     takes: Takes,
     actions: tuple[tuple[str, ...], ...],
-    rng: np.random.Generator,
-    method: str,
 ) -> SymbolMotion:
     """Make a motion from the symbols of actions."""
     avoided: list[set[int]] = [set() for _ in actions]
     best: SymbolMotion | None = None
     for _ in range(ATTEMPTS):
-        attempt = _attempt(learned, takes, (actions, avoided), deepcopy(rng), method)
+        attempt = _attempt(learned, takes, (actions, avoided))
         if best is None or np.mean(attempt.clarities) > np.mean(best.clarities):
             best = attempt
         if not attempt.unclear:
@@ -73,15 +70,13 @@ def _attempt(
     learned: Learned,
     takes: Takes,
     wanted: tuple[tuple[tuple[str, ...], ...], Sequence[set[int]]],
-    rng: np.random.Generator,
-    method: str,
 ) -> SymbolMotion:
     """One attempt; ``wanted``: the actions, and per action the symbols to avoid."""
     actions, avoided = wanted
     symbols, positions, decodings = decode_actions(learned, actions, avoided)
     plan = SymbolPlan(symbols, tuple(positions), actions)
     material = gather_material(learned, takes, symbols)
-    made = model_motion(material, symbols, rng, method)
+    made = model_motion(material, symbols)
     probabilities, recognised = frame_probabilities(learned, made.motion)
     clarities, unclear = _check_actions(learned, plan, made.lengths, probabilities)
     captures = frozenset(material.paths)

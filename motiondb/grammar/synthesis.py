@@ -7,14 +7,14 @@ choice i_1 ... i_n costs
 
 where the entry of a segment is its first pose and velocity, and its continuation is the pose and
 velocity that follow it in its own take. Both are in units of the standard deviations over the
-takes. Joining a segment and its true successor costs nothing. The greedy choice of the paper starts
-with any segment and always adds the next one that joins best. The optimal choice is found exactly
-by dynamic programming (:mod:`motiondb.generate.stitching`). Positions can be pinned to a segment,
-so that an edited string keeps its other segments. At the two ends, segments that begin or end a
-sentence of the takes are preferred: others may begin or stop in the middle of a step.
+takes. Joining a segment and its true successor costs nothing. The paper chooses greedily; here the
+best choice is found exactly by dynamic programming (:mod:`motiondb.generate.stitching`). Positions
+can be pinned to a segment, so that an edited string keeps its other segments. At the two ends,
+segments that begin or end a sentence of the takes are preferred: others may begin or stop in the
+middle of a step.
 
 A motion of a wanted duration is a chain of sentences, as a take is
-(:mod:`motiondb.grammar.derivation.chain`).
+(:mod:`motiondb.grammar.derivation.derive`).
 
 Segments are placed one after the other with blended seams. The position on the ground and the
 heading continue across seams, and feet are fixed while they are in contact with the ground. For
@@ -171,25 +171,6 @@ def _candidates(terminals: Terminals, rows: IntArray, source: ClipSource) -> sti
 def choose_clips(candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray]) -> Choice:
     """Return the choice of least J, found exactly; of equal choices the first in the takes."""
     picks = stitching.choose(candidates)
-    return _choice(candidates, numbers, picks)
-
-
-def choose_greedily(
-    candidates: Sequence[stitching.Candidates],
-    numbers: Sequence[IntArray],
-    rng: np.random.Generator,
-) -> Choice:
-    """Return the greedy choice of the paper: a random first segment, then always the best next."""
-    picks = [int(rng.integers(len(numbers[0])))]
-    for before, after in pairwise(candidates):
-        costs = stitching.join_costs(_only(before, picks[-1]), after)
-        picks.append(int(np.argmin(costs[0])))
-    return _choice(candidates, numbers, picks)
-
-
-def _choice(
-    candidates: Sequence[stitching.Candidates], numbers: Sequence[IntArray], picks: Sequence[int]
-) -> Choice:
     chosen = [_only(c, pick) for c, pick in zip(candidates, picks)]
     cost = sum(float(stitching.join_costs(a, b)[0, 0]) for a, b in pairwise(chosen))
     return Choice(tuple(int(n[pick]) for n, pick in zip(numbers, picks)), cost)

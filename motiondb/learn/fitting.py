@@ -1,4 +1,9 @@
-"""Learning as a whole: from features and captions to everything that ``learn`` derives."""
+"""Learning as a whole: from features and captions to everything that ``learn`` derives.
+
+At which frames actions begin and end: learned at ``learn`` from the places of words.
+
+See :mod:`motiondb.meaning.edge_map`. Frames take the y of their segment.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +14,9 @@ from math import ceil, floor
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
-from motiondb.learn import drift
-from motiondb.learn.edge_fitting import fit_edges
+from motiondb.learn import drift, joining
+from motiondb.learn.knowledge import Started
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.start import joining
-from motiondb.learn.start.knowledge import Started
 from motiondb.learn.symbol_fitting import (
     FeaturePool,
     LearnSettings,
@@ -27,19 +30,38 @@ from motiondb.learn.word_fitting import (
     fit_words,
     fit_words_with_start,
 )
-from motiondb.meaning import counting
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.meaning.certainty.place_certainty import learn_certainty
-from motiondb.meaning.evidence import extents
-from motiondb.meaning.judging.judge_fitting import fit_judge
-from motiondb.meaning.judging.motion_judge import MotionJudge, pool_windows, said_words
-from motiondb.meaning.maps.edge_map import EdgeMap
-from motiondb.meaning.maps.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
-from motiondb.meaning.places.place_fitting import Places, Written, find_places
+from motiondb.meaning import counting, extents
+from motiondb.meaning.calibration import Certainties
+from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.edge_map import EdgeMap, FrameTake, fit_edge_map
+from motiondb.meaning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
+from motiondb.meaning.place_certainty import learn_certainty
+from motiondb.meaning.place_fitting import Places, Written, find_places
+from motiondb.meaning.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
 from motiondb.records import Float32Array, SegmentTable
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
+
+
+def fit_edges(
+    frames: Float32Array, pool: FeaturePool, table: SegmentTable, places: Places, n_words: int
+) -> EdgeMap:
+    """Fit the evidence for words at each frame; `frames` (rows, D)."""
+    rows = capture_rows(table)
+    bounds = zip(pool.capture_ids.tolist(), pool.bounds[:-1], pool.bounds[1:])
+    takes = []
+    for capture, first, last in bounds:
+        if capture not in places.words:
+            continue
+        middles = FEATURE_STEP * (np.arange(last - first) + 0.5)
+        ends = table.ends[rows[capture]]
+        segments = np.minimum(np.searchsorted(ends, middles, side="right"), len(ends) - 1)
+        shown = places.shown[capture][segments]
+        takes.append(FrameTake(frames[first:last], places.words[capture], shown))
+    with one_blas_thread():  # sums of several threads differ in their last bits
+        return fit_edge_map(takes, n_words)
+
 
 NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
 
@@ -56,7 +78,7 @@ def fit_model(
 
     With a start, its feature space, symbols and symbol space are taken over, and its words are
     joined with those of the captions. A start whose symbols do not fit the captures is set aside
-    if there are enough captions (:func:`motiondb.learn.start.joining.is_set_aside`).
+    if there are enough captions (:func:`motiondb.learn.joining.is_set_aside`).
     """
     if started is not None:
         model = _fit_with_start(pool, taught, started, rng, tell)

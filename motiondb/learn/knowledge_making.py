@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from motiondb.errors import KnowledgeError, NotLearnedError
+from motiondb.learn.knowledge import Knowledge, Origin, Taught
 from motiondb.learn.learned import Learned
-from motiondb.learn.start.knowledge import Knowledge, Origin, Taught
 from motiondb.meaning import counting
-from motiondb.meaning.maps.word_map import calibration_information
+from motiondb.meaning.word_map import calibration_information
 from motiondb.records import MOTION_FPS, FloatArray
 
 LEAST_CAPTIONS = 2

@@ -16,26 +16,24 @@ from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
 from motiondb.language.translation import explanation, transition
+from motiondb.learn.checking import checked_words
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.performer_groups import performers_of
-from motiondb.learn.start.checking import checked_words
+from motiondb.learn.performers import performers_of
+from motiondb.meaning import by_words, caption_evidence, movement
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning import caption_evidence
+from motiondb.meaning.bounds import TakeExtremes, take_extremes
+from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.evidence.bounds import TakeExtremes, take_extremes
-from motiondb.meaning.evidence.resemblance import MeaningSpace, emphasis_of, meaning_space
-from motiondb.meaning.judging.motion_judge import said_words
-from motiondb.meaning.maps import movement
-from motiondb.meaning.maps.caption_map import CaptionMap, solve_caption_map
-from motiondb.meaning.maps.description_map import DescriptionMap
-from motiondb.meaning.maps.word_map import WordMap
-from motiondb.meaning.places.place_fitting import (
+from motiondb.meaning.description_map import DescriptionMap
+from motiondb.meaning.motion_judge import said_words
+from motiondb.meaning.place_fitting import (
     Written,
     evidence_by_others,
     place_evidence,
     unplaced_evidence,
 )
+from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, meaning_space
+from motiondb.meaning.word_map import WordMap
 from motiondb.records import (
     Association,
     Caption,

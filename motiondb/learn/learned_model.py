@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motiondb.learn.drift import DriftBaseline
-from motiondb.learn.start.knowledge import Started
-from motiondb.meaning.certainty.certainties import Certainties
+from motiondb.learn.knowledge import Started
+from motiondb.meaning import extents
+from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import Counted
-from motiondb.meaning.evidence import extents
-from motiondb.meaning.judging.motion_judge import MotionJudge
-from motiondb.meaning.maps.edge_map import EdgeMap
-from motiondb.meaning.maps.pooled_map import PooledMap
-from motiondb.meaning.maps.score_vectors import ScoreSpace
-from motiondb.meaning.maps.word_map import WordMap
-from motiondb.meaning.places.place_fitting import Places
+from motiondb.meaning.edge_map import EdgeMap
+from motiondb.meaning.motion_judge import MotionJudge
+from motiondb.meaning.place_fitting import Places
+from motiondb.meaning.pooled_map import PooledMap
+from motiondb.meaning.score_vectors import ScoreSpace
+from motiondb.meaning.word_map import WordMap
 from motiondb.records import (
     Association,
     FloatArray,

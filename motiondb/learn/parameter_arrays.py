@@ -14,24 +14,20 @@ from dataclasses import replace
 import numpy as np
 
 from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.learn.checking import LEAST_CHECKING
 from motiondb.learn.drift import DriftBaseline
+from motiondb.learn.knowledge import Origin, Started
+from motiondb.learn.knowledge_arrays import knowledge_arrays, knowledge_from
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.start.checking import LEAST_CHECKING
-from motiondb.learn.start.knowledge import Origin, Started
-from motiondb.learn.start.knowledge_arrays import (
-    knowledge_arrays,
-    knowledge_from,
-)
-from motiondb.meaning.certainty.certainties import Certainties, certainties_from, certainty_arrays
+from motiondb.meaning.calibration import Certainties, certainties_from, certainty_arrays
 from motiondb.meaning.counting import Counted, Counts, Reference
-from motiondb.meaning.evidence.extents import ContextSpace
-from motiondb.meaning.judging.motion_judge import MotionJudge
-from motiondb.meaning.maps.edge_map import EdgeMap
-from motiondb.meaning.maps.pooled_map import PooledMap
-from motiondb.meaning.maps.score_vectors import ScoreSpace
-from motiondb.meaning.maps.word_map import WordMap
-from motiondb.meaning.maps.word_moments import CaptionMoments, WordMoments
-from motiondb.meaning.places.place_fitting import Places
+from motiondb.meaning.edge_map import EdgeMap
+from motiondb.meaning.extents import ContextSpace
+from motiondb.meaning.motion_judge import MotionJudge
+from motiondb.meaning.place_fitting import Places
+from motiondb.meaning.pooled_map import PooledMap
+from motiondb.meaning.score_vectors import ScoreSpace
+from motiondb.meaning.word_map import CaptionMoments, WordMap, WordMoments
 from motiondb.records import Association, FloatArray, StoredLearning
 from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
@@ -44,7 +40,7 @@ DRIFT_NAMES = ("learned_from", "drift_baseline")
 ORIGIN_NAME = "start_origin"
 """Array that exists if the database learned with a start: the origin as JSON."""
 CAPTION_NAMES = ("moment_caption_words", "moment_caption_cross")
-"""Arrays of :class:`~motiondb.meaning.maps.word_moments.CaptionMoments`."""
+"""Arrays of :class:`~motiondb.meaning.word_map.CaptionMoments`."""
 LEMMA_NAME = "dictionary_forms"  # Array of the lemmas that the dictionary gave
 
 

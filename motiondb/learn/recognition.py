@@ -14,8 +14,8 @@ from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.symbol_fitting import FeaturePool, describe_segments, segment_table
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
-from motiondb.meaning.maps import score_vectors
+from motiondb.meaning import score_vectors
+from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.records import (
     Association,
     Float32Array,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
-from motiondb.meaning.maps import movement, posture_and_travel
+from motiondb.meaning import movement
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols import acquisition, hmm, segmentation
 
@@ -143,7 +143,7 @@ def describe_segments(
     """
     moving = movement.describe_movement(frames, starts, ends)
     return np.concatenate(
-        [moving, posture_and_travel.describe_posture_and_travel(features, starts, ends)], axis=1
+        [moving, movement.describe_posture_and_travel(features, starts, ends)], axis=1
     )
 
 

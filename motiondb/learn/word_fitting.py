@@ -16,17 +16,15 @@ from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
 from motiondb.language.translation import association
-from motiondb.learn.start import joining
-from motiondb.learn.start.carried_certainty import carry, join_certainties
-from motiondb.learn.start.checking import LEAST_CHECKING
-from motiondb.learn.start.fitting_with_start import OwnRows, choose_ridge_and_calibration
-from motiondb.learn.start.knowledge import Started
-from motiondb.meaning import counting
-from motiondb.meaning.certainty import asked_certainty
-from motiondb.meaning.certainty.certainties import Certainties, fit_certainties
+from motiondb.learn import joining
+from motiondb.learn.checking import LEAST_CHECKING, carry, join_certainties
+from motiondb.learn.joining import OwnRows, choose_ridge_and_calibration
+from motiondb.learn.knowledge import Started
+from motiondb.meaning import asked_certainty, counting, movement, score_vectors, word_map
+from motiondb.meaning.asked_certainty import fit_certainties
+from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import Counted
-from motiondb.meaning.maps import movement, score_vectors, word_map
-from motiondb.meaning.maps.description_map import fit_description_calibration
+from motiondb.meaning.description_map import fit_description_calibration
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
 

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from motiondb.meaning import by_words
 from motiondb.meaning.counting import Described, known_only, training_rows
-from motiondb.meaning.evidence import by_words
-from motiondb.meaning.maps.description_map import DescriptionMap, fit_description_map
-from motiondb.meaning.maps.listed_takes import LABELLED
-from motiondb.meaning.maps.score_vectors import ScoreSpace, interval_vectors
-from motiondb.meaning.places.interval_labels import label_intervals
-from motiondb.meaning.places.place_fitting import Written
+from motiondb.meaning.description_map import DescriptionMap, fit_description_map
+from motiondb.meaning.listed_takes import LABELLED
+from motiondb.meaning.place_fitting import Written, label_intervals
+from motiondb.meaning.score_vectors import ScoreSpace, interval_vectors
 from motiondb.records import FloatArray, SegmentTable
 
 

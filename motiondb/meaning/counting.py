@@ -25,9 +25,8 @@ from numpy.typing import NDArray
 from motiondb.language import lemmas, vocabulary
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
-from motiondb.meaning.maps import score_vectors
-from motiondb.meaning.maps.word_map import WordMap
-from motiondb.meaning.maps.word_moments import WordMoments, solve_word_map, word_moments
+from motiondb.meaning import score_vectors
+from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map, word_moments
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
 REFERENCE_SHARE = 0.01

@@ -34,9 +34,8 @@ from motiondb.answers.making import GeneratedAnswer, Source
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
-from motiondb.database.generate.generated_files import sources_of
-from motiondb.database.generate.stretches import Stretch, stretches
-from motiondb.database.grammars.grammar_strips import (
+from motiondb.database.generated_files import Stretch, sources_of, stretches
+from motiondb.database.grammars.grammar_facts import (
     PATH_STEP,
     StripTerminal,
     TreeNode,
@@ -50,7 +49,7 @@ from motiondb.records import MOTION_FPS, Caption, Match, Relation
 from motiondb.scene.language.tactics_file import parse_diagram
 
 if TYPE_CHECKING:
-    from motiondb.database.generate.generating import Generated
+    from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scene_verbs import Scene
     from motiondb.search.example_answers import ExampleAnswer

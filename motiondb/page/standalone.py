@@ -36,7 +36,7 @@ from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, is_built
 from motiondb.records import MOTION_FPS, Match, Motion
 
 if TYPE_CHECKING:
-    from motiondb.database.generate.generating import Generated
+    from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scene_verbs import Scene
     from motiondb.search.example_answers import ExampleAnswer

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from motiondb.database.generate.generating import Generated
+from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.held import HeldDatabase, Watch

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.whole_files import whole_file
+from motiondb.files.safe_files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,10 +5,10 @@ Only probabilities that were learned from questions of the same kind are given. 
     actions asked for, in order or at once; exclusions alone:
         the product of the probabilities of the statements (``certainty.answer_probability``),
     one action but not another; one of several actions:
-        learned separately (:mod:`motiondb.meaning.certainty.question_certainty`).
+        learned separately (:mod:`motiondb.meaning.asked_certainty`).
 
 No probability is given where a word of the question is known from a start alone, so that no own
-caption has checked it (:mod:`motiondb.learn.start.checking`).
+caption has checked it (:mod:`motiondb.learn.checking`).
 
 There is no probability for repeats and durations, for orders with exclusions, for several
 exclusions with an action, and for alternatives of more than one action: how often such answers are
@@ -26,8 +26,9 @@ import numpy as np
 from motiondb.language.question.readings import Reading
 from motiondb.learn.learned import Learned
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.certainty.question_certainty import KindCertainty, cues_of
-from motiondb.meaning.evidence.by_question import QuestionHit
+from motiondb.meaning.asked_certainty import cues_of
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.calibration import KindCertainty
 from motiondb.search import reasons
 
 SURE = 1.0 - 1e-12  # Largest probability of a condition, so that its log-odds are finite

@@ -1,7 +1,7 @@
 """The words of a motion over time, with their probabilities.
 
 The probability of a word comes from a map of its own
-(:mod:`motiondb.meaning.maps.description_map`),
+(:mod:`motiondb.meaning.description_map`),
 fitted to the captions that the database holds now. Where its calibration was not learned (with a
 start, and in databases of versions that did not learn it), the probability is that of the word map.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from motiondb.body.features import FEATURE_STEP
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.maps.description_map import score_probabilities
+from motiondb.meaning.description_map import score_probabilities
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 

@@ -5,7 +5,7 @@ Three sources say what a segment shows:
 - a caption of an interval, for its words, where the interval lies;
 - the motion, as ``describe`` reads it;
 - the alignment of the words of a caption with the segments of the whole take
-  (:mod:`motiondb.meaning.places.place_fitting`), where it says more than the motion. A caption of
+  (:mod:`motiondb.meaning.place_fitting`), where it says more than the motion. A caption of
   a whole take does not say where in the take a word belongs, and how often the alignment is right
   at a single segment was never measured, so its probabilities order words but are not shown.
 """
@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.learn.learned import Learned
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
-from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.meaning.by_words import WINDOW_MARGIN
+from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import FloatArray
 from motiondb.search.described_motion import word_probabilities
 

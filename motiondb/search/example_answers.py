@@ -10,14 +10,13 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.language import vocabulary
+from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.learn.start.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.meaning import by_motion, extents, score_vectors
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.evidence import by_motion, extents
-from motiondb.meaning.evidence.resemblance import emphasis_of
-from motiondb.meaning.maps import score_vectors
+from motiondb.meaning.resemblance import emphasis_of
 from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.word_answers import mark_generated, reaches, to_seconds
 from motiondb.search.word_sources import why_unchecked

@@ -2,17 +2,17 @@
 
 The word map determines which captures answer, and their scores (``search.by_question``). The
 position in the capture follows from the evidence of places
-(:mod:`motiondb.meaning.places.place_fitting`) and the captions of intervals. Two probabilities
+(:mod:`motiondb.meaning.place_fitting`) and the captions of intervals. Two probabilities
 belong to a part: that the capture shows it, and that the interval does, which is the first times
 the probability that the place is right where the capture shows it
-(:mod:`motiondb.meaning.certainty.place_certainty`).
+(:mod:`motiondb.meaning.place_certainty`).
 
 The place is unknown under two conditions: the interval is more likely wrong than right, or no other
 capture's captions list the words; and a caption of the whole capture is the only evidence for the
 part, which by the motion alone is more likely not shown.
 
 The interval ends where the evidence for each frame falls to half of its peak
-(:mod:`motiondb.meaning.maps.edge_map`), so that a short action has the boundaries of the movement
+(:mod:`motiondb.meaning.edge_map`), so that a short action has the boundaries of the movement
 and not of the segments. If more than ``NARROW`` of the interval would remain, it is not narrowed:
 then it shows one long activity, and not a short action with something else around it. The
 probability is that of the interval before its boundaries are refined, and so is the comparison of
@@ -30,14 +30,10 @@ from math import prod
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
 from motiondb.learn.learned import Learned
-from motiondb.meaning.certainty.place_certainty import (
-    PlaceCertainty,
-    count_performers,
-    interval_cues,
-)
-from motiondb.meaning.evidence import by_question
-from motiondb.meaning.evidence.by_question import PlacedReading, QuestionHit
-from motiondb.meaning.maps.edge_map import refine_interval
+from motiondb.meaning import by_question
+from motiondb.meaning.by_question import PlacedReading, QuestionHit
+from motiondb.meaning.edge_map import refine_interval
+from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
 from motiondb.records import Float32Array, FloatArray
 from motiondb.search.answer_chances import PartChance
 
@@ -62,7 +58,7 @@ class PartPlace:
     probability: float | None
     # Probability that the interval is right, given that the capture shows the part; None if it is
     # not known. Whether the capture shows one action throughout is judged mostly by its length
-    # (:mod:`motiondb.meaning.certainty.place_certainty`)
+    # (:mod:`motiondb.meaning.place_certainty`)
     right: float | None = None
     unknown: bool = False  # Whether the place is unknown
 

@@ -12,11 +12,11 @@ from motiondb.language.question.known import KnownQuestion
 from motiondb.language.question.readings import Reading, readings
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
+from motiondb.meaning import by_question
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.evidence import by_question
-from motiondb.meaning.evidence.bounds import SLACK, upper_bounds
-from motiondb.meaning.evidence.by_question import QuestionHit
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
+from motiondb.meaning.bounds import SLACK, upper_bounds
+from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.search import reasons
 from motiondb.search.answer_chances import Chances, chances
 from motiondb.search.whole_captions import CaptionShares, caption_shares, with_shares

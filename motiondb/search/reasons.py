@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.meaning.evidence.by_words import joint_log_odds
+from motiondb.meaning.by_words import joint_log_odds
 from motiondb.records import FloatArray, IntArray
 
 

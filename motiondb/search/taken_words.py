@@ -20,7 +20,7 @@ from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import forms_of, split_actions
 from motiondb.learn.learned import Learned
-from motiondb.meaning.maps.caption_map import CaptionMap
+from motiondb.meaning.caption_map import CaptionMap
 from motiondb.records import Association, FloatArray
 from motiondb.search.taking import Taking, mixture, take_word, with_virtual_words
 from motiondb.search.written_words import LearnedWithMore, WrittenWord, with_written

@@ -21,7 +21,7 @@ import numpy as np
 from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import nearest_words
-from motiondb.meaning.maps.word_map import WordMap
+from motiondb.meaning.word_map import WordMap
 from motiondb.records import FloatArray
 
 TAKEN = 0.5

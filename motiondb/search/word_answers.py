@@ -17,7 +17,7 @@ from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode, understand
-from motiondb.meaning.evidence import alignment, by_words
+from motiondb.meaning import alignment, by_words
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, question_search, reasons
 from motiondb.search.answer_chances import words_of_reading

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from motiondb.learn.checking import say_unchecked
+from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
-from motiondb.learn.start.checking import say_unchecked
-from motiondb.learn.start.joining import start_weight
 
 
 @dataclass(frozen=True)

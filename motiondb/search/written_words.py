@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import Learned
+from motiondb.meaning.by_words import UNWRITTEN, WRITTEN
 from motiondb.meaning.calibration import usual
 from motiondb.meaning.caption_evidence import caption_evidence
-from motiondb.meaning.evidence.by_words import UNWRITTEN, WRITTEN
-from motiondb.meaning.evidence.resemblance import MeaningSpace
-from motiondb.meaning.maps.description_map import DescriptionMap
-from motiondb.meaning.maps.word_map import WordMap, word_spreads
+from motiondb.meaning.description_map import DescriptionMap
+from motiondb.meaning.resemblance import MeaningSpace
+from motiondb.meaning.word_map import WordMap, word_spreads
 from motiondb.records import CaptureInfo, FloatArray
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})

@@ -12,8 +12,8 @@ import pytest
 
 import motiondb
 from motiondb import store
+from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.parameter_arrays import from_stored, to_stored
-from motiondb.learn.start.checking import NO_EXAMPLES_CHECKED
 
 
 def answer(ended: Any) -> Any:

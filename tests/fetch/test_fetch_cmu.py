@@ -1,19 +1,22 @@
-"""Fetching from a site on the loopback interface, in good order and with every fault."""
+"""Fetching from a site on the loopback interface, with every fault, and within its limits."""
 
 from __future__ import annotations
 
 import errno
 import socket
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import cmu_site
 import pytest
 
 from motiondb.errors import MotionDBError, QueryError, SheetError
-from motiondb.fetch import CMU_TERMS, FetchProgress, fetch_cmu, transfer
-from motiondb.fetch.cmu import FetchSettings, check_subjects
-from motiondb.fetch.limits import FetchLimits, Patience, UnreachableError
+from motiondb.fetch import CMU_TERMS, FetchLimits, FetchSettings, download, fetch_cmu
+from motiondb.fetch.cmu import FetchProgress, check_subjects
+from motiondb.fetch.download import UnreachableError, read_count
 
 HEADER = "file\tskeleton\tperformer\tfps\tlicence\twords\n"
 ROWS = (
@@ -38,22 +41,27 @@ def site(monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
         yield served
 
 
-@pytest.fixture
-def pauses() -> list[float]:
-    return []
+@pytest.fixture(autouse=True)
+def pauses(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Seconds that a download waited, which no test waits for."""
+    seconds: list[float] = []
+    clock = SimpleNamespace(sleep=seconds.append, monotonic=time.monotonic)
+    monkeypatch.setattr(download, "time", clock)
+    return seconds
 
 
-def fetch(site, folder, pauses=None, **options):
-    pauses = [] if pauses is None else pauses
-    patience = Patience(timeout=5.0, attempts=3, pause=pauses.append)
-    options = {"accept_terms": True, "patience": patience, "limits": FetchLimits(), **options}
-    settings = FetchSettings(site.url, options.pop("patience"), options.pop("limits"))
-    return fetch_cmu(["14"], folder, settings, **options)
+def fetch(site, folder, *, limits=None, timeout=5.0, attempts=3, **options):
+    settings = FetchSettings(site.url, timeout, attempts, limits or FetchLimits())
+    return fetch_cmu(["14"], folder, settings, **{"accept_terms": True, **options})
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
     actual = (path for path in folder.rglob("*") if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in actual}
+
+
+def names_in(folder: Path) -> set[str]:
+    return {Path(file).name for file in files_in(folder)}
 
 
 def whole(site) -> dict[str, bytes]:
@@ -95,7 +103,7 @@ def test_again_asks_for_nothing_and_keeps_the_users_words(site, tmp_path) -> Non
 def test_a_transfer_cut_half_way_goes_on(site, tmp_path, pauses, has_range) -> None:
     site.has_range = has_range
     site.cuts[WALK] = [70_000]
-    report = fetch(site, tmp_path, pauses)
+    report = fetch(site, tmp_path)
     assert files_in(tmp_path) == whole(site)
     assert report.refused == ()
     assert site.asked(WALK) == [None, "bytes=70000-"]
@@ -166,18 +174,11 @@ def test_a_damaged_answer_is_refused(site, tmp_path, data, fault) -> None:
     assert [path.name for path in (tmp_path / "14").glob("14_01*")] == []
 
 
-def test_too_short_a_length_is_refused(site, tmp_path) -> None:
-    site.lengths[BOX] = 300
-    report = fetch(site, tmp_path)
-    assert [file for file, _ in report.refused] == ["14/14_01.amc"]
-    assert not (tmp_path / "14" / "14_01.amc").exists()
-
-
 def test_too_long_a_length_is_refused_after_patience(site, tmp_path, pauses) -> None:
     size = len(site.files[BOX])
     site.has_range = False
     site.lengths[BOX] = size + 10
-    report = fetch(site, tmp_path, pauses)
+    report = fetch(site, tmp_path)
     assert report.refused == (
         (
             "14/14_01.amc",
@@ -199,13 +200,13 @@ def test_without_a_length_the_contents_decide(site, tmp_path) -> None:
 
 def test_a_busy_server_is_asked_again(site, tmp_path, pauses) -> None:
     site.statuses[WALK] = [503, 500]
-    assert fetch(site, tmp_path, pauses).refused == ()
+    assert fetch(site, tmp_path).refused == ()
     assert pauses == [1.0, 2.0]
 
 
 def test_a_server_that_forbids_is_not_asked_again(site, tmp_path, pauses) -> None:
     site.statuses[WALK] = [403]
-    (refused,) = fetch(site, tmp_path, pauses).refused
+    (refused,) = fetch(site, tmp_path).refused
     assert refused[1] == (
         f"{site.url}{WALK}: expected a file, found that the server refuses (HTTP 403 Forbidden). "
         "Try again later."
@@ -230,12 +231,7 @@ def test_no_network(tmp_path, monkeypatch, pauses) -> None:
         free.bind(("127.0.0.1", 0))
         url = f"http://127.0.0.1:{free.getsockname()[1]}"
     with pytest.raises(UnreachableError) as caught:
-        fetch_cmu(
-            [14],
-            tmp_path,
-            FetchSettings(url, Patience(1.0, 3, pauses.append)),
-            accept_terms=True,
-        )
+        fetch_cmu([14], tmp_path, FetchSettings(url, 1.0, 3), accept_terms=True)
     assert str(caught.value) == (
         f"{url}/search.php?subjectnumber=14: expected an answer, found none "
         "([Errno 111] Connection refused). Check the network, or name another server with "
@@ -245,8 +241,6 @@ def test_no_network(tmp_path, monkeypatch, pauses) -> None:
 
 
 def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) -> None:
-    real = transfer._open_part
-
     class FullDisk:
         def __init__(self, file) -> None:
             self.file = file
@@ -261,11 +255,11 @@ def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) 
             self.file.write(chunk[:50])
             raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(
-        transfer,
-        "_open_part",
-        lambda part, mode: FullDisk(real(part, mode)) if "_06" in part.name else real(part, mode),
-    )
+    def opened(part, mode):
+        return FullDisk(real(part, mode)) if "_06" in part.name else real(part, mode)
+
+    real = download._open_part
+    monkeypatch.setattr(download, "_open_part", opened)
     with pytest.raises(UnreachableError) as caught:
         fetch(site, tmp_path)
     part = tmp_path / "14" / "14_06.amc.part"
@@ -274,7 +268,7 @@ def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) 
         "Make room and run the same command again; downloaded files are kept."
     )
     assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[0]
-    monkeypatch.setattr(transfer, "_open_part", real)
+    monkeypatch.setattr(download, "_open_part", real)
     fetch(site, tmp_path)
     assert site.asked(WALK) == [None, "bytes=50-"]
     assert files_in(tmp_path) == whole(site)
@@ -287,8 +281,7 @@ def test_an_interruption_leaves_nothing_half_written_under_a_final_name(site, tm
 
     with pytest.raises(KeyboardInterrupt):
         fetch(site, tmp_path, on_progress=stop)
-    names = {path.name for path in tmp_path.rglob("*") if path.is_file()}
-    assert names == {"14.asf", "14_01.amc", "14_06.amc.part", "cmu-captions.tsv"}
+    assert names_in(tmp_path) == {"14.asf", "14_01.amc", "14_06.amc.part", "cmu-captions.tsv"}
     assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[0]
     fetch(site, tmp_path)
     assert files_in(tmp_path) == whole(site)
@@ -318,21 +311,10 @@ def test_a_foreign_sheet_is_not_overwritten(site, tmp_path) -> None:
     assert sheet.read_text() == "file\twords\nmine.bvh\thop\n"
 
 
-def test_a_sheet_that_cannot_be_written(site, tmp_path) -> None:
-    (tmp_path / "cmu-captions.tsv.part").mkdir()
-    with pytest.raises(UnreachableError) as caught:
-        fetch(site, tmp_path)
-    assert str(caught.value) == (
-        f"{tmp_path / 'cmu-captions.tsv'}: expected a file that can be written, "
-        "found: Is a directory. Choose another folder with --dir."
-    )
-
-
 def test_a_server_that_falls_silent(site, tmp_path, pauses) -> None:
     site.silent.add(WALK)
-    patience = Patience(timeout=0.1, attempts=2, pause=pauses.append)
     with pytest.raises(UnreachableError) as caught:
-        fetch(site, tmp_path, patience=patience)
+        fetch(site, tmp_path, timeout=0.1, attempts=2)
     assert str(caught.value).startswith(
         f"{site.url}{WALK}: expected an answer, found none (timed out). Check the network"
     )
@@ -367,3 +349,75 @@ def test_no_subjects_and_no_address(tmp_path) -> None:
         check_subjects([])
     with pytest.raises(QueryError, match=r"found 'file:///etc'\. Begin with http:// or "):
         fetch_cmu([14], tmp_path, FetchSettings("file:///etc"), accept_terms=True)
+
+
+@pytest.mark.parametrize("has_length", [True, False])
+def test_a_file_that_is_too_long_is_refused_and_not_kept(site, tmp_path, has_length) -> None:
+    if not has_length:
+        site.without_length = {WALK}
+    ((file, reason),) = fetch(site, tmp_path, limits=FetchLimits(file_bytes=100_000)).refused
+    assert file == "14/14_06.amc"
+    assert reason.startswith(f"{site.url}{WALK}: expected at most 100000 bytes, found ")
+    assert reason.endswith(" or more. Captures are not that large; it was not kept.")
+    assert names_in(tmp_path) == {"14.asf", "14_01.amc", "cmu-captions.tsv"}
+
+
+def test_a_page_that_is_too_long_is_refused(site, tmp_path) -> None:
+    with pytest.raises(Exception, match=r"expected at most 100 bytes, found \d+ or more"):
+        fetch(site, tmp_path, limits=FetchLimits(page_bytes=100))
+    site.without_length = {"/search.php?subjectnumber=14"}
+    with pytest.raises(Exception, match=r"expected at most 100 bytes, found \d+ or more"):
+        fetch(site, tmp_path, limits=FetchLimits(page_bytes=100))
+
+
+def test_all_bytes_together_are_limited_and_what_came_is_kept(site, tmp_path) -> None:
+    with pytest.raises(UnreachableError, match="expected at most 50000 bytes in all, found more"):
+        fetch(site, tmp_path, limits=FetchLimits(total_bytes=50_000))
+    assert names_in(tmp_path) == {"14.asf", "14_01.amc", "14_06.amc.part", "cmu-captions.tsv"}
+    assert fetch(site, tmp_path, limits=FetchLimits()).refused == ()
+    assert (tmp_path / "14/14_06.amc").read_bytes() == site.files[WALK]
+
+
+def test_subjects_and_files_are_limited(site, tmp_path) -> None:
+    settings = FetchSettings(site.url, limits=FetchLimits(pages=1))
+    with pytest.raises(QueryError, match="subjects: expected at most 1 at once, found 2"):
+        fetch_cmu([1, 2], tmp_path, settings, accept_terms=True)
+    with pytest.raises(QueryError, match="files: expected at most 1 at once, found 3"):
+        fetch(site, tmp_path, limits=FetchLimits(files=1))
+    assert names_in(tmp_path) == set()
+
+
+@pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
+def test_limits_are_numbers_above_0(site, tmp_path, value) -> None:
+    with pytest.raises(QueryError, match=f"seconds: expected a number above 0, found {value!r}"):
+        fetch(site, tmp_path, limits=FetchLimits(seconds=value))
+    assert site.log == []
+
+
+def test_a_server_that_drips_meets_the_deadline(tmp_path, monkeypatch) -> None:
+    """Each byte comes within the time-out of a socket, and the last one never."""
+    monkeypatch.setenv("no_proxy", "*")
+    stop = threading.Event()
+
+    def drip(server: socket.socket) -> None:
+        with server.accept()[0] as client:
+            client.sendall(b"HTTP/1.0 200 OK\r\n\r\n")
+            while not stop.wait(0.02):
+                client.sendall(b"<TR>")
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=drip, args=(server,), daemon=True)
+        thread.start()
+        settings = FetchSettings(
+            f"http://127.0.0.1:{server.getsockname()[1]}", 0.2, 2, FetchLimits(seconds=0.3)
+        )
+        with pytest.raises(UnreachableError, match=r"to be done within 0\.3 s, found more"):
+            fetch_cmu([14], tmp_path, settings, accept_terms=True)
+        stop.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("text", ["", "-1", "1.5", "\u00b2", "\u0663", "9" * 5000, "1_0", None])
+def test_lengths_are_plain_numbers(text: str | None) -> None:
+    assert read_count(text) is None
+    assert read_count(" 120 ") == 120

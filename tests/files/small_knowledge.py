@@ -8,12 +8,11 @@ import numpy as np
 
 from motiondb.body.features import N_FEATURES
 from motiondb.language.translation.explanation import ExpectedCounts
-from motiondb.learn.start.knowledge import Knowledge, Origin, Taught
-from motiondb.meaning.calibration import Certainty
-from motiondb.meaning.certainty.certainties import Certainties
-from motiondb.meaning.evidence.extents import ContextSpace
-from motiondb.meaning.maps.score_vectors import ScoreSpace
-from motiondb.meaning.maps.word_moments import word_moments
+from motiondb.learn.knowledge import Knowledge, Origin, Taught
+from motiondb.meaning.calibration import Certainties, Certainty
+from motiondb.meaning.extents import ContextSpace
+from motiondb.meaning.score_vectors import ScoreSpace
+from motiondb.meaning.word_map import word_moments
 from motiondb.records import MotionSymbols, SymbolSpace
 from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.files.bounded_files import read_bounded, read_bounded_text
+from motiondb.files.safe_files import read_bounded, read_bounded_text
 
 
 def test_a_file_is_read_up_to_the_bound(tmp_path: Path) -> None:

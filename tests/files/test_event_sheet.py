@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from motiondb.errors import SheetError
-from motiondb.files.event_sheet import read_event_sheet
+from motiondb.files.sheets import read_event_sheet
 from motiondb.records import Event
 
 

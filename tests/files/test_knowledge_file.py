@@ -25,7 +25,7 @@ from motiondb.files.knowledge_file import (
     to_bytes,
     write_knowledge,
 )
-from motiondb.learn.start.knowledge_arrays import knowledge_arrays
+from motiondb.learn.knowledge_arrays import knowledge_arrays
 
 GOOD = to_bytes(small_knowledge())
 

@@ -13,9 +13,8 @@ from odd_npz import as_member, good_arrays, mutated_npz, packed
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files import AsfFile, capture_format, guarded, read_capture_bytes
-from motiondb.files.event_sheet import read_event_sheet
 from motiondb.files.limits import ReadLimits, ReadOptions
-from motiondb.files.sheet import read_sheet
+from motiondb.files.sheets import read_event_sheet, read_sheet
 
 UNEXPECTED = "expected a file that its reader knows"
 """How the safety net begins a message: a cause that a reader should have named itself."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from motiondb.errors import SheetError
-from motiondb.files.sheet import read_sheet
+from motiondb.files.sheets import read_sheet
 from motiondb.records import Caption
 
 

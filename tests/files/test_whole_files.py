@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.files.whole_files import is_running, whole_file
+from motiondb.files.safe_files import is_running, whole_file
 
 _KILLED = """
 import os, signal, sys
 from pathlib import Path
-from motiondb.files.whole_files import whole_file
+from motiondb.files.safe_files import whole_file
 with whole_file(Path(sys.argv[1])) as draft:
     draft.write_bytes(b"half")
     os.kill(os.getpid(), signal.SIGKILL)

@@ -73,22 +73,6 @@ def test_the_choice_is_the_best_of_all(dance: tuple[Terminals, synthesis.ClipSou
     assert best.cost == pytest.approx(sum(joins))
 
 
-def test_the_greedy_choice_is_that_of_the_paper_and_never_better(
-    dance: tuple[Terminals, synthesis.ClipSource],
-) -> None:
-    terminals, source = dance
-    candidates, numbers = synthesis.clip_candidates(terminals, STRING, source)
-    best = synthesis.choose_clips(candidates, numbers)
-    for seed in range(8):
-        actual = synthesis.choose_greedily(candidates, numbers, np.random.default_rng(seed))
-        clips = [int(np.random.default_rng(seed).integers(len(numbers[0])))]
-        clips = [int(numbers[0][clips[0]])]
-        for rows in numbers[1:]:
-            clips.append(min(rows, key=lambda b: join_cost(terminals, source, clips[-1], b)))
-        assert actual.clips == tuple(clips)
-        assert actual.cost >= best.cost - 1e-9
-
-
 def test_preferred_segments_are_the_only_candidates_where_there_are_some(
     dance: tuple[Terminals, synthesis.ClipSource],
 ) -> None:

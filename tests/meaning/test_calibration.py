@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from motiondb.meaning import by_motion
 from motiondb.meaning.calibration import (
     Certainty,
     clearest,
@@ -17,8 +18,7 @@ from motiondb.meaning.calibration import (
     unpack,
     usual,
 )
-from motiondb.meaning.evidence import by_motion
-from motiondb.meaning.maps.word_map import WordMap
+from motiondb.meaning.word_map import WordMap
 from motiondb.records import FloatArray
 
 few = settings(deadline=None, max_examples=25)

@@ -6,9 +6,8 @@ import numpy as np
 
 from motiondb.meaning.caption_evidence import map_descriptions
 from motiondb.meaning.counting import described_intervals
-from motiondb.meaning.maps.description_map import fit_description_map
-from motiondb.meaning.maps.score_vectors import fit_score_space
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning.description_map import fit_description_map
+from motiondb.meaning.score_vectors import fit_score_space, unit
 from motiondb.records import Caption, SegmentTable
 
 PERFORMERS = {10: "ana", 11: "boris", 12: "ana"}

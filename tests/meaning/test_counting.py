@@ -15,13 +15,12 @@ from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.language import vocabulary
 from motiondb.language.translation import association
+from motiondb.learn.joining import with_counts
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.parameter_arrays import from_stored, to_arrays, to_stored
-from motiondb.learn.recounting import with_counts
-from motiondb.meaning import counting
+from motiondb.meaning import counting, word_map
 from motiondb.meaning.counting import Counted
-from motiondb.meaning.maps import word_map, word_moments
-from motiondb.meaning.maps.score_vectors import fit_score_space
+from motiondb.meaning.score_vectors import fit_score_space
 from motiondb.records import (
     Association,
     Caption,
@@ -191,8 +190,8 @@ def test_the_word_map_of_moments_is_the_fitted_one() -> None:
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
     presence = rng.random((40, 3)) < 0.3
     fitted = word_map.fit_word_map(vectors, presence, np.arange(40) % 4)
-    moments = word_moments.word_moments(vectors, presence)
-    solved = word_moments.solve_word_map(moments, fitted.ridge, fitted.calibration)
+    moments = word_map.word_moments(vectors, presence)
+    solved = word_map.solve_word_map(moments, fitted.ridge, fitted.calibration)
     for name, value in vars(fitted).items():
         np.testing.assert_allclose(getattr(solved, name), value, atol=1e-3, err_msg=name)
 

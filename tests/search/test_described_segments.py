@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.nearby_words import nearby_table
+from motiondb.database.session import nearby_table
 from motiondb.learn.learned import Learned
-from motiondb.meaning.evidence.by_words import WINDOW_MARGIN
-from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.meaning.by_words import WINDOW_MARGIN
+from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import Caption
 from motiondb.search.described_motion import word_probabilities
 from motiondb.search.described_segments import segment_words

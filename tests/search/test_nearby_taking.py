@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_nearby_table import table
 
-from motiondb.meaning.maps.word_map import WordMap
+from motiondb.meaning.word_map import WordMap
 from motiondb.search.taking import (
     Taking,
     mixture,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from motiondb.meaning.maps.score_vectors import interval_vectors
+from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.search import reasons
 
 RNG = np.random.default_rng(5)

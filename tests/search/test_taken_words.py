@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.nearby_words import nearby_table
+from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search import reasons
 from motiondb.search.taken_words import (

@@ -14,7 +14,7 @@ import pytest
 import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.meaning.evidence.by_words import UNWRITTEN, WRITTEN
+from motiondb.meaning.by_words import UNWRITTEN, WRITTEN
 from motiondb.search import reasons
 from motiondb.search.written_words import with_written, written_words
 

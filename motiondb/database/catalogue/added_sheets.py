@@ -6,8 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from motiondb import store
-from motiondb.files.event_sheet import EventSheet
-from motiondb.files.sheet import Sheet
+from motiondb.files.sheets import EventSheet, Sheet
 from motiondb.records import Caption
 
 

@@ -18,9 +18,8 @@ from motiondb.database.catalogue.added_sheets import (
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.event_sheet import EventSheet
-from motiondb.files.file_names import is_file, is_folder
-from motiondb.files.sheet import Sheet, SheetEntry, capture_name
+from motiondb.files.safe_files import is_file, is_folder
+from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, capture_name
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 

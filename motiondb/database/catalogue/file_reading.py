@@ -25,9 +25,9 @@ from motiondb import files as capture
 from motiondb import store
 from motiondb.body import retarget
 from motiondb.errors import CaptureError, MotionDBError
-from motiondb.files.bounded_files import read_bounded_text
 from motiondb.files.parent_process import end_with_parent, is_main_thread
-from motiondb.files.sheet import SheetEntry
+from motiondb.files.safe_files import read_bounded_text
+from motiondb.files.sheets import SheetEntry
 from motiondb.records import CaptureInfo, Clip, Motion
 
 _FEW = 4  # Files that are read faster than other processes start

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from motiondb import store
-from motiondb.database.nearby_words import nearby_table
+from motiondb.database.session import nearby_table
 from motiondb.language.lemmas import lemma
 from motiondb.language.vocabulary import forms_of
 from motiondb.records import CaptureInfo

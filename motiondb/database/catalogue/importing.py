@@ -9,8 +9,7 @@ from pathlib import Path
 from motiondb import store
 from motiondb.database.catalogue.added_sheets import captions_within
 from motiondb.database.learn import updating
-from motiondb.files.event_sheet import read_event_sheet
-from motiondb.files.sheet import Sheet, read_sheet
+from motiondb.files.sheets import Sheet, read_event_sheet, read_sheet
 from motiondb.records import CaptureInfo
 
 

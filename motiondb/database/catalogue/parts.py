@@ -9,7 +9,7 @@ import numpy as np
 
 from motiondb import files as capture
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.whole_files import whole_file
+from motiondb.files.safe_files import whole_file
 from motiondb.records import MOTION_FPS, Clip, Motion
 
 

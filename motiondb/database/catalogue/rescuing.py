@@ -19,8 +19,7 @@ from motiondb import store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
-from motiondb.files.file_names import check_file_name
-from motiondb.files.whole_files import delete_all, is_running
+from motiondb.files.safe_files import check_file_name, delete_all, is_running
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 

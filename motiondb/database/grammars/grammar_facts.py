@@ -1,10 +1,17 @@
-"""Facts of a grammar and of the sequences that it generates, for printing, JSON and files."""
+"""Facts of a grammar and of the sequences that it generates, for printing, JSON and files.
+
+A sequence is also shown as a strip of terminals, as a tree, and as the path of its root on the
+ground. A grammar is compared with the finite state machine of its sentences, which stores which
+terminal follows which.
+
+Source of the strip and of the machine: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic
+Structures from Human Motion Data", Computer Graphics Forum 30 (2011), figure 4 and section 7.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,14 +27,28 @@ from motiondb.answers.grammars import (
     TerminalSpan,
     TerminalSymbol,
 )
-from motiondb.answers.plain import to_json
-from motiondb.database.generate.generated_files import sources_of, write_with_provenance
+from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
-from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg import context_free
+from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
-from motiondb.records import MOTION_FPS
+from motiondb.grammar.induction.induction import induce
+from motiondb.grammar.languages import (
+    coverage,
+    derived_strings,
+    finite_language,
+    finite_state_grammar,
+    held_out_coverage,
+)
+from motiondb.grammar.rules.description_length import description_length
+from motiondb.records import MOTION_FPS, FloatArray
+
+N_STRINGS = 500  # Number of strings that are derived at random from each compared grammar
+FOLDS = 5  # Most parts of the sentences in the cross-validation
+LIMIT = 10_000  # Largest language whose strings are counted
+
+PATH_STEP = 3  # Frames from one point of a path to the next: ten points a second
 
 
 def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> GrammarAnswer:
@@ -139,6 +160,131 @@ def sequence_facts(sequence: GrammarSequence, seed: int) -> SequenceAnswer:
     )
 
 
-def write_sequence(sequence: GrammarSequence, seed: int, path: Path) -> dict[str, Any]:
-    """Write a sequence, and the origin of its frames, as ``Grammars.write`` does."""
-    return write_with_provenance(sequence, to_json(sequence_facts(sequence, seed)), path)
+@dataclass(frozen=True)
+class ComparedGrammar:
+    """A grammar with the measures by which it is compared."""
+
+    kind: str  # Name of the method by which the grammar was learned
+    nonterminals: int
+    rules: int
+    bits: float  # Description length in bits: the rules, and the sentences given the rules
+    # Number of different strings that the grammar derives. None if there are more than ``LIMIT``,
+    # or infinitely many
+    strings: int | None
+    # Share of the sentences that are derived by a grammar of this kind learned from the other
+    # parts, by cross-validation with at most ``FOLDS`` parts. None if there is only one sentence
+    held_out: float | None
+    new: float  # Share of the strings derived at random that are not among the sentences
+    # Share of the strings derived at random that the learned grammar does not derive
+    outside: float
+    mean_length: float  # Mean length of the strings derived at random, in terminals
+
+
+def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
+    """Compare a learned grammar with the finite state machine of its sentences."""
+    sentences = learned.strings
+    machine = finite_state_grammar(sentences)
+    kinds: tuple[tuple[str, Grammar, Callable[[list[tuple[str, ...]]], Grammar]], ...] = (
+        ("learned", learned.grammar, induce),
+        ("finite state machine", machine, finite_state_grammar),
+    )
+    folds, rows = min(FOLDS, len(sentences)), []
+    for kind, grammar, learn in kinds:
+        rng = np.random.default_rng(seed)
+        used = Grammar(grammar.start, grammar.rules)  # bits count the terminals that rules use
+        language = finite_language(grammar, LIMIT)
+        strings = derived_strings(grammar, rng, N_STRINGS)
+        row = ComparedGrammar(
+            kind,
+            len(grammar.nonterminals),
+            len(grammar.rules),
+            description_length(used, sentences).total,
+            None if language is None else len(language),
+            held_out_coverage(learn, sentences, rng, folds=folds) if folds > 1 else None,
+            sum(string not in sentences for string in strings) / len(strings),
+            1.0 - coverage(learned.grammar, strings),
+            float(np.mean([len(string) for string in strings])),
+        )
+        rows.append(row)
+    return tuple(rows)
+
+
+@dataclass(frozen=True)
+class StripTerminal:
+    """A terminal of a sequence, and its segment."""
+
+    terminal: str
+    nonterminal: str  # The nonterminal that generates it
+    start: float  # Seconds of the sequence
+    end: float  # Seconds of the sequence
+    capture: str  # Name of the capture whose segment plays it
+    source_start: float  # Start of the segment in the capture, seconds
+    source_end: float  # End of the segment, seconds
+
+
+@dataclass(frozen=True)
+class TreeNode:
+    """A node of a derivation, in preorder."""
+
+    symbol: str
+    parent: int  # Number of its parent, -1 for the root
+    start: int  # Its first position in the string
+    end: int  # The position after its last one
+    is_terminal: bool  # Whether it is a terminal
+
+
+def strip(material: Material, sequence: GrammarSequence) -> tuple[StripTerminal, ...]:
+    """Return the terminals of a sequence in order."""
+    terminals, sources = material.learned.terminals, material.learned.sources
+    nodes = tree_nodes(sequence.tree)
+    above = [nodes[node.parent].symbol for node in nodes if node.is_terminal]
+    rows = zip(sequence.string, above, sequence.made.spans, sequence.choice.clips, strict=True)
+    return tuple(
+        StripTerminal(
+            name,
+            nonterminal,
+            start / MOTION_FPS,
+            end / MOTION_FPS,
+            sources[int(terminals.takes[clip])].name,
+            float(terminals.starts[clip]) / MOTION_FPS,
+            float(terminals.ends[clip]) / MOTION_FPS,
+        )
+        for name, nonterminal, (start, end), clip in rows
+    )
+
+
+def root_path(sequence: GrammarSequence) -> FloatArray:
+    """Return the path of the root on the ground: array (points, 2), x and z in metres.
+
+    Points follow each other in :data:`PATH_STEP` frames.
+    """
+    return np.asarray(sequence.motion.root_positions[::PATH_STEP, [0, 2]], dtype=float)
+
+
+def tree_nodes(tree: Tree) -> tuple[TreeNode, ...]:
+    """Return the nodes of a derivation in preorder, each with the positions that it covers.
+
+    >>> from motiondb.grammar.cfg.context_free import derive_by, read_grammar
+    >>> toy = read_grammar("S -> a B c" + chr(10) + "B -> b | empty")
+    >>> [(n.symbol, n.parent, n.start, n.end) for n in tree_nodes(derive_by(toy, (0, 1)))]
+    [('S', -1, 0, 3), ('a', 0, 0, 1), ('B', 0, 1, 2), ('b', 2, 1, 2), ('c', 0, 2, 3)]
+    """
+    nodes: list[tuple[Tree, int]] = []
+    starts: list[int] = []
+    position = 0
+    waiting = [(tree, -1)]
+    while waiting:  # a loop, because derivations can be too deep for recursion
+        node, parent = waiting.pop()
+        number = len(nodes)
+        nodes.append((node, parent))
+        starts.append(position)
+        position += node.is_leaf
+        waiting.extend((child, number) for child in reversed(node.children))
+    ends = [start + node.is_leaf for start, (node, _) in zip(starts, nodes)]
+    for number in range(len(nodes) - 1, 0, -1):  # children come after their parents
+        parent = nodes[number][1]
+        ends[parent] = max(ends[parent], ends[number])
+    return tuple(
+        TreeNode(node.symbol, parent, start, end, node.is_leaf)
+        for (node, parent), start, end in zip(nodes, starts, ends)
+    )

@@ -10,17 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 
 from motiondb import store
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import context_free, parse
-from motiondb.grammar.selection.ledger import Ledger, make_ledger
-from motiondb.grammar.selection.terminal_number import choose_terminals, standard_error
 from motiondb.grammar.sentences import partition
-from motiondb.grammar.terminals.likeness import Classes, class_levels
 from motiondb.grammar.terminals.terminals import (
     Terminals,
     TerminalSettings,
@@ -34,10 +30,6 @@ Progress = Callable[[str, float, float], None]
 """Called with the name of the step, the amount done and the total amount."""
 
 SENTENCES = ("auto", "captures", "captions")
-ByDuration = Literal["by duration"]
-BY_DURATION: ByDuration = "by duration"
-"""Choose the number of terminals from the total duration of the captures."""
-
 FEWEST_TERMINALS, MOST_TERMINALS = 4, 20
 """Bounds of the default number of terminals. The lower bound is the fewest that ``auto`` tries. The
 upper bound is near the number with the fewest bits in most tables of real takes in
@@ -57,9 +49,8 @@ class GrammarSettings:
 
     Attributes
     ----------
-    n_terminals : int, str or None
-        Number of terminals. ``BY_DURATION`` uses :func:`default_terminals`; None chooses the number
-        by description length.
+    n_terminals : int, optional
+        Number of terminals. None takes a number by the total duration of the captures.
     from_symbols : bool
         Whether the motion symbols of the database are the terminals.
     sentences : str
@@ -77,7 +68,7 @@ class GrammarSettings:
         Number of partitions into sentences that are tried; fewer for long strings.
     """
 
-    n_terminals: int | ByDuration | None = BY_DURATION
+    n_terminals: int | None = None
     from_symbols: bool = False
     sentences: str = "auto"
     seed: int = 0
@@ -110,12 +101,8 @@ def learn_grammar(
     except context_free.GrammarError as error:  # the captures or the number of terminals do not fit
         raise QueryError(str(error)) from None
     tell("parses", 0.0, 1.0)
-    learned = _record(name, infos, result, motions)
+    learned = _record(name, infos, result)
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
-    if result.tried:
-        parameters["tried"] = {str(k): ledger.total for k, ledger in result.tried.items()}
-        parameters["noise"] = result.noise
-        parameters["standard_error"] = standard_error(result.noise)
     with store.transaction(database):
         run_id = store.start_run(database, "grammar", parameters, settings.seed)
         lost = store.save_grammar(database, learned, run_id)
@@ -126,26 +113,17 @@ def learn_grammar(
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """The terminals with their motion symbols, and the sentences.
-
-    ``symbols`` holds -1 where a terminal is not a motion symbol. ``tried`` maps each number of
-    terminals that was tried to its ledger; ``noise`` is the standard deviation, in bits, by which
-    the sums of the ledgers differ by chance.
-    """
+    """The terminals with their motion symbols, and the sentences."""
 
     terminals: Terminals
-    symbols: IntArray
+    symbols: IntArray  # (K,): motion symbol of each terminal, -1 where it is none
     sentences: partition.Sentences
-    tried: dict[int, Ledger] = field(default_factory=dict)
-    noise: float = 0.0
 
 
-def _record(
-    name: str, infos: Sequence[CaptureInfo], result: _Found, motions: Sequence[Motion]
-) -> store.LearnedGrammar:
+def _record(name: str, infos: Sequence[CaptureInfo], result: _Found) -> store.LearnedGrammar:
     """Collect the learned grammar into a record for the store."""
     grammar, sentences = result.sentences.grammar, result.sentences.sentences
-    ledger = make_ledger(motions, result.terminals, result.sentences)
+    bits = result.sentences.bits
     return store.LearnedGrammar(
         name,
         tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
@@ -154,7 +132,7 @@ def _record(
         context_free.Grammar(grammar.start, grammar.rules, result.terminals.names),
         _intervals(sentences),
         tuple(context_free.choices_of(parse.parse(grammar, sentence)) for sentence in sentences),
-        {"motion": ledger.motion, "sentences": ledger.string, "rules": ledger.grammar},
+        {"sentences": bits.sentences, "rules": bits.grammar},
     )
 
 
@@ -212,7 +190,7 @@ def _search(
     rng: np.random.Generator,
     tell: Progress,
 ) -> _Found:
-    """Find terminals and then sentences; both for each number of terminals that is tried."""
+    """Find terminals and then sentences."""
     captions = store.load_captions(database) if settings.sentences == "captions" else {}
     captions_of_takes = [captions.get(info.capture_id, ()) for info in infos]
     if settings.sentences == "captions" and not any(
@@ -223,10 +201,6 @@ def _search(
             "set --from --to), or search for the sentences (--sentences auto)."
         )
 
-    def learn(terminals: Terminals, rng: np.random.Generator) -> partition.Sentences:
-        levels = class_levels(motions, terminals)
-        return _sentences(terminals, levels, captions_of_takes, settings, rng, tell)
-
     def advance(done: int, total: int, what: str) -> None:
         tell(what, done, total)
 
@@ -234,31 +208,24 @@ def _search(
         table = store.load_segments(database, scores=False)
         terminals = terminals_from_symbols(motions, [info.capture_id for info in infos], table)
         symbols = np.array([int(name.removeprefix("s")) for name in terminals.names])
-        return _Found(terminals, symbols, learn(terminals, rng))
-    search, number = settings.search, settings.n_terminals
-    if number is None:
-        chosen = choose_terminals(motions, rng, settings=search, learn=learn, progress=advance)
-        none = np.full(len(chosen.terminals.names), -1)
-        return _Found(chosen.terminals, none, chosen.sentences, chosen.ledgers, chosen.noise)
-    if number == BY_DURATION:
-        number = default_terminals(sum(motion.n_frames for motion in motions))
-    terminals = find_terminals(motions, number, rng, settings=search, progress=advance)
-    return _Found(terminals, np.full(number, -1), learn(terminals, rng))
+    else:
+        number = settings.n_terminals
+        if number is None:
+            number = default_terminals(sum(motion.n_frames for motion in motions))
+        terminals = find_terminals(motions, number, rng, settings=settings.search, progress=advance)
+        symbols = np.full(number, -1)
+    sentences = _sentences(terminals, captions_of_takes, settings, rng, tell)
+    return _Found(terminals, symbols, sentences)
 
 
 def _sentences(
     terminals: Terminals,
-    levels: Sequence[Classes],
     captions: Sequence[Sequence[Caption]],
     settings: GrammarSettings,
     rng: np.random.Generator,
     tell: Progress,
 ) -> partition.Sentences:
-    """Find the sentences of the takes.
-
-    ``levels`` are classes of terminals that may be used. ``captions`` holds the captions of each
-    take; they are used if sentences begin where they do.
-    """
+    """Find the sentences of the takes; ``captions`` are those of each take."""
     strings = strings_of(terminals)
     if settings.sentences == "auto":
         return partition.find_sentences(
@@ -266,24 +233,21 @@ def _sentences(
             rng,
             lengths=(settings.shortest, settings.longest),
             evaluations=settings.evaluations,
-            levels=levels,
             progress=lambda done, total: tell("find sentences", done, total),
         )
     if settings.sentences == "captures":
-        return partition.sentences_between(strings, [[] for _ in strings], levels)
+        return partition.sentences_between(strings, [[] for _ in strings])
     cuts = [
         caption_cuts(timed, terminals.starts[terminals.takes == take])
         for take, timed in enumerate(captions)
     ]
-    return partition.sentences_between(strings, cuts, levels)
+    return partition.sentences_between(strings, cuts)
 
 
 def caption_cuts(captions: Sequence[Caption], starts: IntArray) -> list[int]:
     """Return the segments at which sentences begin: those nearest to the starts of timed captions.
 
-    Shapes: `starts` (segments,).
-
-    `captions`: Captions of a take, with times in seconds. Captions without a start are ignored.
+    `starts` (segments,) are frames; captions without a start are ignored.
 
     >>> timed = [Caption("walk", 0.0, 1.0), Caption("jump", 1.0, 2.0), Caption("all")]
     >>> caption_cuts(timed, np.array([0, 14, 33, 50]))

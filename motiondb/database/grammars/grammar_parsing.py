@@ -17,7 +17,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.grammars.grammar_sequences import Material
-from motiondb.files.file_names import is_file
+from motiondb.files.safe_files import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
 from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string

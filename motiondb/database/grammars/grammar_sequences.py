@@ -1,15 +1,17 @@
-"""Generate motion from a grammar: derive a sentence, assemble its motion, and save both.
+"""Motion from a grammar: derive a sentence, assemble its motion, save both, and edit a region.
 
 A derivation gives a string of terminals, and a chain of derivations a longer one. Each terminal is
 played by one of its segments. The segments are chosen so that the total cost of all joins is least,
 and are then stitched together. The tree and the segments of a single sentence are saved with the
-motion, so that it can be edited later: a region is derived again, and everything outside the region
-keeps its terminals and its segments.
+motion, so that it can be edited later: the region around a picked terminal is derived again.
+Terminals and segments outside the region do not change. The motion there is therefore the same,
+except for the blends at the ends of the region. Its position and heading may change, because they
+depend on the motion that precedes it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,11 +19,12 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import check_name_free
-from motiondb.database.generate.keeping import keep_generated
+from motiondb.database.generated_files import keep_generated
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
-from motiondb.grammar.cfg import context_free
-from motiondb.grammar.derivation.chain import draw_chain
+from motiondb.grammar.cfg import context_free, parse
+from motiondb.grammar.derivation import edit
+from motiondb.grammar.derivation.derive import draw_chain
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 
 MAX_NAME = 200
@@ -29,6 +32,8 @@ MAX_NAME = 200
 LONGEST_STRING = 1000
 """Most terminals of a string that a user gives. The time for parsing grows with the cube of the
 length; 1,000 terminals take some seconds with the grammars that were tried."""
+
+N_ALTERNATIVES = 4  # Default number of alternatives for a region
 
 LONGEST_CHAIN = 600.0  # Longest chain of sentences, in seconds; it bounds the time and memory
 
@@ -45,8 +50,6 @@ class GrammarSequence:
         The derivations of the sentences in order; one unless the sequence is a chain.
     choice : Choice
         The segment that plays each terminal, and the total cost of their joins.
-    greedy : float
-        Total cost of the joins of the greedy choice of segments, for comparison.
     made : Synthesis
         The motion with the sources of its frames.
     provenance : Provenance
@@ -56,7 +59,6 @@ class GrammarSequence:
     grammar: str
     trees: tuple[context_free.Tree, ...]
     choice: synthesis.Choice
-    greedy: float
     made: synthesis.Synthesis
     provenance: store.Provenance
 
@@ -119,7 +121,6 @@ def load_material(database: store.Store, name: str) -> Material:
 def play(
     material: Material,
     trees: context_free.Tree | tuple[context_free.Tree, ...],
-    rng: np.random.Generator,
     pinned: Mapping[int, int] | None = None,
 ) -> GrammarSequence:
     """Return the motion of a derivation, or of several that follow one another.
@@ -127,9 +128,7 @@ def play(
     The first segment is one that begins a sentence of the takes, and the last one ends one, where
     the terminals have such segments.
 
-    `rng`: Draws the first segment of the greedy choice, with which the optimal choice is compared.
-
-    `pinned`: Position in the string -> segment that plays it. The other segments are chosen.
+    `pinned` maps positions in the string to the segments that play them; the others are chosen.
     """
     terminals, source = material.learned.terminals, material.source
     trees = trees if isinstance(trees, tuple) else (trees,)
@@ -138,13 +137,12 @@ def play(
     ends = {len(string) - 1: sentences[:, 1] - 1, 0: sentences[:, 0]}
     candidates, numbers = synthesis.clip_candidates(terminals, string, source, pinned, ends)
     choice = synthesis.choose_clips(candidates, numbers)
-    greedy = synthesis.choose_greedily(candidates, numbers, rng)
     made = synthesis.synthesise(terminals, choice.clips, source)
     captures = np.array([material.numbers[int(take)] for take in made.takes])
     provenance = store.to_provenance(
         material.database, captures, made.frames.astype(float), edits=made.edits
     )
-    return GrammarSequence(material.learned.name, trees, choice, greedy.cost, made, provenance)
+    return GrammarSequence(material.learned.name, trees, choice, made, provenance)
 
 
 def chain(material: Material, wanted: float, seed: int) -> GrammarSequence:
@@ -159,7 +157,7 @@ def chain(material: Material, wanted: float, seed: int) -> GrammarSequence:
     seconds = {
         name: float(lengths[terminals.labels == k].mean()) for k, name in enumerate(terminals.names)
     }
-    return play(material, draw_chain(learned.grammar, seconds, wanted, rng), rng)
+    return play(material, draw_chain(learned.grammar, seconds, wanted, rng))
 
 
 def keep(
@@ -229,3 +227,160 @@ def terminals_of(grammar: context_free.Grammar, text: str | Sequence[str]) -> tu
                 f"{suggestion(name, grammar.terminals) or ' motiondb grammar show tells them.'}"
             )
     return names
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """A region of a sequence with its alternatives.
+
+    Attributes
+    ----------
+    before : Tree
+        The derivation that is edited.
+    clips : tuple of int
+        The segment that plays each terminal, as row numbers of the grammar's segments. Empty if the
+        edited string has no motion.
+    region : Region
+        The nonterminal and the positions that it covers.
+    alternatives : tuple of Alternative
+        Other derivations of the region, most probable first.
+    """
+
+    before: context_free.Tree
+    clips: tuple[int, ...]
+    region: edit.Region
+    alternatives: tuple[edit.Alternative, ...]
+
+    def tree(self, number: int) -> context_free.Tree:
+        """Return the derivation with an alternative in the region.
+
+        Parameters
+        ----------
+        number : int
+            Number of the alternative, from 0.
+
+        Returns
+        -------
+        Tree
+            The derivation of the whole sequence.
+
+        Raises
+        ------
+        QueryError
+            When there is no such alternative.
+        """
+        if not 0 <= number < len(self.alternatives):
+            raise QueryError(
+                f"alternative {number + 1}: expected 1 to {len(self.alternatives)}, found another"
+                " number. Choose one of those that are offered."
+            )
+        return edit.replace_region(self.before, self.region, self.alternatives[number].tree)
+
+    def pinned(self, number: int) -> dict[int, int]:
+        """Return the segments outside the region.
+
+        Parameters
+        ----------
+        number : int
+            Number of the alternative, from 0. Its length shifts the positions after the region.
+
+        Returns
+        -------
+        dict of int to int
+            Position in the string with the alternative -> segment that plays it.
+        """
+        shift = len(self.alternatives[number].string) - (self.region.end - self.region.start)
+        return {
+            position + (shift if position >= self.region.end else 0): clip
+            for position, clip in enumerate(self.clips)
+            if not self.region.start <= position < self.region.end
+        }
+
+
+def offer(
+    material: Material,
+    sequence: str | Sequence[str] | GrammarSequence,
+    at: int,
+    levels: tuple[int, int] = (0, 0),
+    n: int = N_ALTERNATIVES,
+    seed: int = 0,
+) -> Edit:
+    """Find alternatives for a region of a sequence, as ``Grammars.edit`` does."""
+    tree, clips = _before(material, sequence)
+    try:
+        region = edit.region_at(tree, at)
+        region = edit.wider(tree, region, levels[0])
+        region = edit.narrower(tree, region, levels[1])
+    except context_free.GrammarError as error:  # the region was asked for by the user
+        raise QueryError(str(error)) from None
+    rng = np.random.default_rng(seed)
+    offered = edit.alternatives(material.learned.grammar, tree, region, n, rng)
+    return Edit(tree, clips, region, offered)
+
+
+def play_alternative(material: Material, edited: Edit, number: int) -> GrammarSequence:
+    """Return the whole sequence, with an alternative in its region, as motion."""
+    tree, pinned = edited.tree(number), edited.pinned(number)
+    gone = _gone(material, pinned.values())
+    if gone:
+        raise QueryError(
+            f"{' '.join(edited.before.leaves())}: expected the captures that play what is not"
+            f" edited, found {', '.join(gone)} removed. Add them again, or edit the string "
+            f"instead of the sequence: then all of it is assembled again."
+        )
+    return play(material, tree, pinned)
+
+
+def play_saved(material: Material, name: str) -> GrammarSequence:
+    """Return a saved sequence as motion, assembled again from its segments."""
+    tree, derivation = load_sequence(material.database, name)
+    gone = _gone(material, derivation.clips)
+    if gone:
+        raise QueryError(
+            f"{name}: expected the captures that play it, found {', '.join(gone)} removed."
+            " Add them again."
+        )
+    return play(material, tree, dict(enumerate(derivation.clips)))
+
+
+def _gone(material: Material, clips: Iterable[int]) -> list[str]:
+    """Return the names of removed captures among those that play some segments."""
+    takes = {int(material.learned.terminals.takes[clip]) for clip in clips}
+    return sorted(material.learned.sources[t].name for t in takes if t not in material.numbers)
+
+
+def _before(
+    material: Material, sequence: str | Sequence[str] | GrammarSequence
+) -> tuple[context_free.Tree, tuple[int, ...]]:
+    """Return the derivation of a sequence and its segments (none for a string of terminals)."""
+    name, grammar = material.learned.name, material.learned.grammar
+    if isinstance(sequence, GrammarSequence):
+        _check_same(sequence.grammar, name, "sequence")
+        return sequence.tree, sequence.choice.clips
+    words = sequence.split() if isinstance(sequence, str) else list(sequence)
+    if isinstance(sequence, str) and _is_kept(material.database, sequence, words, grammar):
+        tree, derivation = load_sequence(material.database, sequence)
+        _check_same(derivation.grammar, name, sequence)
+        return tree, derivation.clips
+    return parse.parse(grammar, terminals_of(grammar, words)), ()
+
+
+def _is_kept(
+    database: store.Store, sequence: str, words: Sequence[str], grammar: context_free.Grammar
+) -> bool:
+    """Whether a text is the name of a capture.
+
+    It is if a capture has this name, or if it is a single word that is not a terminal.
+    """
+    if any(info.name == sequence for info in store.load_captures(database)):
+        return True
+    return len(words) == 1 and words[0] not in grammar.terminals
+
+
+def _check_same(actual: str, wanted: str, what: str) -> None:
+    """Raise QueryError if a sequence belongs to another grammar."""
+    if actual != wanted:
+        raise QueryError(
+            f"{what}: expected a sequence of the grammar {wanted}, found one of {actual}. Edit it "
+            f"with that grammar: motiondb grammar edit {actual} ..."
+        )

@@ -17,10 +17,10 @@ import numpy as np
 
 from motiondb import store
 from motiondb.language import vocabulary
+from motiondb.learn.joining import with_counts
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.parameter_arrays import COUNTED_NAME, from_stored, to_stored
 from motiondb.learn.recognition import recognise_capture
-from motiondb.learn.recounting import with_counts
 from motiondb.meaning import counting
 from motiondb.meaning.counting import Counted
 from motiondb.records import SegmentTable

@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from motiondb import store
-from motiondb.database.nearby_words import nearby_table
 from motiondb.database.scenes.scene_words import take_phrases
+from motiondb.database.session import nearby_table
 from motiondb.language.vocabulary import split_actions, words_of
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.search.taking import Taking

@@ -6,8 +6,7 @@ from importlib import resources
 from pathlib import Path
 
 from motiondb.errors import SceneError, suggestion
-from motiondb.files.bounded_files import read_bounded_text
-from motiondb.files.file_names import is_file
+from motiondb.files.safe_files import is_file, read_bounded_text
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram

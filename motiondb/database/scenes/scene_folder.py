@@ -34,7 +34,7 @@ from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json
 from motiondb.database.scenes.scene_reports import report_facts, report_text
 from motiondb.errors import MotionDBError, SceneError
-from motiondb.files.writers.gltf_scene import Character
+from motiondb.files.gltf_writer import Character
 from motiondb.pictures.scenes.scene_paths import performer_colours
 from motiondb.records import Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram

@@ -7,7 +7,7 @@ from pathlib import Path
 from motiondb import store
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.database.scenes import scene_folder, scene_reports
-from motiondb.files.file_names import is_folder
+from motiondb.files.safe_files import is_folder
 
 
 class SceneFolderVerbs:

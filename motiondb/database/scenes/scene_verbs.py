@@ -17,7 +17,7 @@ import numpy as np
 from motiondb import pictures, store
 from motiondb.body import body
 from motiondb.database.catalogue.cataloguing import check_name_free
-from motiondb.database.generate.keeping import keep_generated
+from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes.scene_clips import ShownAction, find_actions, find_with_words
 from motiondb.database.scenes.scene_facts import action_captions, report_details

@@ -8,12 +8,19 @@ derives without reading more symbols is taken from the chains of the compiled gr
 cycles and empty rules need no work here.
 
 A chart sums the values of derivations (probabilities, or their number) or keeps the greatest.
-:mod:`.best_tree` reads the best tree from a chart of greatest values; see also :mod:`.forward`.
+The best tree is read from a chart of greatest values.
+
+*Forward probabilities* are those of the next symbol at each position, given those before it. A
+string that begins with the first i symbols and then X needs a symbol that is *predicted* at place
+i and has X as a left corner. The start symbol is predicted at 0. If a tail (Y Z) is a left corner
+at i of a predicted symbol, and Y derives the symbols i..k, then Z is predicted at k, times the
+inside probability of Y. The sum over all chains of left corners is taken in closed form (Stolcke,
+1995, whose forward probabilities these are, on a chart instead of Earley's states).
 """
 
 from __future__ import annotations
 
-from math import frexp, inf, ldexp
+from math import frexp, inf, ldexp, log
 from typing import NamedTuple
 
 import numpy as np
@@ -250,3 +257,194 @@ def find(chart: Chart, symbol: int, i: int, j: int) -> tuple[float, int]:
     if low < chart.end[i, j] and chart.symbols[low] == symbol:
         return chart.values[low], chart.exponents[i, j]
     return 0.0, 0
+
+
+TOLERANCE = 2.5e-10
+"""Largest difference of log-probabilities that count as equal. It is smaller than the rule
+penalty."""
+
+
+class Forms(NamedTuple):
+    """The rules of a compiled grammar, as :func:`best_choices` needs them."""
+
+    left: IntArray  # (S,): left child of each symbol that is a tail, else -1
+    right: IntArray  # (S,): right child of each symbol that is a tail, else -1
+    rule_of: IntArray  # (S + 1,): index of the first rule of each symbol
+    rule_right: IntArray  # (R,): right side of a rule, -1 for the empty string
+    log_weights: FloatArray  # (R,): log-probability of a rule, less the penalty
+
+
+@njit(cache=True)
+def _log_best(chart: Chart, empties: FloatArray, symbol: int, i: int, j: int) -> float:
+    """Return the log of the best value of a symbol over (i, j), -inf if there is none."""
+    if i == j:
+        return log(empties[symbol]) if empties[symbol] > 0.0 else -inf
+    value, exponent = find(chart, symbol, i, j)
+    return log(value) + exponent * log(2.0) if value > 0.0 else -inf
+
+
+@njit(cache=True)
+def best_choices(chart: Chart, empties: FloatArray, forms: Forms, start: int, n: int) -> IntArray:
+    """Return the rules of the best tree in preorder, as indices among the rules in use.
+
+    Parameters
+    ----------
+    chart : Chart
+        The chart of greatest values.
+    empties : array (S,)
+        The greatest values of the empty string.
+    forms : Forms
+        The rules.
+    start : int
+        The symbol at the root.
+    n : int
+        Length of the sentence.
+    """
+    left, right, rule_of, rule_right, _ = forms
+    choices, used = np.zeros(64, np.int64), 0
+    nodes, begins, ends = np.zeros(64, np.int64), np.zeros(64, np.int64), np.zeros(64, np.int64)
+    depth = 1
+    nodes[0], ends[0] = start, n
+    while depth > 0:
+        depth -= 1
+        symbol, i, j = nodes[depth], begins[depth], ends[depth]
+        if depth + 2 > len(nodes):
+            nodes = np.append(nodes, np.zeros_like(nodes))
+            begins = np.append(begins, np.zeros_like(begins))
+            ends = np.append(ends, np.zeros_like(ends))
+        if used == len(choices):
+            choices = np.append(choices, np.zeros_like(choices))
+        goal = _log_best(chart, empties, symbol, i, j) - TOLERANCE
+        if left[symbol] >= 0:
+            k = _first_split(chart, empties, (left[symbol], right[symbol]), (i, j), goal)
+            nodes[depth], begins[depth], ends[depth] = right[symbol], k, j
+            nodes[depth + 1], begins[depth + 1], ends[depth + 1] = left[symbol], i, k
+            depth += 2
+        elif rule_of[symbol] < rule_of[symbol + 1]:
+            choices[used] = _first_rule(chart, empties, forms, symbol, (i, j), goal)
+            nodes[depth], begins[depth], ends[depth] = rule_right[choices[used]], i, j
+            if nodes[depth] >= 0:
+                depth += 1
+            used += 1
+    return choices[:used]
+
+
+@njit(cache=True)
+def _first_split(
+    chart: Chart,
+    empties: FloatArray,
+    children: tuple[int, int],
+    span: tuple[int, int],
+    goal: float,
+) -> int:
+    """Return the first split of a span at which two children reach the goal."""
+    left, right = children
+    k, j = span
+    while k < j:
+        first = _log_best(chart, empties, left, span[0], k)
+        if first + _log_best(chart, empties, right, k, j) >= goal:
+            break
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def _first_rule(
+    chart: Chart,
+    empties: FloatArray,
+    forms: Forms,
+    symbol: int,
+    span: tuple[int, int],
+    goal: float,
+) -> int:
+    """Return the first rule of a symbol that reaches the goal over a span."""
+    _, _, rule_of, rule_right, log_weights = forms
+    i, j = span
+    for rule in range(rule_of[symbol], rule_of[symbol + 1] - 1):
+        below, value = rule_right[rule], log_weights[rule]
+        if below >= 0:
+            value += _log_best(chart, empties, below, i, j)
+        elif i < j:
+            continue
+        if value >= goal:
+            return rule
+    return rule_of[symbol + 1] - 1
+
+
+class Corners(NamedTuple):
+    """The rules, in the form needed for the beginnings of strings."""
+
+    by_left: Tails  # Tails by their left child
+    right: IntArray  # (S,): right child of a tail, else -1
+    closure: Sparse  # For each symbol, the symbols that its string can begin with, with weights
+
+
+@njit(cache=True)
+def forward(chart: Chart, n: int, start: int, corners: Corners) -> tuple[FloatArray, IntArray]:
+    """Compute forward probabilities of a sentence.
+
+    Parameters
+    ----------
+    chart : Chart
+        The chart of sums of the sentence.
+    n : int
+        Length of the sentence.
+    start : int
+        The start symbol.
+    corners : Corners
+        The rules.
+
+    Returns
+    -------
+    weights : array (n + 1, S)
+        For a terminal t, ``weights[i, t]`` times two to the exponent is the probability that a
+        string of the grammar begins with the first i symbols and t.
+    exponents : array (n + 1,)
+        The exponents.
+    """
+    n_symbols = len(corners.right)
+    predicted, scale = np.zeros((n + 1, n_symbols)), np.zeros(n + 1, np.int64)
+    seen, weights = np.zeros(n + 1, np.bool_), np.zeros((n + 1, n_symbols))
+    predicted[0, start] = 1.0
+    for i in range(n + 1):
+        scale[i] += _close_corners(predicted[i], weights[i], corners.closure)
+        for k in range(i + 1, n + 1):
+            exponent = scale[i] + chart.exponents[i, k]
+            for entry in range(chart.begin[i, k], chart.end[i, k]):
+                symbol, value = chart.symbols[entry], chart.values[entry]
+                for tail in corners.by_left.tails[
+                    corners.by_left.starts[symbol] : corners.by_left.starts[symbol + 1]
+                ]:
+                    if weights[i, tail] == 0.0:
+                        continue
+                    if not seen[k]:
+                        seen[k], scale[k] = True, exponent
+                    elif exponent > scale[k]:
+                        _scale(predicted[k], scale[k] - exponent)
+                        scale[k] = exponent
+                    part = weights[i, tail] * value
+                    predicted[k, corners.right[tail]] += part * ldexp(1.0, exponent - scale[k])
+    return weights, scale
+
+
+@njit(cache=True)
+def _close_corners(predicted: FloatArray, weights: FloatArray, closure: Sparse) -> int:
+    """Fill the weights of all left corners of the predicted symbols; return their power of two."""
+    greatest = 0.0
+    for value in predicted:
+        greatest = max(greatest, value)
+    shift = frexp(greatest)[1] if greatest > 0.0 else 0
+    for symbol in range(len(predicted)):
+        if predicted[symbol] == 0.0:
+            continue
+        value = ldexp(predicted[symbol], -shift)
+        for c in range(closure.starts[symbol], closure.starts[symbol + 1]):
+            weights[closure.columns[c]] += value * closure.values[c]
+    return shift
+
+
+@njit(cache=True)
+def _scale(values: FloatArray, exponent: int) -> None:
+    """Multiply values by a power of two."""
+    for symbol in range(len(values)):
+        values[symbol] = ldexp(values[symbol], exponent)

@@ -20,11 +20,17 @@ from math import inf, ldexp, log
 import numpy as np
 
 from motiondb.errors import suggestion
-from motiondb.grammar.cfg.best_tree import Forms, best_choices
-from motiondb.grammar.cfg.chart import Chart, fill_chart, find
+from motiondb.grammar.cfg.chart import (
+    Chart,
+    Corners,
+    Forms,
+    best_choices,
+    fill_chart,
+    find,
+    forward,
+)
 from motiondb.grammar.cfg.compiled import RULE_PENALTY, CompiledGrammar, compile_grammar, numbered
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
-from motiondb.grammar.cfg.forward import Corners, forward
 from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar

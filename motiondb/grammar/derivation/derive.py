@@ -14,7 +14,7 @@ see :mod:`motiondb.grammar.cfg.lengths`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from math import exp
@@ -27,7 +27,7 @@ from motiondb.grammar.cfg.compiled import (
     finite_part,
     with_chances,
 )
-from motiondb.grammar.cfg.context_free import GrammarError, Tree, derive_by
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Tree, derive_by
 from motiondb.grammar.cfg.lengths import length_weights, mean_length, nearest_length
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form
 from motiondb.records import FloatArray
@@ -142,3 +142,27 @@ def _draw(weights: FloatArray, rng: np.random.Generator) -> int:
     sums = np.cumsum(weights)
     drawn = int(np.searchsorted(sums, rng.random() * sums[-1], "right"))
     return min(drawn, int(np.flatnonzero(weights)[-1]))
+
+
+def draw_chain(
+    grammar: Grammar, seconds: Mapping[str, float], wanted: float, rng: np.random.Generator
+) -> tuple[Tree, ...]:
+    """Draw sentences that follow one another until they take a wanted time.
+
+    >>> from motiondb.grammar.cfg.context_free import read_grammar
+    >>> chain = draw_chain(
+    ...     read_grammar("S -> a b"), {"a": 1.0, "b": 2.0}, 10.0, np.random.default_rng(0)
+    ... )
+    >>> [" ".join(tree.leaves()) for tree in chain]
+    ['a b', 'a b', 'a b']
+    """
+    trees: list[Tree] = []
+    total = 0.0
+    while total < wanted:
+        tree = derive(grammar, rng)
+        longer = total + sum(seconds[name] for name in tree.leaves())
+        if trees and wanted - total <= longer - wanted:
+            break
+        trees.append(tree)
+        total = longer
+    return tuple(trees)

@@ -32,7 +32,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.grammar.induction.law_checks import Laws, keeps_laws
-from motiondb.grammar.induction.proposals import change
+from motiondb.grammar.induction.proposals import Workspace, change
 from motiondb.grammar.induction.rewriting import tidy
 from motiondb.grammar.induction.rule_arrays import (
     LENGTH,
@@ -45,7 +45,6 @@ from motiondb.grammar.induction.rule_arrays import (
     rules_of,
     table_of,
 )
-from motiondb.grammar.induction.symbol_choice import Workspace
 from motiondb.grammar.rules.rule_laws import recursive_lefts
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import FloatArray, IntArray

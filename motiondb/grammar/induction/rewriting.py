@@ -15,15 +15,18 @@ from motiondb.grammar.induction.rule_arrays import (
     OFFSET,
     ROWS,
     SYMBOLS,
+    Part,
+    Place,
     RuleTable,
     clear,
     compiled,
     copy_row,
     copy_rows,
     count_references,
+    occurrences,
     put,
+    same_symbols,
 )
-from motiondb.grammar.induction.rule_places import Part, Place, occurrences, same_symbols
 from motiondb.records import BoolArray, IntArray
 
 _NOWHERE = -1  # ``first`` of a missing place

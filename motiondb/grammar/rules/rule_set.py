@@ -11,7 +11,7 @@ Laws limit generalization if there are few examples:
   repeats without end. If they are allowed, every nonterminal derives a string of terminals and is
   reached from the start symbol, and none derives itself alone, so that every string has finitely
   many trees. Whether the sentences support a loop is not a law of the rules
-  (:mod:`motiondb.grammar.induction.support.loop_evidence`);
+  (:mod:`motiondb.grammar.induction.loop_evidence`);
 * *constant*: a terminal that occurs equally often in every sentence keeps this number. One shot
   in each basketball sentence means one shot in each derived sentence;
 * *single*: a terminal that at least ten sentences hold, and none twice, occurs at most once;

@@ -11,10 +11,10 @@ the sentences given the rules. Learning rules in full takes seconds, so partitio
 3. *Improvement.* Each finalist is changed many times: its strings are cut again by the present
    rules (``reparsing``), or cuts of one kind are changed (``borders``), then rules annealed.
    A change that costs bits is accepted with a probability that decreases with cost and time.
-4. *Loops.* The best one is changed further, with rules that may loop.
-5. *Classes.* If partitions of the terminals into classes are given (:mod:`.classes`), strings of
-   classes are raced and improved in the same way, and the better result is kept.
-6. *Result.* The grammar of the partition of fewest bits is learned in full.
+4. *Loops.* The best one is changed further, with rules that may loop. Loops that the sentences do
+   not support are written out (:mod:`motiondb.grammar.induction.loop_evidence`), so that a
+   partition does not win by loops that it cannot keep.
+5. *Result.* The grammar of the partition of fewest bits is learned in full.
 
 Ends of strings are always cuts. A sentence is shorter than the shortest only if it is a whole
 string, and longer than the longest only if no other cut is allowed.
@@ -28,29 +28,29 @@ cover of repeats; O. Maron and A. W. Moore, "The Racing Algorithm", Artificial I
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError
-from motiondb.grammar.induction.induction import Induction
+from motiondb.grammar.induction.annealing import WARMEST, anneal
+from motiondb.grammar.induction.induction import Induction, induce_with_bits
+from motiondb.grammar.induction.loop_evidence import keep_supported, rounds_asked
+from motiondb.grammar.induction.perturbation import REWARMED, perturb
+from motiondb.grammar.induction.refitting import refit, refit_fully
 from motiondb.grammar.rules.description_length import DescriptionLength, Sentence
-from motiondb.grammar.rules.rule_set import RuleSet
+from motiondb.grammar.rules.rule_laws import recursive_lefts
+from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
 from motiondb.grammar.sentences.borders import (
     Cuts,
+    border_places,
+    change_alike,
     recurring_splits,
     too_long,
     united_splits,
-)
-from motiondb.grammar.sentences.classes import (
-    by_class,
-    induce_in_classes,
-    occurrences,
-    present,
-    spelled_out,
 )
 from motiondb.grammar.sentences.cutting import (
     LONGEST,
@@ -60,8 +60,185 @@ from motiondb.grammar.sentences.cutting import (
     cutting_room,
     search_cuts,
 )
-from motiondb.grammar.sentences.improvement import FINALISTS, Judged, improve, race
-from motiondb.grammar.terminals.likeness import Classes
+from motiondb.grammar.sentences.reparsing import cut_by_rules
+from motiondb.grammar.sentences.repeats import join_strings
+
+FINALISTS = 4
+"""Number of partitions that are improved. This and the numbers of annealings below were chosen
+by hand on strings of known grammars (docs/grammar.md)."""
+_TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
+"""Number of tries of an annealing for each symbol of the right sides, and the largest number."""
+_FIRST_ANNEALINGS = 6
+"""Annealings of each candidate in the first round of the race; three times as many in the next."""
+_FRESH, _WARM, _AGAIN = 1, 1, 4
+"""Number of annealings for a change: from sentences, from perturbed rules, and the same if the
+cuts stay."""
+_WARMTH = 0.01  # First temperature of the changes, as a share of the bits
+_BY_RULES, _BY_KINDS = 0.4, 0.4  # Shares of changes by the rules and by kinds; others keep the cuts
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A partition, the best rules annealed for it so far, and their description length in bits."""
+
+    cuts: Cuts
+    rules: RuleSet
+    bits: float
+
+
+def race(
+    strings: Sequence[Sentence], candidates: Sequence[Cuts], rng: np.random.Generator
+) -> list[Judged]:
+    """Select the candidates for which annealing finds the fewest bits."""
+    number = _numbers(strings)
+    live = [
+        _judged(cuts, _flat(strings, cuts, number), rng, (_FIRST_ANNEALINGS, 0))
+        for cuts in dict.fromkeys(candidates)
+    ]
+    times = _FIRST_ANNEALINGS
+    while True:
+        live.sort(key=lambda judged: judged.bits)
+        kept = live[: max(FINALISTS, len(live) // 3)]
+        if len(kept) <= FINALISTS:
+            return _unlike(live)
+        times *= 3
+        live = [
+            _judged(
+                one.cuts,
+                _flat(strings, one.cuts, number),
+                rng,
+                (times // 2, times // 2),
+                [one.rules],
+            )
+            for one in kept
+        ]
+
+
+def _unlike(judged: Sequence[Judged]) -> list[Judged]:
+    """Return finalists: the best of each number of sentences, then others if these are too few."""
+    chosen: dict[int, Judged] = {}
+    for one in judged:
+        chosen.setdefault(sum(map(len, one.cuts)), one)
+    first = list(chosen.values())[:FINALISTS]
+    return [*first, *(one for one in judged if one not in first)][:FINALISTS]
+
+
+def improve(
+    strings: Sequence[Sentence],
+    begun: Judged,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+    changes: int,
+    *,
+    loops: bool = False,
+) -> Judged:
+    """Improve a partition by random changes (simulated annealing)."""
+    number, places = _numbers(strings), border_places(strings)
+    current = best = begun
+    seen = {begun.cuts}
+    for done in range(changes):
+        kind = rng.random()
+        if kind < _BY_RULES:
+            cuts = _cut_anew(strings, current.rules, lengths, rng)
+        elif kind < _BY_RULES + _BY_KINDS:
+            cuts = change_alike(strings, places, current.cuts, lengths[0], rng)
+        else:
+            cuts = current.cuts
+        if cuts == current.cuts:
+            flat = replace(_flat(strings, cuts, number), loops=loops)
+            changed = _judged(cuts, flat, rng, (1, _AGAIN), [current.rules])
+        elif cuts in seen or too_long(strings, cuts, lengths):
+            continue
+        else:
+            flat = replace(_flat(strings, cuts, number), loops=loops)
+            refitted = refit(current.rules, flat)
+            known = [] if refitted is None else [refitted]
+            changed = _judged(cuts, flat, rng, (_FRESH, _WARM), known, annealed=False)
+        seen.add(cuts)
+        warmth = _WARMTH * best.bits * (1.0 - done / changes)
+        if changed.bits <= current.bits or rng.random() < math.exp(
+            (current.bits - changed.bits) / warmth
+        ):
+            current = changed
+            best = min(best, current, key=lambda judged: judged.bits)
+    return best
+
+
+def _cut_anew(
+    strings: Sequence[Sentence],
+    rules: RuleSet,
+    lengths: tuple[int, int],
+    rng: np.random.Generator,
+) -> Cuts:
+    """Cut by the rules with random prices, whose ranges were chosen by hand and are not tuned."""
+    symbols, bounds = join_strings(strings)
+    shaken = 4.0 * rng.random() * rng.exponential(size=symbols.size)
+    novelty = rng.uniform(0.3, 1.2)
+    return cut_by_rules(
+        symbols, bounds, rules, lengths, novelty=novelty, shaken=shaken - shaken.mean()
+    )
+
+
+def _judged(
+    cuts: Cuts,
+    flat: RuleSet,
+    rng: np.random.Generator,
+    times: tuple[int, int],
+    known: Sequence[RuleSet] = (),
+    annealed: bool = True,
+) -> Judged:
+    """Return a partition with the best rules that are known or annealed for it.
+
+    ``flat`` has one rule for each sentence; ``times`` are the annealings from it, and then from
+    perturbed rules; ``annealed`` says whether the ``known`` rules were annealed before.
+    """
+    fresh, repeated = times
+    best = flat
+    for _ in range(fresh):
+        best = _better(best, flat, flat, rng, WARMEST)
+    for rules in known:
+        if annealed:
+            best = min(best, rules, key=RuleSet.bits)
+        else:
+            best = _better(best, replace(rules, loops=flat.loops), flat, rng, REWARMED)
+    for _ in range(repeated):
+        apart = perturb(best, flat, _tries(flat), rng)
+        if apart is not None:
+            best = _better(best, apart, flat, rng, REWARMED)
+    return Judged(cuts, best, best.bits())
+
+
+def _better(
+    best: RuleSet, begun: RuleSet, flat: RuleSet, rng: np.random.Generator, warmest: float
+) -> RuleSet:
+    """Anneal rules; return the result, with its loops, if it takes fewer bits than the best."""
+    annealed = anneal(begun, rng, tries=_tries(begun), warmest=warmest)
+    if annealed.bits() >= best.bits():
+        return best
+    if not recursive_lefts(annealed.rules):
+        return annealed
+    kept = keep_supported(refit_fully(annealed, flat), flat, rounds_asked(flat))
+    return best if kept is None else min(best, kept, key=RuleSet.bits)
+
+
+def _tries(begun: RuleSet) -> int:
+    size = sum(len(right) for _, right in begun.uses())
+    return min(_MOST_TRIES, max(200, _TRIES_A_SYMBOL * size))
+
+
+def _numbers(strings: Sequence[Sentence]) -> dict[str, int]:
+    names = sorted({name for string in strings for name in string})
+    return {name: place for place, name in enumerate(names)}
+
+
+def _flat(strings: Sequence[Sentence], cuts: Cuts, number: dict[str, int]) -> RuleSet:
+    """Return the rules with one right side of the start symbol for each different sentence."""
+    counted: Counter[tuple[int, ...]] = Counter()
+    for string, inner in zip(strings, cuts, strict=True):
+        for a, b in pairwise((0, *inner, len(string))):
+            counted[tuple(number[name] for name in string[a:b])] += 1
+    return flat_rules(counted, len(number))
+
 
 EVALUATIONS = 4000
 """Default number of evaluations. The numbers of evaluations, annealings and changes in this
@@ -70,9 +247,7 @@ _SEARCHES = 3  # Searches for candidates: one that respects repeats, and two tha
 _FULLY_SEARCHED = 200
 """Number of symbols of all strings up to which all evaluations are made; for more symbols fewer,
 to limit the time."""
-_STEPS, _STEPS_IN_CLASSES = 7, 4
-"""Steps that the progress bar shows: candidates, race, three heats, loops, result; and the heats
-and loops of strings of classes."""
+_STEPS = 7  # Steps that the progress bar shows: candidates, race, three heats, loops, result
 _CHANGES_A_SYMBOL, _EVALUATIONS_A_CHANGE = 2, 20
 """Largest number of changes of a round per symbol of the strings, and the number of evaluations
 that a change counts as."""
@@ -105,113 +280,29 @@ def find_sentences(
     *,
     lengths: tuple[int, int] = (SHORTEST, LONGEST),
     evaluations: int = EVALUATIONS,
-    levels: Sequence[Classes] = (),
     progress: Progress | None = None,
 ) -> Sentences:
-    """Cut strings of terminals into sentences and learn their grammar.
-
-    `levels`: Partitions of the terminals into classes of like motion. They are used where they save
-    bits.
-    """
-    steps = _STEPS + (_STEPS_IN_CLASSES if levels else 0)
+    """Cut strings of terminals into sentences and learn their grammar."""
     tell = progress or (lambda _done, _of: None)
     total = sum(map(len, strings))
     room = cutting_room(strings, *lengths)
     evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
     candidates = [*_searched(strings, room, lengths, rng, evaluations), *_split(strings, lengths)]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
-    tell(1, steps)
-    runs = [_Run(strings, judged) for judged in race(strings, candidates, rng)]
-    tell(2, steps)
+    tell(1, _STEPS)
+    runs = race(strings, candidates, rng)
+    tell(2, _STEPS)
     changes = min(evaluations // _EVALUATIONS_A_CHANGE, _CHANGES_A_SYMBOL * total)
-    best = _improved(runs, lengths, rng, changes, lambda done: tell(2 + done, steps))
-    if in_classes := _runs_in_classes(strings, levels, lengths, rng):
-        done = _STEPS - 1
-        other = _improved(in_classes, lengths, rng, changes, lambda more: tell(done + more, steps))
-        best = min(best, other, key=lambda run: run.bits)
-    tell(steps - 1, steps)
-    sentences = _learned(strings, best.judged.cuts, [best.rules], levels)
-    tell(steps, steps)
-    return sentences
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """A partition that competes, of strings of terminals or of classes."""
-
-    strings: Sequence[Sentence]
-    judged: Judged
-    classes: Classes | None = None
-
-    @cached_property
-    def rules(self) -> RuleSet:
-        """The rules in terms of terminals."""
-        if self.classes is None:
-            return self.judged.rules
-        return spelled_out(self.judged.rules, self.classes, occurrences(self.strings))
-
-    @property
-    def bits(self) -> float:
-        """Their bits, which can be compared with those of other runs."""
-        return self.judged.bits if self.classes is None else self.rules.bits()
-
-    def improved(
-        self,
-        lengths: tuple[int, int],
-        rng: np.random.Generator,
-        changes: int,
-        *,
-        loops: bool = False,
-    ) -> _Run:
-        """Improve the partition by random changes."""
-        written = _written(self.strings, self.classes)
-        better = improve(written, self.judged, lengths, rng, changes, loops=loops)
-        return replace(self, judged=better)
-
-
-def _improved(
-    runs: Sequence[_Run],
-    lengths: tuple[int, int],
-    rng: np.random.Generator,
-    changes: int,
-    tell: Callable[[int], None],
-) -> _Run:
-    """Improve finalists, fewer and fewer of them, and then the best one with loops."""
     for heat, number in enumerate((FINALISTS, FINALISTS // 2, 1), start=1):
-        some = [run.improved(lengths, rng, changes // number) for run in runs[:number]]
+        some = [improve(strings, run, lengths, rng, changes // number) for run in runs[:number]]
         runs = sorted(some, key=lambda run: run.bits)
-        tell(heat)
+        tell(2 + heat, _STEPS)
     spent = math.ceil(_WITH_LOOPS * changes)
-    looping = runs[0].improved(lengths, rng, spent, loops=True)
-    tell(heat + 1)
-    return looping
-
-
-def _runs_in_classes(
-    strings: Sequence[Sentence],
-    levels: Sequence[Classes],
-    lengths: tuple[int, int],
-    rng: np.random.Generator,
-) -> list[_Run]:
-    """Race regular partitions in each partition of the terminals into classes.
-
-    The finalists are those in the classes with which the race finds the fewest bits.
-    """
-    best: list[_Run] = []
-    for level in levels:
-        classes = present(level, strings)
-        if classes is None:
-            continue
-        written = by_class(strings, classes)
-        split = [c for c in _split(written, lengths) if not too_long(written, c, lengths)]
-        if split:
-            runs = [_Run(strings, judged, classes) for judged in race(written, split, rng)]
-            best = min([best, runs] if best else [runs], key=lambda some: some[0].bits)
-    return best
-
-
-def _written(strings: Sequence[Sentence], classes: Classes | None) -> Sequence[Sentence]:
-    return strings if classes is None else by_class(strings, classes)
+    best = improve(strings, runs[0], lengths, rng, spent, loops=True)
+    tell(_STEPS - 1, _STEPS)
+    sentences = _learned(strings, best.cuts, [best.rules])
+    tell(_STEPS, _STEPS)
+    return sentences
 
 
 def _split(strings: Sequence[Sentence], lengths: tuple[int, int]) -> list[Cuts]:
@@ -240,14 +331,11 @@ def _by_string(cuts: Sequence[int], room: Room) -> Cuts:
 def sentences_between(
     strings: Sequence[Sentence],
     cuts: Sequence[Sequence[int]],
-    levels: Sequence[Classes] = (),
 ) -> Sentences:
     """Learn the grammar of a given partition.
 
-    `cuts`: Inner cuts of each string: the place of the symbol that begins a sentence, from 0 on.
-
-    `levels`: Partitions of the terminals into classes of like motion. They are used where they save
-    bits.
+    `cuts` holds the inner cuts of each string: the places, from 0, of symbols that begin a
+    sentence.
     """
     for number, (string, inner) in enumerate(zip(strings, cuts, strict=True), start=1):
         edges = [0, *inner, len(string)]
@@ -257,18 +345,14 @@ def sentences_between(
                 f" {', '.join(map(str, inner)) or 'none in an empty string'}."
                 " Give each cut as the number of the symbol that begins a sentence."
             )
-    return _learned(strings, tuple(tuple(int(cut) for cut in inner) for inner in cuts), (), levels)
+    return _learned(strings, tuple(tuple(int(cut) for cut in inner) for inner in cuts), ())
 
 
-def _learned(
-    strings: Sequence[Sentence],
-    cuts: Cuts,
-    known: Sequence[RuleSet],
-    levels: Sequence[Classes],
-) -> Sentences:
+def _learned(strings: Sequence[Sentence], cuts: Cuts, known: Sequence[RuleSet]) -> Sentences:
+    """Cut the strings and learn the grammar of the sentences; `known` are rules found before."""
     sentences = tuple(
         tuple(string[a:b])
         for string, inner in zip(strings, cuts, strict=True)
         for a, b in pairwise((0, *inner, len(string)))
     )
-    return Sentences(cuts, sentences, induce_in_classes(sentences, levels, known))
+    return Sentences(cuts, sentences, induce_with_bits(sentences, known=known))

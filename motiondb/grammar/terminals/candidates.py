@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from motiondb.grammar.terminals.pose_distance import Poses
+from motiondb.grammar.terminals.distances import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 _HALVINGS = 60  # Number of bisection steps for the price, more than the precision of a double

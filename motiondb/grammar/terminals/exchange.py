@@ -21,34 +21,163 @@ neighbours of a medoid; and any. Worse exchanges are accepted with a probability
 (simulated annealing). There are several starts: medoids far from one another, or the medoids of a
 segmentation of one rhythm that is cut where the body rests.
 
-This replaces the genetic algorithm of Park, Lee and Lee (2011), section 4.2, which is kept in
-:mod:`.genetic`. Alternating between grouping and cutting is the idea of segmental k-means (Rabiner,
-Wilpon, Juang 1986) and of aligned cluster analysis (Zhou, De la Torre, Hodgins 2013).
+*Divisions* are exchanges that need two steps at once. The search exchanges one medoid at a time. It
+cannot leave a segmentation in
+which one terminal holds two movements that always follow each other, such as lowering the fists at
+the end of a bout and raising them at the beginning of the next. If only one of the two parts
+becomes a medoid, the other part is like no medoid, wherever it occurs, so this step costs much.
+Both parts together may cost less than the whole: they also stand for the places at which one of
+them occurs alone, such as the two ends of a take.
+
+A division takes the place of medoid k. Its cell, or that of a segment like it, [a, b) is cut at a
+candidate c, the cell [a, c) becomes medoid k, and [c, b) is exchanged for the medoid that is least
+needed then. So their number does not change. All medoids, some segments of each and all their
+candidates are tried, and the division of least G is made, until none lowers G.
+
+This replaces the genetic algorithm of Park, Lee and Lee (2011), section 4.2. Alternating between
+grouping and cutting is the idea of segmental k-means (Rabiner, Wilpon, Juang 1986) and of aligned
+cluster analysis (Zhou, De la Torre, Hodgins 2013).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from motiondb.grammar.terminals.candidates import Cells, cheapest_path
-from motiondb.grammar.terminals.exchange_kernels import (
-    Graph,
-    KnownCosts,
-    Prices,
-    best_exchange,
-    frame_distances,
-    two_least,
-    warped_costs,
-)
+from motiondb.grammar.terminals.candidates import Cells, cheapest_path, path_costs
+from motiondb.grammar.terminals.distances import Poses, segment_distances
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.pose_distance import Poses
-from motiondb.grammar.terminals.segment_distance import segment_distances
 from motiondb.records import Float32Array, FloatArray, IntArray
+
+
+class Graph(NamedTuple):
+    """Cells as a graph, as in ``Cells``, and the cost of each cut."""
+
+    firsts: IntArray
+    pointers: IntArray
+    cut_costs: FloatArray
+
+
+class KnownCosts(NamedTuple):
+    """Least and second least cost and nearest medoid of the cells, and costs to the tried cell."""
+
+    least: Float32Array
+    second: Float32Array
+    nearest: IntArray
+    tried: Float32Array
+
+
+class Prices(NamedTuple):
+    """Costs of the current medoids (K,), and of the tried cell as a medoid."""
+
+    medoids: FloatArray
+    tried: float
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def frame_distances(
+    columns: Float32Array, squares: Float32Array, start: int, end: int
+) -> Float32Array:
+    """Return d of all frames to the frames [start, end): array (medoid's frames, frames).
+
+    Not a matrix product: the libraries for these start their own threads, which slow down
+    simultaneous searches.
+    """
+    n_dimensions, n_frames = columns.shape
+    table = np.empty((end - start, n_frames), np.float32)
+    for u in range(end - start):
+        row = table[u]
+        for t in range(n_frames):
+            row[t] = np.float32(0.0)
+        for d in range(0, n_dimensions, 4):
+            a, b, c, e = columns[d], columns[d + 1], columns[d + 2], columns[d + 3]
+            x, y, z, w = a[start + u], b[start + u], c[start + u], e[start + u]
+            for t in range(n_frames):
+                row[t] += x * a[t] + y * b[t] + z * c[t] + w * e[t]
+        for t in range(n_frames):
+            square = squares[t] + squares[start + u] - np.float32(2.0) * row[t]
+            row[t] = np.sqrt(max(square, np.float32(0.0)))
+    return table
+
+
+@njit(cache=True, fastmath=True, nogil=True)
+def warped_costs(
+    table: Float32Array, cuts: IntArray, firsts: IntArray, pointers: IntArray, out: Float32Array
+) -> None:
+    """Sum distances (medoid's frames, frames) over warped cells, into ``out``."""
+    n_medoid = table.shape[0]
+    for j in range(len(cuts)):
+        for c in range(pointers[j], pointers[j + 1]):
+            first, length = cuts[firsts[c]], cuts[j] - cuts[firsts[c]]
+            total, behind, at = np.float32(0.0), 0, 0
+            if length >= n_medoid:
+                for t in range(first, first + length):
+                    total += table[at, t]
+                    behind += n_medoid
+                    if behind >= length:
+                        behind -= length
+                        at += 1
+                out[c] = total
+            else:
+                for u in range(n_medoid):
+                    total += table[u, first + at]
+                    behind += length
+                    if behind >= n_medoid:
+                        behind -= n_medoid
+                        at += 1
+                out[c] = total * np.float32(length) / np.float32(n_medoid)
+
+
+@njit(cache=True, nogil=True)
+def two_least(
+    table: Float32Array, least: Float32Array, second: Float32Array, nearest: IntArray
+) -> None:
+    """Fill the least and second least cost of every cell, and the medoid of the least."""
+    for c in range(table.shape[1]):
+        least[c], second[c], nearest[c] = np.inf, np.inf, -1
+        for k in range(table.shape[0]):
+            cost = table[k, c]
+            if cost < least[c]:
+                second[c], least[c], nearest[c] = least[c], cost, k
+            elif cost < second[c]:
+                second[c] = cost
+
+
+@njit(cache=True, nogil=True)
+def best_exchange(
+    graph: Graph, known: KnownCosts, prices: Prices, bound: float
+) -> tuple[int, float]:
+    """Return the medoid to replace by the tried cell, and the new G; -1 if none is below ``bound``.
+
+    No exchange is cheaper than adding the new medoid and keeping all others. If that does not lower
+    the cost, nothing is tried.
+    """
+    firsts, pointers, cut_costs = graph
+    least, second, nearest, tried = known
+    reached = np.empty(len(cut_costs))
+    before = np.empty(len(cut_costs), np.int64)
+    costs = np.minimum(least, tried)
+    paid = prices.medoids.sum() + prices.tried
+    floor = path_costs(firsts, pointers, costs, cut_costs, reached, before)
+    floor += paid
+    best = -1
+    for k in range(len(prices.medoids)):
+        if floor - prices.medoids[k] >= bound:
+            continue
+        for c in range(len(costs)):
+            costs[c] = min(second[c] if nearest[c] == k else least[c], tried[c])
+        total = path_costs(firsts, pointers, costs, cut_costs, reached, before)
+        total += paid - prices.medoids[k]
+        if total < bound:
+            bound, best = total, k
+    return best, bound
+
 
 LEAST_GAIN = 1e-9
 """Smallest relative decrease of G by an exchange; smaller ones are rounding errors."""
@@ -282,3 +411,69 @@ def path_medoids(task: Task, state: State, path: IntArray) -> IntArray:
         chosen.append(best)
         left.discard(best)
     return np.array(chosen)
+
+
+_SEGMENTS = 6
+"""Segments of each terminal that are tried in the place of its medoid. Not every segment has a
+candidate cut at the right frame. Chosen by hand, to bound the time; not tuned."""
+
+
+def divide(task: Task, state: State) -> State:
+    """Divide medoids as long as that lowers G."""
+    while True:
+        divided = (  # one at a time: each holds a table of distances
+            one
+            for k in range(len(state.medoids))
+            for cell in _cells_of(task, state, k)
+            for first, second in parts_of(task, cell)
+            if (one := _division(task, state, k, first, second)) is not None
+        )
+        best = min(divided, key=lambda one: one.cost, default=None)
+        if best is None:
+            return state
+        state = best
+
+
+def _cells_of(task: Task, state: State, k: int) -> list[int]:
+    """Return medoid k and the segments of its terminal that are most like it."""
+    path = state.path[state.nearest[state.path] == k]
+    lengths = task.cells.ends[path] - task.cells.starts[path]
+    near = path[np.argsort(state.table[k, path] / lengths, kind="stable")[:_SEGMENTS]]
+    return list(dict.fromkeys([int(state.medoids[k]), *near.tolist()]))
+
+
+def parts_of(task: Task, medoid: int) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of cells into which a cell can be cut, in order of the cut."""
+    cells = task.cells
+    first, last = int(cells.firsts[medoid]), int(cells.lasts[medoid])
+    for cut in range(first + 1, last):
+        before, after = _cell(task, first, cut), _cell(task, cut, last)
+        if before >= 0 and after >= 0:
+            yield before, after
+
+
+def _cell(task: Task, first: int, last: int) -> int:
+    """Return the cell between two cuts, -1 if it is not allowed."""
+    low, high = task.cells.pointers[last : last + 2]
+    places = np.flatnonzero(task.cells.firsts[low:high] == first)
+    return int(low + places[0]) if len(places) else -1
+
+
+def _division(task: Task, state: State, k: int, first: int, second: int) -> State | None:
+    """Return the state with ``first`` in place of medoid k and ``second`` of another.
+
+    The other one is the medoid that is least needed then. None if that does not lower G.
+    """
+    if first in state.medoids or second in state.medoids:
+        return None
+    medoids, table = state.medoids.copy(), state.table.copy()
+    medoids[k] = first
+    cell_costs(task, first, table[k])
+    begun = settle(task, medoids, table)
+    tried = np.empty_like(begun.least)
+    cell_costs(task, second, tried)
+    given_up = exchange_of(task, begun, second, tried, state.cost * (1.0 - LEAST_GAIN))
+    if given_up < 0:
+        return None
+    medoids[given_up], table[given_up] = second, tried
+    return settle(task, medoids, table)

@@ -37,7 +37,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.errors import QueryError
-from motiondb.grammar.terminals.pose_distance import pose_vectors
+from motiondb.grammar.terminals.distances import pose_vectors
 from motiondb.records import FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Reader:
 
     names: tuple[str, ...]
     # (frames of all medoids, 70): poses of the medoids, one medoid after the other, from
-    # :func:`motiondb.grammar.terminals.pose_distance.pose_vectors`
+    # :func:`motiondb.grammar.terminals.distances.pose_vectors`
     poses: FloatArray
     bounds: IntArray  # (K + 1,): first row of each medoid; the last entry is the number of rows
     shortest: IntArray  # (K,): fewest frames of a segment of each terminal

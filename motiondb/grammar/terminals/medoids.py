@@ -11,7 +11,7 @@ the best swap is made at once if it lowers E. The search ends after a round with
 single swap lowers E. Every medoid is in its own group, so no group is empty, even if points
 coincide. Ties go to the lowest number.
 
-With weights L(s_i) and prices, E is 1 / F (:mod:`.objective`), and the groups maximise F.
+With weights L(s_i) and prices, E is 1 / F (:mod:`.terminals`), and the groups maximise F.
 
 Source: L. Kaufman and P. J. Rousseeuw, Finding Groups in Data (1990), chapter 2; E. Schubert and
 P. J. Rousseeuw, "Fast and eager k-medoids clustering" (2021), for the order of the work.

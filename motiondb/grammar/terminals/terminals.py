@@ -1,46 +1,153 @@
 """Find the terminals of takes: segments, K groups of segments that are alike, and their names.
 
-Poses are described so that d(x_t, x_t') is cheap (:mod:`.pose_distance`). A coarse search at 15
-frames a second over candidate cuts finds segments and medoids together (:mod:`.exchange`, or the
-genetic algorithm of the paper, :mod:`.genetic`), and medoids that hold two movements are divided
-(:mod:`.division`). Then cuts slide to single frames
-(:mod:`.tuning`), and all segments are grouped once more from the medoids; the better grouping is
-kept. The takes become strings over the terminals; no segment crosses the end of a take.
+Poses are described so that d(x_t, x_t') is cheap (:mod:`.distances`). A coarse search at 15 frames
+a second over candidate cuts finds segments and medoids together, and divides medoids that hold two
+movements (:mod:`.exchange`). Then cuts slide to single frames (:mod:`.tuning`), and all segments
+are grouped once more from the medoids; the better grouping is kept. The takes become strings over
+the terminals; no segment crosses the end of a take.
 
 The objective is the F of the paper minus a price for every cut: F alone grows when segments get
 shorter, down to the shortest that is allowed. The price and the weight of R were chosen on one take
 of each of the three grammars of the sample data, so that boundaries and groups agree best with the
 truth; ``docs/grammar.md`` reports the other takes.
 
+Notation: segments s_i of L(s_i) frames tile T frames; group k has the medoid s_k^c.
+
+    R  = (1 / T) sum_k L(s_k^c)                                 in [0, 1], 1 exactly when n = K
+    E' = (1 / d_max) sum_k sum_{i in k} L(s_i) / T D(s_i, s_k^c)    in [0, 1]
+    F  = 1 / (w R + (1 - w) E')
+
+R is low if few frames represent all, that is, if terminals repeat. E' is low if segments that share
+a terminal are alike. Both fall when segments become shorter, so F alone would cut to the least
+length that is allowed; ``shortest`` and the number of segments N work against that.
+
 Source: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
-Computer Graphics Forum 30 (2011), section 4.
+Computer Graphics Forum 30 (2011), section 4; equations 3 to 5 for R, E' and F.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from string import ascii_lowercase
 
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.terminals import candidates, exchange, genetic, tuning
-from motiondb.grammar.terminals.division import divide
+from motiondb.grammar.terminals import candidates, exchange, tuning
+from motiondb.grammar.terminals.distances import Poses, distances_to, make_poses, segment_distances
+from motiondb.grammar.terminals.exchange import divide
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.objective import REPETITION_WEIGHT, score
-from motiondb.grammar.terminals.pose_distance import Poses, make_poses
-from motiondb.grammar.terminals.segment_distance import distances_to, segment_distances
-from motiondb.grammar.terminals.terminal_settings import (
-    COARSE_STEP,
-    TerminalSettings,
-    check_settings,
-    trials_for,
-)
-from motiondb.grammar.terminals.tuning_steps import Costs
-from motiondb.records import BoolArray, IntArray, Motion, SegmentTable
+from motiondb.grammar.terminals.tuning import Costs
+from motiondb.records import BoolArray, FloatArray, IntArray, Motion, SegmentTable
+
+REPETITION_WEIGHT = 0.1
+"""w, the share of R in the objective. Chosen on one take of each sample grammar."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """R, E' and F of a grouping."""
+
+    repetition: float
+    error: float
+    objective: float
+
+
+def score(
+    lengths: IntArray,
+    medoids: IntArray,
+    to_medoid: FloatArray,
+    largest: float,
+    weight: float = REPETITION_WEIGHT,
+) -> Score:
+    """Compute R, E' and F.
+
+    Shapes: `lengths`, `to_medoid` (segments,); `medoids` (K,).
+
+    `largest`: d_max. Where it is 0 all poses are the same, and E' is 0.
+
+    >>> import numpy as np
+    >>> ends = np.array([2, 2, 4])
+    >>> score(ends, np.array([0, 2]), np.array([0.0, 0.5, 0.0]), 1.0, 0.5)
+    Score(repetition=0.75, error=0.125, objective=2.2857142857142856)
+    """
+    n_frames = int(lengths.sum())
+    repetition = float(lengths[medoids].sum()) / n_frames
+    error = float(lengths @ to_medoid) / n_frames / largest if largest > 0.0 else 0.0
+    return Score(repetition, error, objective(repetition, error, weight))
+
+
+def objective(repetition: float, error: float, weight: float = REPETITION_WEIGHT) -> float:
+    """Return F = 1 / (w R + (1 - w) E'), infinite if both are 0."""
+    total = weight * repetition + (1.0 - weight) * error
+    return 1.0 / total if total > 0.0 else float("inf")
+
+
+COARSE_STEP = 2  # Frames per frame of the coarse search: 15 frames a second
+
+
+FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
+"""Bounds of the number of medoids that are tried, and of the number of cells computed for all of
+them. Chosen so that a long take needs seconds; see ``docs/grammar.md``, Speed."""
+
+
+@dataclass(frozen=True)
+class TerminalSettings:
+    """Settings of the search for terminals.
+
+    Prices were chosen on one take of each sample grammar, the other values by hand.
+    """
+
+    shortest: int = 8  # Smallest number of frames of a segment
+    longest: int = 75  # Largest number of frames of a segment
+    grid: int = 10  # Largest number of frames between candidate cuts
+    weight: float = REPETITION_WEIGHT  # w, the share of R
+    # Price of a segment, in mean distances of a pose from the mean pose times frames
+    segment_price: float = 2.0
+    rest: float = 3.0  # Price of a cut at the mean speed of the takes, in the same unit
+    most_segments: int | None = None  # N; no bound unless given
+    n_starts: int = 16  # Number of starts of the exchange search
+    # Number of trials of the exchange search; :func:`trials_for` unless given
+    n_trials: int | None = None
+    # Settings of the tuning of cuts
+    tuning: tuning.TuningSettings = field(default_factory=tuning.TuningSettings)
+
+
+def trials_for(n_cells: int) -> int:
+    """Return the number of medoids to try; the time of a trial grows with the number of cells.
+
+    >>> trials_for(1_000), trials_for(4_000), trials_for(20_000)
+    (16000, 8000, 6000)
+    """
+    return min(MOST_TRIALS, max(FEWEST_TRIALS, TRIED_CELLS // n_cells))
+
+
+def check_settings(n_terminals: int, settings: TerminalSettings) -> None:
+    """Check settings; raise GrammarError with advice if they are not valid."""
+    if n_terminals < 1:
+        raise GrammarError(
+            f"terminals: expected at least 1, found {n_terminals}. Ask for more terminals."
+        )
+    most = settings.most_segments
+    if most is not None and most < n_terminals:
+        raise GrammarError(
+            f"terminals: expected room for {n_terminals} segments or more, found at most {most} "
+            "allowed. Allow more segments, or ask for fewer terminals."
+        )
+    if not 0.0 <= settings.weight < 1.0:
+        raise GrammarError(
+            f"terminals: expected a weight of R from 0 to below 1, found {settings.weight}. "
+            "Choose one such as 0.1."
+        )
+    if not 2 <= settings.shortest <= settings.longest or settings.grid < COARSE_STEP:
+        raise GrammarError(
+            "terminals: expected 2 <= shortest <= longest frames and a grid of 2 frames or more, "
+            f"found {settings.shortest}, {settings.longest} and {settings.grid}. Change them."
+        )
+
 
 TUNED = 4  # Number of the best starts that are tuned; the best of them is kept
 
@@ -83,8 +190,7 @@ def find_terminals(
     def advance(share: float) -> None:
         tell(5 + round(75 * share), 100, "search terminals")
 
-    search = _by_exchange if settings.method == "exchange" else _by_genetic
-    groupings = search(poses, costs, n_terminals, settings, rng, advance)
+    groupings = _search(poses, costs, n_terminals, settings, rng, advance)
     tell(80, 100, "tune cuts")
 
     def finish(job: tuple[tuning.Grouping, np.random.Generator]) -> tuning.Grouping:
@@ -166,7 +272,7 @@ def cut_costs(poses: Poses, settings: TerminalSettings) -> Costs:
     return Costs(poses.values, fixed, rest, price, weight, settings.shortest)
 
 
-def _by_exchange(
+def _search(
     poses: Poses,
     costs: Costs,
     n_terminals: int,
@@ -194,26 +300,6 @@ def _by_exchange(
         medoids = exchange.path_medoids(task, state, path)
         groupings.append(_grouped(bounds, costs, n_terminals, medoids))
     return groupings
-
-
-def _by_genetic(
-    poses: Poses,
-    costs: Costs,
-    n_terminals: int,
-    settings: TerminalSettings,
-    rng: np.random.Generator,
-    advance: Callable[[float], None],
-) -> list[tuning.Grouping]:
-    cuts = candidates.candidate_cuts(poses, settings.grid, settings.shortest)
-    cells = candidates.make_cells(cuts, cuts, poses.bounds, settings.shortest, settings.longest)
-    _check_room(cells, n_terminals, settings)
-    bounds = genetic.genetic_cuts(cuts, costs, n_terminals, rng, settings.genetic, advance)
-    most = settings.most_segments
-    if len(bounds) - 1 < n_terminals or (most is not None and len(bounds) - 1 > most):
-        wanted = np.where(np.isin(cells.starts, bounds) & np.isin(cells.ends, bounds), 0.0, 1.0)
-        path = candidates.bounded_path(cells, wanted, np.zeros(len(cuts)), n_terminals, most)
-        bounds = np.append(cells.starts[path], poses.n_frames)
-    return [_grouped(bounds, costs, n_terminals, None)]
 
 
 def _check_room(cells: candidates.Cells, n_terminals: int, settings: TerminalSettings) -> None:

@@ -29,19 +29,269 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from motiondb.grammar.terminals.segment_distance import segment_distance, segment_distances
-from motiondb.grammar.terminals.tuning_steps import (
-    Best,
-    Costs,
-    Pace,
-    State,
-    sum_distances,
-    take_steps,
-)
-from motiondb.records import IntArray
+from motiondb.grammar.terminals.distances import segment_distance, segment_distances
+from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
+
+_RELATIVE_GAIN = 1e-12
+"""Smallest relative decrease of the cost that counts; smaller ones are rounding errors."""
+
+
+class Costs(NamedTuple):
+    """The cost of a grouping."""
+
+    values: Float32Array  # (frames, dimensions): the poses
+    fixed: BoolArray  # (frames + 1,): whether each cut is fixed
+    rest: FloatArray  # (frames + 1,): cost of a cut
+    price: float  # Cost of a medoid's frame, w / T
+    weight: float  # Cost of a frame's distance, (1 - w) / (T d_max)
+    shortest: int  # Smallest number of frames of a segment
+
+
+class State(NamedTuple):
+    """The grouping during the search, with the data from which its cost is updated."""
+
+    cuts: IntArray  # (segments + 1,): frames of all takes in a row
+    labels: IntArray  # (segments,): group of each segment
+    medoids: IntArray  # (K,): medoid of each group, a segment
+    distances: Float32Array  # (segments, segments): d, valid within groups
+    sums: FloatArray  # (segments,): distances of the frames of its group to each segment, summed
+    errors: FloatArray  # (K,): cost of the distances of each group
+
+
+class Best(NamedTuple):
+    """The best grouping so far, as in :class:`Grouping`."""
+
+    cuts: IntArray
+    labels: IntArray
+    medoids: IntArray
+
+
+class Pace(NamedTuple):
+    """Size of the steps (frames), temperature, and the cost now and of the best."""
+
+    step: int
+    temperature: float
+    total: float
+    best_total: float
+
+
+class _Move(NamedTuple):
+    """Cuts from ``first`` on that get new frames; the segments [low, high) change."""
+
+    first: int
+    new: IntArray
+    low: int
+    high: int
+
+
+class _Known(NamedTuple):
+    """Distances for a move: those that are known, and new ones (changed segments, segments)."""
+
+    values: Float32Array
+    distances: Float32Array
+    rows: Float32Array
+    ends: IntArray
+    sums: FloatArray
+
+
+@njit(cache=True, nogil=True)
+def take_steps(
+    state: State, costs: Costs, draws: FloatArray, pace: Pace, best: Best
+) -> tuple[float, float]:
+    """Take steps of one size; changes ``state`` and ``best``. Returns both costs."""
+    step, temperature, total, best_total = pace
+    cuts, n = state.cuts, len(state.labels)
+    for draw in draws:
+        i = min(int(draw[0] * n), n - 1)
+        shift = step if draw[1] < 0.5 else -step
+        first = i if draw[2] < 0.5 else i + 1  # Slide moves cuts i and i + 1, Resize i + 1
+        new = cuts[first : i + 2] + shift
+        if not _allowed(cuts, first, new, costs):
+            continue
+        move = _Move(first, new, first - 1, first + len(new))
+        gain, groups, heads, losses, rows = _try_move(state, costs, move)
+        if gain < 0.0 or (temperature > 0.0 and draw[3] < np.exp(-gain / temperature)):
+            state.medoids[:], state.errors[:] = heads, losses
+            _commit(state, move, groups, rows, costs.values)
+            total += gain
+            if total < best_total * (1.0 - _RELATIVE_GAIN):
+                best_total = total
+                best.cuts[:], best.labels[:] = cuts, state.labels
+                best.medoids[:] = state.medoids
+    return total, best_total
+
+
+@njit(cache=True)
+def _allowed(cuts: IntArray, first: int, new: IntArray, costs: Costs) -> bool:
+    """Whether cuts from ``first`` on may get new frames."""
+    last = first + len(new) - 1
+    if first < 1 or last > len(cuts) - 2:
+        return False
+    for c in range(first, last + 1):
+        if costs.fixed[cuts[c]]:
+            return False
+    room = min(new[0] - cuts[first - 1], cuts[last + 1] - new[-1])
+    return bool(room >= costs.shortest)
+
+
+@njit(cache=True)
+def _try_move(
+    state: State, costs: Costs, move: _Move
+) -> tuple[float, IntArray, IntArray, FloatArray, Float32Array]:
+    """Return the change of the cost, and the groups, medoids, errors and distances it makes."""
+    cuts, labels, medoids = state.cuts, state.labels, state.medoids
+    low, high = move.low, move.high
+    ends = cuts.copy()
+    ends[move.first : move.first + len(move.new)] = move.new
+    heads = medoids.copy()
+    left = _sums_without(state, low, high)
+    _release(labels, heads, left, low, high)
+    groups = np.empty(high - low, np.int64)
+    for s in range(low, high):
+        groups[s - low] = _nearest(state, costs.values, ends, heads, s)
+    touched = np.unique(np.concatenate((labels[low:high], groups)))
+    rows = np.full((high - low, len(labels)), np.nan, np.float32)
+    known = _Known(costs.values, state.distances, rows, ends, left)
+    gain = 0.0
+    for c in range(len(move.new)):
+        gain += costs.rest[move.new[c]] - costs.rest[cuts[move.first + c]]
+    losses = state.errors.copy()
+    after = labels.copy()
+    after[low:high] = groups
+    for k in touched:
+        members = np.flatnonzero(after == k)
+        heads[k], losses[k], size = _choose_medoid(known, members, move, heads[k], costs)
+        old = costs.price * (cuts[medoids[k] + 1] - cuts[medoids[k]])
+        gain += losses[k] + size - state.errors[k] - old
+    return gain, groups, heads, losses, rows
+
+
+@njit(cache=True)
+def sum_distances(state: State, groups: IntArray) -> None:
+    """Fill ``state.sums`` for all segments of some groups."""
+    cuts = state.cuts
+    for k in groups:
+        members = np.flatnonzero(state.labels == k)
+        for c in members:
+            state.sums[c] = 0.0
+            for i in members:
+                state.sums[c] += (cuts[i + 1] - cuts[i]) * state.distances[i, c]
+
+
+@njit(cache=True)
+def _sums_without(state: State, low: int, high: int) -> FloatArray:
+    """Return ``state.sums`` after the segments [low, high) have left their groups."""
+    cuts, labels = state.cuts, state.labels
+    left = state.sums.copy()
+    for s in range(low, high):
+        for c in range(len(labels)):
+            if labels[c] == labels[s]:
+                left[c] -= (cuts[s + 1] - cuts[s]) * state.distances[s, c]
+    return left
+
+
+@njit(cache=True)
+def _release(labels: IntArray, heads: IntArray, left: FloatArray, low: int, high: int) -> None:
+    """Choose another medoid, among unchanged segments, for groups whose medoid changes.
+
+    -1 if the group has no unchanged segment.
+    """
+    for s in range(low, high):
+        k = labels[s]
+        if not low <= heads[k] < high:
+            continue
+        heads[k] = -1
+        least = np.inf
+        for c in range(len(labels)):
+            if labels[c] == k and not low <= c < high and left[c] < least:
+                least, heads[k] = left[c], c
+
+
+@njit(cache=True)
+def _nearest(state: State, values: Float32Array, ends: IntArray, heads: IntArray, s: int) -> int:
+    """Return the group of a changed segment; a group with nothing else left keeps its medoid."""
+    nearest = state.labels[s]
+    if heads[nearest] < 0 and state.medoids[nearest] == s:
+        return int(nearest)
+    least = np.inf
+    for k in range(len(heads)):
+        if heads[k] >= 0:
+            a, b = state.cuts[heads[k]], state.cuts[heads[k] + 1]
+            gap = segment_distance(values, ends[s], ends[s + 1], a, b)
+            if gap < least:
+                least, nearest = gap, k
+    return int(nearest)
+
+
+@njit(cache=True)
+def _gap(known: _Known, i: int, c: int, move: _Move) -> np.float32:
+    """Return D of two segments after a move; new ones are computed once and kept in ``rows``."""
+    low, high, ends = move.low, move.high, known.ends
+    if low <= c < high:
+        i, c = c, i
+    if not low <= i < high:
+        return known.distances[i, c]
+    if i == c:
+        return np.float32(0.0)
+    if np.isnan(known.rows[i - low, c]):
+        gap = segment_distance(known.values, ends[i], ends[i + 1], ends[c], ends[c + 1])
+        known.rows[i - low, c] = gap
+        if low <= c < high:
+            known.rows[c - low, i] = gap
+    return known.rows[i - low, c]
+
+
+@njit(cache=True)
+def _choose_medoid(
+    known: _Known, members: IntArray, move: _Move, head: int, costs: Costs
+) -> tuple[int, float, float]:
+    """Return the best medoid of a group, its members' error, and the cost of the medoid.
+
+    The current medoid is tried first. The sum of another candidate, begun with known distances, is
+    abandoned as soon as it is larger, so few new distances are computed.
+    """
+    ends = known.ends
+    low, high = move.low, move.high
+    least, best, error, size = np.inf, -1, 0.0, 0.0
+    for turn in range(-1, len(members)):
+        c = head if turn < 0 else members[turn]
+        if c < 0 or (turn >= 0 and c == head):
+            continue
+        price = costs.price * (ends[c + 1] - ends[c])
+        is_new = low <= c < high
+        total = 0.0 if is_new else known.sums[c]
+        limit = (least - price) / max(costs.weight, 1e-300)
+        for i in members if is_new else np.arange(low, high):
+            if total >= limit:
+                break
+            if is_new or np.any(members == i):
+                total += (ends[i + 1] - ends[i]) * _gap(known, i, c, move)
+        if costs.weight * total + price < least:
+            least, best, error, size = costs.weight * total + price, c, costs.weight * total, price
+    return best, error, size
+
+
+@njit(cache=True)
+def _commit(
+    state: State, move: _Move, groups: IntArray, rows: Float32Array, values: Float32Array
+) -> None:
+    """Take a step; the distances within the groups of the changed segments are completed."""
+    labels = state.labels
+    touched = np.unique(np.concatenate((labels[move.low : move.high], groups)))
+    state.cuts[move.first : move.first + len(move.new)] = move.new
+    labels[move.low : move.high] = groups
+    known = _Known(values, state.distances, rows, state.cuts, state.sums)
+    for s in range(move.low, move.high):
+        for c in range(len(labels)):
+            if labels[c] == labels[s]:
+                state.distances[s, c] = _gap(known, s, c, move)
+                state.distances[c, s] = state.distances[s, c]
+    sum_distances(state, touched)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from pydantic import Field
 
 from motiondb.answers.grammars import AlternativesAnswer, GrammarAnswer, GrammarRow, Unplayable
 from motiondb.database import MotionDB
-from motiondb.database.grammars.grammar_editing import Edit
 from motiondb.database.grammars.grammar_facts import derives_new, grammar_row
+from motiondb.database.grammars.grammar_sequences import Edit
 from motiondb.errors import QueryError
 from motiondb.grammar.derivation.edit import region_at
 from motiondb.page.errors import PageError, unknown
@@ -157,8 +157,7 @@ def router(page: Page) -> APIRouter:
             key: getattr(body, key)
             for key in ("from_symbols", "sentences", "seed", "shortest", "longest")
         }
-        if body.terminals is not None:
-            settings["n_terminals"] = body.terminals
+        settings["n_terminals"] = body.terminals
         parameters = {"captures": body.captures, "name": body.name, "settings": settings}
         title = f"grammar {body.name or body.captures[0]}"
         return page.jobs.start("grammar", title, parameters).reply()
@@ -265,7 +264,7 @@ def _alternative(
     region, log_probability = tuple(alternative.string), float(alternative.log_probability)
     grammar = page.sequences.get(body.id).sequence.grammar
     try:
-        made = db.grammars.play(grammar, edited, number, body.seed)
+        made = db.grammars.play(grammar, edited, number)
     except QueryError as error:
         string = tuple(edited.tree(number).leaves())
         return Unplayable(

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
-from motiondb.files.whole_files import is_being_written
+from motiondb.files.safe_files import is_being_written
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.columns import fetch, from_rows

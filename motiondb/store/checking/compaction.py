@@ -7,8 +7,7 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.file_names import plain_name
-from motiondb.files.whole_files import delete_all
+from motiondb.files.safe_files import delete_all, plain_name
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.holder import is_lock

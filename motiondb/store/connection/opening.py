@@ -18,8 +18,13 @@ from typing import Any
 import duckdb
 
 from motiondb.errors import HeldError, StoreError
-from motiondb.files.file_names import check_file_name, plain_name
-from motiondb.files.whole_files import delete_all, is_being_written, is_duckdb
+from motiondb.files.safe_files import (
+    check_file_name,
+    delete_all,
+    is_being_written,
+    is_duckdb,
+    plain_name,
+)
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import motiondb
 from motiondb.cli.main import app
-from motiondb.meaning.evidence import by_question
+from motiondb.meaning import by_question
 from motiondb.search import reasons
 
 

@@ -16,7 +16,7 @@ from motiondb.database import MotionDB
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import readings
 from motiondb.language.question.say import say
-from motiondb.meaning.evidence import by_question
+from motiondb.meaning import by_question
 from motiondb.search import reasons
 
 QUESTIONS = (

@@ -12,7 +12,7 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
-from motiondb.database.grammars import grammar_facts, grammar_sequences
+from motiondb.database.grammars import grammar_sequences
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.grammar.cfg.context_free import derive_by, read_grammar
@@ -155,7 +155,6 @@ def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked_dances
     for seed in range(3):
         made = asked_dances.grammars.generate("dance", seed, length=9)
         assert accepts(learned.grammar, made.string)
-        assert made.choice.cost <= made.greedy + 1e-9
         assert made.made.slip <= made.made.source_slip
         assert len(made.provenance.source_numbers) == made.motion.n_frames
         assert set(made.provenance.licences) == {"CC0-1.0"}
@@ -240,16 +239,16 @@ def test_a_grammar_outlives_its_captures(dances: MotionDB) -> None:
     assert dances.grammars.material("dance").missing == ("dora/long_dance_1",)
     assert [c["there"] for c in dances.grammars.show("dance")["captures"]] == [True, False]
     material = dances.grammars.material("dance")
-    learned, rng = material.learned, np.random.default_rng(0)
+    learned = material.learned
     here = set(learned.terminals.labels[learned.terminals.takes == 0].tolist())
     for string, rules in zip(learned.strings, learned.parses):
         tree = derive_by(learned.grammar, rules)
         if {learned.terminals.names.index(terminal) for terminal in string} <= here:
-            made = grammar_sequences.play(material, tree, rng)
+            made = grammar_sequences.play(material, tree)
             assert {s.name for s in made.provenance.sources} == {"ana/long_dance_2"}
         else:
             with pytest.raises(QueryError, match="found all of them removed"):
-                grammar_sequences.play(material, tree, rng)
+                grammar_sequences.play(material, tree)
     assert dances.check() == []
     dances.remove(["ana/long_dance_2"])
     with pytest.raises(QueryError, match="expected captures of the grammar, found none left"):
@@ -291,7 +290,7 @@ def test_motion_symbols_may_be_terminals(learned_copy: Path) -> None:
 
 def test_files_and_pictures(asked_dances: MotionDB, tmp_path: Path) -> None:
     made = asked_dances.grammars.generate("dance", 3)
-    facts = grammar_facts.write_sequence(made, 3, tmp_path / "new.bvh")
+    facts = asked_dances.grammars.write(made, tmp_path / "new.bvh", 3)
     written: dict[str, Any] = json.loads((tmp_path / "new.provenance.json").read_text())
     assert written["string"] == facts["string"] == list(made.string)
     assert written["frames"][0]["start"] == 0
@@ -313,18 +312,3 @@ def test_a_tree_on_a_line() -> None:
     assert str(derive_by(toy, (0, 1, 2))) == "S(a B(b B()) c)"
     deep = derive_by(read_grammar("S -> a S | a"), (0,) * 3000 + (1,))
     assert str(deep).count("S(a") == 3001
-
-
-def test_the_number_of_terminals_may_be_the_data_s(dances: MotionDB) -> None:
-    settings = GrammarSettings(None, search=QUICK, evaluations=100)
-    learned, _ = dances.grammars.learn(["fatou/dance_1"], "short", settings)
-    run = next(r for r in store.load_runs(dances.store) if r.run_id == learned.run_id)
-    tried = run.parameters["tried"]
-    assert isinstance(tried, dict)
-    chosen = str(len(learned.terminals.names))
-    assert sum(learned.bits.values()) == pytest.approx(tried[chosen])
-    allowed = run.parameters["standard_error"]
-    assert allowed == pytest.approx(run.parameters["noise"] / 2**0.5)
-    enough = min(tried.values()) + allowed
-    assert int(chosen) == min(int(number) for number, bits in tried.items() if bits <= enough)
-    assert set(learned.bits) == {"motion", "sentences", "rules"}

@@ -7,7 +7,7 @@ import pytest
 import motiondb
 from motiondb.database.catalogue.importing import ImportReport
 from motiondb.errors import QueryError, SheetError
-from motiondb.files.sheet import capture_name, read_sheet
+from motiondb.files.sheets import capture_name, read_sheet
 
 
 def test_all_removed_and_added_again(learned_copy: Path, samples_folder: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import AddSettings
-from motiondb.meaning.maps.posture_and_travel import N_POSTURE, N_TRAVEL
+from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
 
 SAMPLE = Path(__file__).parents[3] / "sample_data"
 LATER = N_POSTURE + N_TRAVEL

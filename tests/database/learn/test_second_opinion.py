@@ -13,8 +13,8 @@ from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.language import vocabulary
-from motiondb.meaning.maps.description_map import score_probabilities
-from motiondb.meaning.maps.unit_length import unit
+from motiondb.meaning.description_map import score_probabilities
+from motiondb.meaning.score_vectors import unit
 from motiondb.search.described_motion import word_probabilities
 
 SAMPLE = Path(__file__).parents[3] / "sample_data"

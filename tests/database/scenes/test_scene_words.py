@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.nearby_words import nearby_table
 from motiondb.database.scenes.scene_words import Phrases, take_phrases
+from motiondb.database.session import nearby_table
 from motiondb.grammar.terminals.terminals import TerminalSettings
 from motiondb.language.nearby.table import UNIT, read_table, write_table
 from motiondb.scene.language.grammar_file import read_motion_grammar

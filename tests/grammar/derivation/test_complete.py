@@ -12,12 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
 from motiondb.grammar.cfg.parse import compiled_form, log_probability
-from motiondb.grammar.derivation.complete import complete, sample_completion
-from motiondb.grammar.derivation.intersection import intersect, weights_of
+from motiondb.grammar.derivation.complete import complete, intersect, sample_completion, weights_of
 from motiondb.grammar.derivation.pattern import Place, acceptor_of, automaton_of, read_pattern
+from motiondb.grammar.languages import finite_language
 from tests.grammar.random_grammars import grammars
 
 FINITE = read_grammar(

@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_grammars import grammars
 
-from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.compiled import compile_grammar
 from motiondb.grammar.cfg.context_free import (
     Grammar,
@@ -30,6 +29,7 @@ from motiondb.grammar.cfg.lengths import (
 )
 from motiondb.grammar.cfg.parse import accepts, compiled_form, log_probability
 from motiondb.grammar.derivation.derive import damped, derive
+from motiondb.grammar.languages import finite_language
 
 
 @given(grammars(), st.integers(0, 2**32 - 1), st.sampled_from([None, 0, 1, 4, 9]))

@@ -7,11 +7,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from motiondb.grammar.baselines.language_measures import (
-    coverage,
-    derived_strings,
-    finite_language,
-)
 from motiondb.grammar.cfg.compiled import compile_grammar
 from motiondb.grammar.cfg.context_free import Grammar, choices_of, derive_by, read_grammar
 from motiondb.grammar.cfg.lengths import mean_length
@@ -25,6 +20,11 @@ from motiondb.grammar.derivation.pattern import read_pattern
 from motiondb.grammar.derivation.plan import plan
 from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.induction.rule_compaction import Effort
+from motiondb.grammar.languages import (
+    coverage,
+    derived_strings,
+    finite_language,
+)
 from motiondb.grammar.rules.description_length import description_length
 
 TRUTHS = {

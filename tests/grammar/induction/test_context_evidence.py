@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.induction.support.context_evidence import (
+from motiondb.grammar.induction.loop_evidence import (
     Context,
+    keep_supported,
     split_context,
     unlike_context,
 )
-from motiondb.grammar.induction.support.loop_evidence import keep_supported
-from motiondb.grammar.induction.support.refitting import refit
+from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.rules.rule_set import RuleSet
 
 # terminals 0, 1, 2; start 3; nonterminals 4 and 5

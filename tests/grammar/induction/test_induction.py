@@ -9,22 +9,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.language_measures import finite_language
 from motiondb.grammar.cfg.context_free import GrammarError, check_grammar, format_grammar
 from motiondb.grammar.induction.induction import FAMILIES, induce, induce_with_bits, read_rules
 from motiondb.grammar.induction.law_checks import Laws, keeps_laws
 from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
 from motiondb.grammar.induction.rule_compaction import Effort, compact
+from motiondb.grammar.languages import finite_language
 from motiondb.grammar.rules.description_length import description_length, most_economical_tree
-from motiondb.grammar.rules.hypotheses import SELECTIONS, propose, select
+from motiondb.grammar.rules.hypotheses import SELECTIONS, align, align_all, propose, select
 from motiondb.grammar.rules.rule_set import (
     RuleSet,
     constant_terminals,
     flat_rules,
     single_terminals,
 )
-from motiondb.grammar.rules.sentence_alignment import align
-from motiondb.grammar.rules.suffix_alignment import align_all
 
 TOY = [tuple(word) for word in ["rfdpm", "rfdsm", "rdfsm", "rdpm", "rdsm", "rpm"]]
 TOY_LANGUAGE = {

@@ -10,25 +10,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.language_measures import derived_strings
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.annealing import anneal
 from motiondb.grammar.induction.induction import induce, induce_with_bits, without_loops
 from motiondb.grammar.induction.law_checks import Laws, keeps_laws
-from motiondb.grammar.induction.planting import plant
-from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
-from motiondb.grammar.induction.rule_compaction import Effort
-from motiondb.grammar.induction.support.cheapest_parse import PARENT, RULE, SPAN, read_all
-from motiondb.grammar.induction.support.loop_evidence import (
+from motiondb.grammar.induction.loop_evidence import (
     judge_loops,
     keep_supported,
     rounds_asked,
     stops_at_bound,
     write_out,
 )
-from motiondb.grammar.induction.support.refitting import refit, refit_fully
+from motiondb.grammar.induction.perturbation import plant
+from motiondb.grammar.induction.refitting import PARENT, RULE, SPAN, read_all, refit, refit_fully
+from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
+from motiondb.grammar.induction.rule_compaction import Effort
+from motiondb.grammar.languages import derived_strings
 from motiondb.grammar.rules import rule_laws
 from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
 

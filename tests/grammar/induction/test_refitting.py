@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.baselines.language_measures import match_languages
+from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce_with_bits
 from motiondb.grammar.induction.perturbation import forget, perturb, sample, split
+from motiondb.grammar.induction.refitting import refit
 from motiondb.grammar.induction.rule_compaction import Effort, compact, effort_for
-from motiondb.grammar.induction.support.refitting import refit
 from motiondb.grammar.rules.description_length import description_length
 from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
 

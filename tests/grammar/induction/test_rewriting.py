@@ -18,12 +18,14 @@ from motiondb.grammar.induction.rewriting import (
 from motiondb.grammar.induction.rule_arrays import (
     ROWS,
     SYMBOLS,
+    Part,
+    Place,
     bits_of,
     empty_table,
+    occurrences,
     rules_of,
     table_of,
 )
-from motiondb.grammar.induction.rule_places import Part, Place, occurrences
 from motiondb.grammar.rules.rule_set import RuleSet
 
 # terminals 0, 1, 2; start 3; nonterminals 4 and 5, 4 may use 5

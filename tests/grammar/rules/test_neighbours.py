@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from motiondb.grammar.rules.neighbours import absorb_neighbours, release_ends
+from motiondb.grammar.induction.rule_compaction import absorb_neighbours, release_ends
 from motiondb.grammar.rules.rule_set import RuleSet
 
 A, B, S, X = 0, 1, 2, 3

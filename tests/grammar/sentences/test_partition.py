@@ -13,9 +13,16 @@ from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.grammar.sentences import context_bits
 from motiondb.grammar.sentences.borders import recurring_splits, united_splits
-from motiondb.grammar.sentences.cutting import cutting_room, draw_best, draw_cuts, search_cuts
+from motiondb.grammar.sentences.cutting import (
+    cheapest_cuts,
+    cutting_room,
+    draw_best,
+    draw_cuts,
+    recut,
+    search_cuts,
+    shared_symbols,
+)
 from motiondb.grammar.sentences.partition import find_sentences, sentences_between
-from motiondb.grammar.sentences.recutting import cheapest_cuts, recut, shared_symbols
 
 PAPER = tuple("abxcdabycdabxcd")
 

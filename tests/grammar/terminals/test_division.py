@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from motiondb.grammar.terminals import candidates, exchange
-from motiondb.grammar.terminals.division import divide, parts_of
-from motiondb.grammar.terminals.pose_distance import Poses, largest_distance
+from motiondb.grammar.terminals.distances import Poses, largest_distance
+from motiondb.grammar.terminals.exchange import divide, parts_of
 
 BUMPS = {"a": 0, "b": 1, "c": 2}
 LENGTH = 8

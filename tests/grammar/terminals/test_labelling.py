@@ -12,7 +12,7 @@ from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.cfg.parse import ParseError, parse_passage, passage_grammar
 from motiondb.grammar.terminals import labelling
-from motiondb.grammar.terminals.pose_distance import pose_vectors
+from motiondb.grammar.terminals.distances import pose_vectors
 from motiondb.records import FloatArray, Motion
 
 

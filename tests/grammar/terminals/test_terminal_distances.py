@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from motiondb.body import rotation
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.terminals import pose_distance
-from motiondb.grammar.terminals.segment_distance import (
+from motiondb.grammar.terminals import distances
+from motiondb.grammar.terminals.distances import (
     distances_to,
     segment_distance,
     segment_distances,
@@ -79,20 +79,18 @@ def test_poses_do_not_see_place_and_heading() -> None:
         [3.0, 0.0, -2.0]
     )
     moved = Motion(rotations.astype(np.float32), root.astype(np.float32))
-    assert np.allclose(
-        pose_distance.pose_vectors(motion), pose_distance.pose_vectors(moved), atol=2e-5
-    )
+    assert np.allclose(distances.pose_vectors(motion), distances.pose_vectors(moved), atol=2e-5)
 
 
 def test_principal_axes_keep_the_distances() -> None:
     motion = naive.swinging_motion(80)
-    raw = pose_distance.pose_vectors(motion)
-    values = pose_distance.make_poses([motion]).values
+    raw = distances.pose_vectors(motion)
+    values = distances.make_poses([motion]).values
     assert values.shape[1] < raw.shape[1]
     full = np.linalg.norm(raw[:, None] - raw[None], axis=2)
     kept = np.linalg.norm(values[:, None] - values[None], axis=2)
     assert (kept <= full + 1e-4).all()
-    assert (kept**2).sum() >= pose_distance.KEPT * (full**2).sum() - 1e-6
+    assert (kept**2).sum() >= distances.KEPT * (full**2).sum() - 1e-6
 
 
 @settings(max_examples=40, deadline=None)
@@ -100,7 +98,7 @@ def test_principal_axes_keep_the_distances() -> None:
 def test_the_largest_distance_is_exact(n: int, dimensions: int, seed: int) -> None:
     values = np.random.default_rng(seed).standard_t(2, size=(n, dimensions))
     full = np.linalg.norm(values[:, None] - values[None], axis=2)
-    assert pose_distance.largest_distance(values, block=5) == pytest.approx(full.max(), rel=1e-9)
+    assert distances.largest_distance(values, block=5) == pytest.approx(full.max(), rel=1e-9)
 
 
 def test_takes_that_cannot_be_used_are_named() -> None:
@@ -108,8 +106,8 @@ def test_takes_that_cannot_be_used_are_named() -> None:
     broken = Motion(good.local_rotations, np.full((20, 3), np.nan, dtype=np.float32))
     empty = Motion(good.local_rotations[:0], good.root_positions[:0])
     with pytest.raises(GrammarError, match=r"expected at least one take, found none\. Name"):
-        pose_distance.make_poses([])
+        distances.make_poses([])
     with pytest.raises(GrammarError, match=r"take 2: expected frames, found none\. Leave it out"):
-        pose_distance.make_poses([good, empty])
+        distances.make_poses([good, empty])
     with pytest.raises(GrammarError, match=r"take 2: expected numbers, found NaN or infinity"):
-        pose_distance.make_poses([good, broken])
+        distances.make_poses([good, broken])

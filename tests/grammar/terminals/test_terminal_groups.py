@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.terminals import candidates, exchange
+from motiondb.grammar.terminals.distances import Poses
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.objective import objective, score
-from motiondb.grammar.terminals.pose_distance import Poses
+from motiondb.grammar.terminals.terminals import objective, score
 
 
 def points(n: int, seed: int) -> np.ndarray:
@@ -161,7 +161,7 @@ def made_task(n_groups: int, price: float = 0.2) -> exchange.Task:
 
 
 def test_costs_of_cells_are_lengths_times_distances() -> None:
-    from motiondb.grammar.terminals.segment_distance import distances_to
+    from motiondb.grammar.terminals.distances import distances_to
 
     task = made_task(3)
     cells = task.cells

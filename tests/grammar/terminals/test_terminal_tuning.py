@@ -3,21 +3,21 @@
 import numpy as np
 import pytest
 
-from motiondb.grammar.terminals import genetic, tuning, tuning_steps
+from motiondb.grammar.terminals import tuning
+from motiondb.grammar.terminals.distances import segment_distances
 from motiondb.grammar.terminals.medoids import group_by_medoids
-from motiondb.grammar.terminals.segment_distance import segment_distances
 
 N_FRAMES = 300
 BOUNDS = (0, 110, 300)
 
 
-def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning_steps.Costs]:
+def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning.Costs]:
     rng = np.random.default_rng(seed)
     values = np.cumsum(rng.normal(0, 0.2, (N_FRAMES, 3)), axis=0).astype(np.float32)
     values = np.sin(values).astype(np.float32)
     fixed = np.isin(np.arange(N_FRAMES + 1), BOUNDS)
     rest = rng.uniform(0, 1e-4, N_FRAMES + 1)
-    costs = tuning_steps.Costs(values, fixed, rest, 0.1 / N_FRAMES, 0.9 / N_FRAMES / 3.5, 6)
+    costs = tuning.Costs(values, fixed, rest, 0.1 / N_FRAMES, 0.9 / N_FRAMES / 3.5, 6)
     cuts = np.unique(np.concatenate([np.arange(0, N_FRAMES, 15), BOUNDS]))
     cuts = cuts[np.append(np.diff(cuts) >= 6, True)]
     lengths = np.diff(cuts)
@@ -28,7 +28,7 @@ def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning_steps.Co
     return tuning.Grouping(cuts, labels, medoids), costs
 
 
-def best_medoid(grouping: tuning.Grouping, costs: tuning_steps.Costs, k: int) -> float:
+def best_medoid(grouping: tuning.Grouping, costs: tuning.Costs, k: int) -> float:
     """The least that a group can cost with its members, from nothing."""
     starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
     members = np.flatnonzero(grouping.labels == k)
@@ -44,10 +44,10 @@ def test_the_incremental_cost_is_the_cost_from_nothing(seed: int, temperature: f
     settings = tuning.TuningSettings(temperature=temperature, most_steps=1500)
     state, total = tuning._begin(grouping, costs), tuning.total_cost(grouping, costs)
     draws = np.random.default_rng(seed).random((1500, 4))
-    actual = tuning_steps.Best(*(part.copy() for part in state[:3]))
+    actual = tuning.Best(*(part.copy() for part in state[:3]))
     chance = settings.temperature * total / len(grouping.labels)
-    pace = tuning_steps.Pace(4, chance, total, total)
-    total, best_total = tuning_steps.take_steps(state, costs, draws, pace, actual)
+    pace = tuning.Pace(4, chance, total, total)
+    total, best_total = tuning.take_steps(state, costs, draws, pace, actual)
     best = tuning.Grouping(*actual)
     now = tuning.Grouping(*state[:3])
     assert total == pytest.approx(tuning.total_cost(now, costs), rel=1e-6)
@@ -85,22 +85,3 @@ def test_one_segment_a_take_cannot_be_moved() -> None:
     grouping = tuning.Grouping(np.array(BOUNDS), np.array([0, 1]), np.array([0, 1]))
     best, _ = tuning.tune(grouping, costs, np.random.default_rng(0))
     assert best.cuts.tolist() == list(BOUNDS)
-
-
-def test_the_genetic_search_beats_its_first_population_and_keeps_the_rules() -> None:
-    _, costs = made(3)
-    places = np.unique(np.concatenate([np.arange(0, N_FRAMES, 5), BOUNDS]))
-
-    def cost_after(generations: int) -> tuple[float, np.ndarray]:
-        settings = genetic.GeneticSettings(population=20, generations=generations, part=400)
-        cuts = genetic.genetic_cuts(places, costs, 5, np.random.default_rng(4), settings)
-        lengths = np.diff(cuts)
-        gaps = segment_distances(costs.values, cuts[:-1], cuts[1:])
-        paid = {"weights": costs.weight * lengths, "prices": costs.price * lengths}
-        medoids, labels = group_by_medoids(gaps, 5, **paid)
-        return tuning.total_cost(tuning.Grouping(cuts, labels, medoids), costs), cuts
-
-    first, later = cost_after(0), cost_after(60)
-    assert later[0] < first[0]
-    assert np.diff(later[1]).min() >= costs.shortest
-    assert set(BOUNDS) <= set(later[1].tolist())

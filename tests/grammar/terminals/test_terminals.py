@@ -79,28 +79,18 @@ def test_the_same_seed_gives_the_same_terminals(
     learned: Terminals, takes: list[Motion], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert same(learned, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
-    from motiondb.grammar.terminals import exchange, segment_distance
+    from motiondb.grammar.terminals import distances, exchange
 
     pool = exchange.ThreadPoolExecutor
-    for one in (exchange, segment_distance, module):
+    for one in (exchange, distances, module):
         monkeypatch.setattr(one, "ThreadPoolExecutor", lambda _n: pool(1))
     assert same(learned, find_terminals(takes, 4, np.random.default_rng(0), settings=QUICK))
 
 
-def test_the_genetic_search_can_be_asked_for(takes: list[Motion], learned: Terminals) -> None:
-    small = module.genetic.GeneticSettings(population=20, generations=30)
-    settings = replace(QUICK, method="genetic", genetic=small)
-    other = find_terminals(takes, 4, np.random.default_rng(0), settings=settings)
-    assert len(np.unique(other.labels)) == 4
-    assert other.objective > 0.5 * learned.objective
-
-
 def test_the_number_of_segments_can_be_limited(takes: list[Motion]) -> None:
-    for method in ("exchange", "genetic"):
-        small = module.genetic.GeneticSettings(population=10, generations=5)
-        settings = replace(QUICK, most_segments=12, n_trials=100, method=method, genetic=small)
-        few = find_terminals(takes, 3, np.random.default_rng(0), settings=settings)
-        assert 3 <= len(few.starts) <= 12
+    settings = replace(QUICK, most_segments=12, n_trials=100)
+    few = find_terminals(takes, 3, np.random.default_rng(0), settings=settings)
+    assert 3 <= len(few.starts) <= 12
 
 
 def test_one_terminal_and_as_many_as_fit(takes: list[Motion]) -> None:
@@ -150,7 +140,6 @@ def test_progress_is_told(takes: list[Motion]) -> None:
         (1, replace(QUICK, longest=9, grid=4, most_segments=1), "expected at least 2 segments"),
         (2, replace(QUICK, weight=1.0), "expected a weight of R from 0 to below 1, found 1.0"),
         (2, replace(QUICK, shortest=1), "expected 2 <= shortest <= longest frames"),
-        (2, replace(QUICK, method="guess"), 'expected the method "exchange" or "genetic"'),
     ],
 )
 def test_what_cannot_be_done_is_said(

@@ -12,7 +12,7 @@ from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "scenes.md"
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "guide" / "scenes.md"
 TEXT = PAGE.read_text(encoding="utf-8")
 
 

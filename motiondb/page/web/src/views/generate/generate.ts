@@ -14,7 +14,6 @@ import { makeVariant, type Variant } from "./variant.ts";
 const METHODS: readonly [string, string][] = [
   ["stitched", "stitched from captures"],
   ["trajectory", "most likely trajectory"],
-  ["montecarlo", "sampled (Monte Carlo)"],
 ];
 const EXAMPLES = ["a person walks then kicks", "walk, turn left, sit down", "jump twice"];
 

@@ -137,7 +137,6 @@ function settings(learned: boolean): Settings {
       on: { change: () => void (count.hidden = kind.value !== "count") },
     },
     h("option", { value: "default" }, "default number"),
-    h("option", { value: "auto" }, "number chosen by description length"),
     h("option", { value: "count" }, "this number:"),
     h("option", { value: "symbols", disabled: !learned }, "the motion symbols"),
   );
@@ -178,7 +177,7 @@ function settings(learned: boolean): Settings {
     ],
     body: () => ({
       name: name.value.trim() || null,
-      terminals: kind.value === "auto" ? "auto" : kind.value === "count" ? count.valueAsNumber : null,
+      terminals: kind.value === "count" ? count.valueAsNumber : null,
       from_symbols: kind.value === "symbols",
       sentences: sentences.value,
       shortest: shortest.valueAsNumber,

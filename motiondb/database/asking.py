@@ -1,0 +1,134 @@
+"""Questions of one session: what is searched, the words that replace unknown ones, pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from motiondb import store
+from motiondb.database.catalogue.filter_words import take_filter_words
+from motiondb.database.session import Session, nearby_table
+from motiondb.errors import QueryError
+from motiondb.records import Match, Motion
+from motiondb.search.explained_answer import ExplainedWord
+from motiondb.search.taken_words import add_written, leave_unknown, replace_unknown, take_unknown
+from motiondb.search.word_answers import WordAnswer, search_words, with_takings
+from motiondb.search.word_sources import word_sources
+from motiondb.search.written_words import LearnedWithWritten, written_words
+
+if TYPE_CHECKING:
+    from motiondb.pictures import Timeline
+
+SHOWN_MATCHES = 8  # Most matches in a picture: more would be too small on a screen
+LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
+
+
+def search(
+    session: Session,
+    words: str,
+    where: str,
+    limit: int,
+    by_symbols: bool,
+    written: bool,
+    exact: bool,
+) -> WordAnswer:
+    """The answer to a question in words, as ``MotionDB.search`` gives it."""
+    with session.reading():
+        allowed, learned = allowed_captures(session, where, exact), session.searchable
+        if not by_symbols:  # captions hold words, not symbols
+            learned = add_written(
+                learned,
+                words,
+                lambda: session.kept("written_words", lambda: written_words(session.searchable)),
+                None if exact else nearby_table(),
+            )
+        replacing = leave_unknown if exact else replace_unknown if by_symbols else take_unknown
+        seen, takings = replacing(learned, words, nearby_table())
+        answer = search_words(
+            seen,
+            words,
+            allowed,
+            limit,
+            by_symbols,
+            written,
+            lambda capture: session.features.of_capture(capture),  # loaded only if needed
+        )
+        answer = with_takings(answer, takings)
+        behind = [word for taking in answer.taken.values() for word, _ in taking.words]
+        return replace(
+            answer,
+            sources=(*answer.sources, *word_sources(learned, behind)),
+            written=learned.added_words if isinstance(learned, LearnedWithWritten) else (),
+        )
+
+
+def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:
+    """Numbers of the captures that a filter lets through; all that can be searched without one."""
+    if not where.strip():
+        return list(session.searchable.captures)
+    filters = where if exact else take_filter_words(session.store, where)[0]
+    return [info.capture_id for info in store.load_captures(session.store, filters)]
+
+
+def unlearned_captures(session: Session) -> list[str]:
+    """Names of captured captures that no question searches: added and not counted."""
+
+    def load() -> list[str]:
+        opened = session.store
+        captured = [i for i in store.load_captures(opened) if i.kind == "captured"]
+        if not store.is_learned(opened):
+            return [info.name for info in captured]
+        learned = set(store.load_segments(opened, scores=False).capture_ids.tolist())
+        return [info.name for info in captured if info.capture_id not in learned]
+
+    return list(session.kept("unlearned", load))
+
+
+def draw_matches(
+    session: Session, matches: Sequence[Match], path: str | Path, title: str, example: Motion | None
+) -> Path:
+    """Draw the first matches as rows of stick figures, with the example above them."""
+    from motiondb import pictures
+
+    with session.reading():
+        hits = [(match, _motion(session, match.capture)) for match in matches[:SHOWN_MATCHES]]
+    query = None if example is None else ("query", example)
+    return pictures.draw_hits(hits, Path(path), title=title, query=query)
+
+
+def draw_reasons(session: Session, answer: WordAnswer, path: str | Path, title: str) -> Path:
+    """Draw the capture of the best match over a timeline of contributions for each word."""
+    from motiondb import pictures
+
+    if not answer.explanations:
+        raise QueryError(
+            f"{title}: expected an answer with reasons, found one without. Search for words, not by"
+            " symbols, that some capture shows."
+        )
+    best, why = answer.matches[0], answer.explanations[0]
+    words = [*why.words, *(word for one in why.excluded for word in one.words)]
+    rows = [(best.start, best.end, f"{best.start:.1f}-{best.end:.1f} s", 0)]
+    timelines = [*map(_timeline, words), pictures.Timeline("found", rows)]
+    with session.reading():
+        motion = _motion(session, best.capture)
+    return pictures.draw_strip(motion, path, title=f"{title}: {best.capture}", timelines=timelines)
+
+
+def _motion(session: Session, name: str) -> Motion:
+    return store.load_motion(session.store, store.load_capture(session.store, name).capture_id)
+
+
+def _timeline(word: ExplainedWord) -> Timeline:
+    """The contributions of the motion to one word."""
+    from motiondb import pictures
+
+    return pictures.Timeline(
+        word.word,
+        [
+            (share.start, share.end, f"{share.amount:+.2f}", share.symbol)
+            for share in word.shares
+            if abs(share.amount) > LEAST_SHARE
+        ],
+    )

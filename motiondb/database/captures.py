@@ -1,0 +1,578 @@
+"""The verbs on captures: in and out, their captions and events, their facts and pictures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motiondb import store
+from motiondb.body.features import FEATURE_STEP
+from motiondb.body.retarget import to_clip, to_motion
+from motiondb.database.catalogue import browsing, filter_words
+from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
+from motiondb.database.learn import updating
+from motiondb.errors import MotionDBError, QueryError
+from motiondb.files.safe_files import is_file
+from motiondb.language.synonyms import parse_synonyms
+from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
+from motiondb.search.taking import Taking
+from motiondb.store import Provenance, Store
+
+if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.answers.catalogue import ShownActivity, ShownSegment
+    from motiondb.database.catalogue import cataloguing, importing
+    from motiondb.database.session import Session
+    from motiondb.search.duplicates import DuplicateGroup
+
+
+class Captures:
+    """The captures of a database.
+
+    Parameters
+    ----------
+    session : Session
+        The open database.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+
+    @property
+    def store(self) -> Store:
+        """The open store."""
+        return self.session.store
+
+    def add(
+        self,
+        folder: str | Path,
+        words: str | Path | None = None,
+        settings: cataloguing.AddSettings | None = None,
+        progress: cataloguing.Progress | None = None,
+        events: str | Path | None = None,
+    ) -> cataloguing.AddReport:
+        """Add a capture, or every capture below a folder.
+
+        Broken files are left out and reported; a file whose content is there already changes
+        nothing.
+
+        Parameters
+        ----------
+        folder : str or Path
+            A file or a folder.
+        words : str or Path, optional
+            Sheet of words and tags, TSV or CSV.
+        settings : AddSettings, optional
+            How files are read.
+        progress : callable, optional
+            Called with the name of the step, the number done, and the total number.
+        events : str or Path, optional
+            Sheet of events, TSV or CSV.
+
+        Raises
+        ------
+        MotionDBError
+            When there are no captures to add, or a sheet cannot be read.
+        """
+        from motiondb.database.catalogue import added_sheets, cataloguing
+        from motiondb.files.sheets import read_event_sheet, read_sheet
+
+        sheets = added_sheets.Sheets(
+            read_sheet(words) if words is not None else None,
+            read_event_sheet(events) if events is not None else None,
+        )
+        return cataloguing.add_captures(
+            self.store, Path(folder), sheets, settings or cataloguing.AddSettings(), progress
+        )
+
+    def import_words(self, sheet: str | Path) -> importing.ImportReport:
+        """Replace words and tags by those of a sheet; captures without words in it keep theirs.
+
+        Parameters
+        ----------
+        sheet : str or Path
+            TSV or CSV.
+        """
+        from motiondb.database.catalogue import importing
+
+        return importing.import_words(self.store, sheet)
+
+    def import_events(self, sheet: str | Path) -> importing.EventReport:
+        """Replace the events of the captures that a sheet names.
+
+        Parameters
+        ----------
+        sheet : str or Path
+            TSV or CSV.
+        """
+        from motiondb.database.catalogue import importing
+
+        return importing.import_events(self.store, sheet)
+
+    def check_name_free(self, name: str) -> None:
+        """Refuse a name that a capture has already.
+
+        Raises
+        ------
+        QueryError
+            When the name is empty or taken.
+        """
+        from motiondb.database.catalogue.cataloguing import check_name_free
+
+        check_name_free(self.store, name)
+
+    def captures(self, where: str = "", exact: bool = False) -> list[CaptureInfo]:
+        """The catalogue.
+
+        Parameters
+        ----------
+        where : str
+            Filter on columns and tags, such as "performer=14".
+        exact : bool
+            Whether words in it that are in no caption and no tag match nothing; otherwise such a
+            word may be replaced by a known one (``taken_in_filter``).
+
+        Raises
+        ------
+        QueryError
+            When the filter cannot be read or names an unknown column.
+        """
+        with self.session.reading():
+            if exact or not where.strip():
+                return store.load_captures(self.store, where)
+            filters = filter_words.take_filter_words(self.store, where)[0]
+            return store.load_captures(self.store, filters)
+
+    def taken_in_filter(self, where: str) -> Mapping[str, Taking]:
+        """The known words that replace words of a filter that are in no caption and no tag.
+
+        Parameters
+        ----------
+        where : str
+            The filter.
+        """
+        if not where.strip():
+            return {}
+        with self.session.reading():
+            return filter_words.take_filter_words(self.store, where)[1]
+
+    def browse(
+        self, where: str = "", sort: str = "name", offset: int = 0, limit: int = 100
+    ) -> browsing.BrowsedPage:
+        """Some rows of the catalogue, with captions, for a program that shows it page by page.
+
+        Parameters
+        ----------
+        where : str
+            Filter on columns and tags, such as "performer=14".
+        sort : str
+            Column to sort by, such as "duration", or "tag.NAME"; "-duration": the longest first.
+        offset : int
+            Number of the first row, from 0.
+        limit : int
+            Largest number of rows.
+
+        Raises
+        ------
+        QueryError
+            When the filter cannot be read, or there is no such column to sort by.
+        """
+        return browsing.browse(self.session, where, sort, offset, limit)
+
+    def facets(self, where: str = "") -> tuple[browsing.Facet, ...]:
+        """How many captures have each value of columns and tags.
+
+        Parameters
+        ----------
+        where : str
+            Filter on columns and tags.
+
+        Raises
+        ------
+        QueryError
+            When the filter cannot be read.
+        """
+        return browsing.facets(self.session, where)
+
+    def browsed(self, name: str) -> browsing.BrowsedCapture | None:
+        """The row of the capture of exactly this name; None if there is none."""
+        with self.session.reading():
+            return browsing.rows_by_name(self.session).get(name)
+
+    def relations(self, name: str | None = None) -> list[Relation]:
+        """Copies, mirror images and cuts.
+
+        Parameters
+        ----------
+        name : str, optional
+            One capture; None: all.
+        """
+        with self.session.reading():
+            full = store.load_capture(self.store, name).name if name else None
+            return store.load_relations(self.store, full)
+
+    def duplicates(self, where: str = "") -> tuple[DuplicateGroup, ...]:
+        """Groups of captures that repeat one another, in each the one to keep first.
+
+        Parameters
+        ----------
+        where : str
+            Filter on the catalogue; groups with at least one such capture are returned.
+        """
+        from motiondb.search.duplicates import group_duplicates
+
+        with self.session.reading():
+            durations = {info.name: info.duration for info in self.captures()}
+            groups = group_duplicates(self.relations(), durations)
+            wanted = {info.name for info in self.captures(where)}
+            return tuple(group for group in groups if wanted & set(group.captures))
+
+    def motion(
+        self, example: str | Path | Motion, start: float | None = None, end: float | None = None
+    ) -> Motion:
+        """A motion on the canonical body, at 30 frames a second.
+
+        Parameters
+        ----------
+        example : str, Path or Motion
+            A file, the name of a stored capture, or a motion.
+        start : float, optional
+            Start of the part of the motion, seconds.
+        end : float, optional
+            End of the part of the motion, seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, or the part lies outside it.
+        CaptureError
+            When a file cannot be read.
+        """
+        if isinstance(example, Motion):
+            motion = example
+        elif is_file(example):
+            from motiondb.files import read_capture
+
+            motion = to_motion(read_capture(example))
+        else:
+            with self.session.reading():
+                info = store.load_capture(self.store, str(example), or_file=True)
+                motion = store.load_motion(self.store, info.capture_id)
+        return cut_motion(motion, start, end, FEATURE_STEP)
+
+    def clip(self, name: str) -> Clip:
+        """A stored capture on its own skeleton and at its own rate, as it was read when added.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database.catalogue.file_reading import read_stored
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            source = store.load_source(self.store, info.capture_id)
+            run = {r.run_id: r for r in store.load_runs(self.store)}[info.run_id]
+        return read_stored(info, source, run.parameters, info.fps)
+
+    def export(
+        self,
+        name: str,
+        path: str | Path,
+        start: float | None = None,
+        end: float | None = None,
+        canonical: bool = False,
+    ) -> Path:
+        """Write a capture to a file; in its original format, the bytes are those that were added.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        path : str or Path
+            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
+        start : float, optional
+            Start of the part of the capture, seconds. A part of a capture is always written as a
+            new file.
+        end : float, optional
+            End of the part of the capture, seconds.
+        canonical : bool
+            Write the motion on the canonical body at 30 frames a second.
+
+        Raises
+        ------
+        MotionDBError
+            When there is no such capture, or the file cannot be written.
+        """
+        path = Path(path)
+        whole = start is None and end is None and not canonical
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            source = store.load_source(self.store, info.capture_id)
+            if whole and path.suffix.lower() == Path(source.file_name).suffix.lower():
+                return write_bytes(path, source.data)
+            if canonical:
+                motion = store.load_motion(self.store, info.capture_id)
+                return write_clip(to_clip(cut_motion(motion, start, end)), path)
+            return write_clip(cut_clip(self.clip(name), start, end), path)
+
+    def remove(self, names: Iterable[str]) -> list[str]:
+        """Remove captures, all or none; their counts are removed from the learned model.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Names of captures.
+
+        Returns
+        -------
+        list of str
+            Full names of the captures removed.
+
+        Raises
+        ------
+        QueryError
+            When there is no capture of one of the names.
+        """
+        with store.transaction(self.store):
+            infos = [store.load_capture(self.store, name) for name in names]
+            numbers = [info.capture_id for info in infos]
+            parameters = {"names": [info.name for info in infos]}
+            with updating.changing(self.store, "remove", parameters, numbers):
+                for number in numbers:
+                    store.remove_capture(self.store, number)
+        return [info.name for info in infos]
+
+    def captions(self, name: str) -> tuple[Caption, ...]:
+        """The captions of a capture.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            number = store.load_capture(self.store, name).capture_id
+            return store.load_captions(self.store, number).get(number, ())
+
+    def all_captions(self) -> dict[int, tuple[Caption, ...]]:
+        """The captions of all captures, by capture number."""
+        with self.session.reading():
+            return dict(store.load_captions(self.store))
+
+    def set_words(
+        self,
+        name: str,
+        words: str,
+        start: float | None = None,
+        end: float | None = None,
+        keep: bool = False,
+    ) -> updating.Change:
+        """Set the caption of a capture, or of a part of it, and count it.
+
+        Words that are new to the vocabulary are counted at the next ``learn``.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        words : str
+            What it shows.
+        start : float, optional
+            Start of the part of the capture, seconds.
+        end : float, optional
+            End of the part of the capture, seconds.
+        keep : bool
+            Add to the captions that are there instead of replacing them.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, no word, or the part lies outside the capture.
+        """
+        with store.transaction(self.store):
+            info = store.load_capture(self.store, name)
+            _check_caption(info, Caption(words, start, end))
+            number = info.capture_id
+            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
+            parameters = {"name": info.name, "words": words}
+            with updating.changing(self.store, "words", parameters, [number]) as change:
+                store.save_captions(self.store, number, [*old, Caption(words, start, end)])
+        return change
+
+    def set_captions(self, name: str, captions: Iterable[Caption]) -> updating.Change:
+        """Replace all captions of a capture, and count them.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        captions : iterable of Caption
+            Its captions; none removes those that are there.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture, a caption has no word, or its interval lies outside the
+            capture.
+        """
+        new = list(captions)
+        with store.transaction(self.store):
+            info = store.load_capture(self.store, name)
+            for caption in new:
+                _check_caption(info, caption)
+            parameters = {"name": info.name, "words": "; ".join(c.words for c in new)}
+            with updating.changing(self.store, "words", parameters, [info.capture_id]) as change:
+                store.save_captions(self.store, info.capture_id, new)
+        return change
+
+    def events(self, name: str) -> tuple[Event, ...]:
+        """Instants of a capture, by frames of its motion (30 a second).
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            number = store.load_capture(self.store, name).capture_id
+            return store.load_events(self.store, number).get(number, ())
+
+    def all_events(self) -> dict[int, tuple[Event, ...]]:
+        """Instants of all captures that have any, by capture number."""
+        with self.session.reading():
+            return dict(store.load_events(self.store))
+
+    def event_rows(self) -> list[dict[str, Any]]:
+        """The kinds of events, each with its number of events and of captures, by name."""
+        known = self.all_events().values()
+        events = Counter(event.name for of_one in known for event in of_one)
+        captures = Counter(name for of_one in known for name in {e.name for e in of_one})
+        return [
+            {"event": name, "count": count, "captures": captures[name]}
+            for name, count in sorted(events.items())
+        ]
+
+    def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
+        """Replace the synonyms for captions and questions by those of a file.
+
+        Parameters
+        ----------
+        path : str or Path
+            Lines ``word = canonical``.
+
+        Raises
+        ------
+        MotionDBError
+            When the file cannot be read.
+        """
+        from motiondb.files.safe_files import read_bounded_text
+
+        path = Path(path)
+        try:
+            table = parse_synonyms(read_bounded_text(path, "utf-8"), str(path))
+        except OSError as error:
+            raise MotionDBError(
+                f"{path}: expected a readable file of synonyms, found: {error.strerror}."
+            ) from None
+        except UnicodeDecodeError:
+            raise MotionDBError(
+                f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
+            ) from None
+        with store.transaction(self.store):
+            every = [info.capture_id for info in store.load_captures(self.store)]
+            with updating.changing(self.store, "words", {"synonyms": str(path)}, every):
+                store.save_synonyms(self.store, table)
+        return table
+
+    def segments(self, name: str) -> list[ShownSegment]:
+        """Symbols of a capture with their times (seconds); empty if it is not learned.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database import showing
+
+        with self.session.reading():
+            return showing.searched_segments(self.session, name)
+
+    def activities(self, name: str) -> list[ShownActivity]:
+        """The successive activities of a capture; empty if there is only one.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database import showing
+
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return showing.capture_activities(self.session, info.capture_id)
+
+    def provenance(self, name: str) -> Provenance:
+        """Origin of every frame of a generated capture; without sources for a captured one.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        with self.session.reading():
+            info = store.load_capture(self.store, name)
+            return store.load_provenance(self.store, info.capture_id)
+
+    def show(self, name: str) -> dict[str, Any]:
+        """Facts of one capture, for print or JSON; times in seconds.
+
+        Raises
+        ------
+        QueryError
+            When there is no such capture.
+        """
+        from motiondb.database import showing
+
+        with self.session.reading():
+            return showing.describe_capture(self.session, name)
+
+    def draw(self, name: str, path: str | Path) -> Path:
+        """Draw a capture as a strip of stick figures over its timelines, as PNG."""
+        from motiondb.database import showing
+
+        with self.session.reading():
+            return showing.draw_capture(self.session, name, path)
+
+    def animate(
+        self, name: str, path: str | Path, start: float | None = None, end: float | None = None
+    ) -> Path:
+        """Draw a capture as an animated GIF of a stick figure in real time.
+
+        Parameters
+        ----------
+        name : str
+            Name of the capture.
+        path : str or Path
+            The GIF.
+        start : float, optional
+            Start of the part of the capture, seconds.
+        end : float, optional
+            End of the part of the capture, seconds.
+        """
+        from motiondb import pictures
+
+        with self.session.reading():
+            name = store.load_capture(self.store, name).name
+            return pictures.draw_animation(self.motion(name, start, end), path)
+
+
+def _check_caption(info: CaptureInfo, caption: Caption) -> None:
+    """Refuse a caption without words, or of an interval outside its capture (QueryError)."""
+    first, last = caption.start or 0.0, info.duration if caption.end is None else caption.end
+    if not 0.0 <= first < last <= info.duration + 1.0:
+        raise QueryError(f"{info.name}: {outside(info.duration, caption.start, caption.end)}")
+    if not caption.words.strip():
+        raise QueryError(f"{info.name}: expected words, found none. Say what it shows.")

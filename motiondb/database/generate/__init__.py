@@ -1,1 +1,0 @@
-"""Motion from a sentence, its files, and generated captures."""

@@ -1,0 +1,190 @@
+"""Generated motion with the origin of every frame: written to files, kept as a capture."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from motiondb import pictures, store
+from motiondb.answers.making import Source
+from motiondb.body.retarget import to_clip
+from motiondb.database.catalogue.parts import write_bytes, write_clip
+from motiondb.files import to_bvh
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
+
+
+class Made(Protocol):
+    """Any generated motion with the origin of its frames."""
+
+    @property
+    def motion(self) -> Motion:
+        """The motion."""
+
+    @property
+    def provenance(self) -> store.Provenance:
+        """The origin of every frame."""
+
+
+def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Write a motion, and beside it ``NAME.provenance.json``."""
+    kept = {k: v for k, v in facts.items() if k != "question" and (k != "words_from" or v)}
+    beside = path.with_name(f"{path.stem}.provenance.json")
+    write_clip(to_clip(made.motion), path)
+    write_bytes(beside, json.dumps({**kept, "frames": frame_runs(made)}, indent=1).encode())
+    return {**facts, "output": str(path), "provenance": str(beside)}
+
+
+def draw_generated(made: Made, title: str, path: str | Path) -> Path:
+    """Draw a strip of stick figures over the sources of the frames, as PNG."""
+    timeline = pictures.Timeline("sources", source_spans(made))
+    return pictures.draw_strip(made.motion, path, title=title, timelines=[timeline])
+
+
+def sources_of(provenance: store.Provenance) -> tuple[Source, ...]:
+    """The captures that frames come from, with licence, digest and number of frames."""
+    return tuple(
+        Source(
+            s.name, s.licence or "unknown", s.sha256, int((provenance.source_numbers == n).sum())
+        )
+        for n, s in enumerate(provenance.sources)
+    )
+
+
+def frame_runs(made: Made) -> list[dict[str, Any]]:
+    """Runs of frames that follow one another in one source.
+
+    Each has its frames [start, end), the first frame in the source, the step from frame to frame
+    there (1 as recorded, 2 at twice the tempo), and what was done.
+    """
+    provenance = made.provenance
+    steps = np.diff(provenance.source_frames)
+    same = np.diff(provenance.source_numbers) == 0
+    same &= np.array(
+        [a == b for a, b in zip(provenance.edits[:-1], provenance.edits[1:])], dtype=bool
+    )
+    runs: list[tuple[int, int, float]] = []
+    start, n_frames = 0, len(provenance.source_frames)
+    while start < n_frames:
+        step = _step(provenance.edits[start])
+        end = start + 1
+        while end < n_frames and same[end - 1] and abs(steps[end - 1] - step) < 1e-6:
+            end += 1
+        runs.append((start, end, step))
+        start = end
+    return [
+        {
+            "start": a,
+            "end": b,
+            "capture": provenance.sources[n].name
+            if (n := int(provenance.source_numbers[a])) >= 0
+            else None,
+            "source_start": round(float(provenance.source_frames[a]), 6),
+            "source_step": step,
+            "edit": provenance.edits[a],
+        }
+        for a, b, step in runs
+    ]
+
+
+def _step(edit: str) -> float:
+    """Frames of the source from one frame to the next, from what was done.
+
+    >>> _step("speed 1.250, foot lock"), _step("foot lock")
+    (1.25, 1.0)
+    """
+    rates = [part for part in edit.split(", ") if part.startswith("speed ")]
+    return float(rates[0].removeprefix("speed ")) if rates else 1.0
+
+
+def source_spans(made: Made) -> list[tuple[float, float, str, str]]:
+    """Spans (seconds) of the sources, for a timeline."""
+    numbers = made.provenance.source_numbers
+    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
+    names = [s.name for s in made.provenance.sources]
+    spans = []
+    for a, b in pairwise(cuts):
+        name = names[numbers[a]] if numbers[a] >= 0 else "model"
+        spans.append((a / MOTION_FPS, b / MOTION_FPS, name, name))
+    return spans
+
+
+_LEFT_OUT = 2.0
+"""Frames of a capture between two frames of a motion, above which some were left out."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Frames of a motion that follow one another in one capture."""
+
+    start: float  # Seconds of the motion
+    end: float  # Seconds of the motion
+    capture: str  # Name of the capture; "" where the frames were drawn from the model
+    source_start: float  # Seconds of the capture
+    licence: str  # Licence of the capture, "unknown" where none is given
+    edits: tuple[str, ...]  # What was done to the frames
+
+
+def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:
+    """Return the stretches of a motion, from the origin of its frames."""
+    numbers, frames = provenance.source_numbers, provenance.source_frames
+    if not len(numbers):
+        return ()
+    breaks = (np.diff(numbers) != 0) | (np.abs(np.diff(frames)) > _LEFT_OUT)
+    bounds = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(numbers)]
+    runs = []
+    for start, end in pairwise(bounds):
+        source = provenance.sources[number] if (number := int(numbers[start])) >= 0 else None
+        said = (part for edit in provenance.edits[start:end] for part in edit.split(", "))
+        edits = sorted({"blend" if part.startswith("blend") else part for part in said if part})
+        runs.append(
+            Stretch(
+                start / MOTION_FPS,
+                end / MOTION_FPS,
+                source.name if source else "",
+                float(frames[start]) / MOTION_FPS if source else 0.0,
+                (source.licence if source else "") or "unknown",
+                tuple(edits),
+            )
+        )
+    return tuple(runs)
+
+
+def keep_generated(
+    opened: store.Store,
+    name: str,
+    motion: Motion,
+    provenance: store.Provenance,
+    captions: Iterable[Caption],
+    run_id: int,
+) -> CaptureInfo:
+    """Save a generated motion as a BVH capture; its licence names those of all sources."""
+    store.check_new_name(name, "capture")
+    clip = to_clip(motion)
+    file = f"{name.replace('/', '_')}.bvh"
+    source = store.pack_source(file, to_bvh(clip, file).encode(), "bvh")
+    licences = "; ".join(sorted({s.licence for s in provenance.sources if s.licence}))
+    info = CaptureInfo(
+        0,
+        name,
+        "",
+        "bvh",
+        "generated",
+        MOTION_FPS,
+        clip.n_frames,
+        clip.duration,
+        0,
+        0.0,
+        "",
+        run_id,
+        {"licence": licences} if licences else {},
+    )
+    with store.transaction(opened):
+        info = store.save_capture(opened, info, motion, source, captions)
+        store.save_provenance(opened, info.capture_id, provenance)
+    return info

@@ -1,0 +1,319 @@
+"""``generate``: a motion from a sentence, with the origin of every frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motiondb import store
+from motiondb.answers.asking import WordProbability, understood_question
+from motiondb.answers.making import ActionVerdict, GeneratedAnswer
+from motiondb.answers.plain import to_json
+from motiondb.database.generated_files import (
+    draw_generated,
+    sources_of,
+    write_with_provenance,
+)
+from motiondb.database.session import Session, nearby_table
+from motiondb.errors import QueryError
+from motiondb.generate.motion_making import (
+    MadeMotion,
+    make_motion,
+)
+from motiondb.generate.segment_material import Takes
+from motiondb.generate.sentence_plan import speed_of
+from motiondb.generate.shown_actions import JudgedAction
+from motiondb.language.question.known import KnownQuestion, hinted, with_hints
+from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
+from motiondb.language.translation import decoding
+from motiondb.learn.learned import Learned
+from motiondb.records import MOTION_FPS, Motion
+from motiondb.search.taken_words import leave_unknown, nearest_suggested, replace_unknown
+from motiondb.search.taking import Taking, hints_of
+from motiondb.search.word_sources import WordSource, word_sources
+
+MOST_VARIANTS = 100  # Motions of one sentence that are made at once
+MOST_TRIES = 2
+"""Motions that are made for each one asked for: of several actions or alternatives, some may be
+made from the same places again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Generated:
+    """A motion that was made from a sentence, and how.
+
+    Attributes
+    ----------
+    motion : Motion
+        On the canonical body, at 30 frames a second.
+    symbols : tuple of int
+        Symbols of the excerpts, or those that were decoded.
+    positions : tuple of int
+        Per symbol the number of its action.
+    actions : tuple of tuple of str
+        Known words of every action.
+    decodings : tuple of Decoding
+        Per action; none for stitched motion.
+    recognised : tuple of int
+        Symbols recognised in the motion.
+    provenance : Provenance
+        Origin and licence of every frame.
+    question : KnownQuestion
+        The parsed sentence.
+    shown : tuple of JudgedAction
+        For each requested action, whether the motion shows it, according to a judge that is
+        independent of the generation.
+    decided : tuple of str
+        What the sentence leaves open, and how it was decided.
+    spans : tuple of (int, int)
+        First frame and last frame + 1 of every action that was made.
+    not_used : tuple of NotUsed
+        What of the sentence the motion takes no account of.
+    words : str
+        The sentence.
+    seed : int
+        The seed.
+    method : str
+        One of ``METHODS``.
+    taken : dict
+        Word that is in no caption -> the known words that replace it; the most probable was used.
+    suggested : dict
+        Word that is in no caption and was not replaced -> suggested known words.
+    sources : tuple of WordSource
+        The captions from which the words were learned, if the database learned with a start.
+    took_all_places : bool
+        Whether no further variant follows because the places that show the sentence about as
+        clearly were all tried.
+    """
+
+    motion: Motion
+    symbols: tuple[int, ...]
+    positions: tuple[int, ...]
+    actions: tuple[tuple[str, ...], ...]
+    decodings: tuple[decoding.Decoding, ...]
+    recognised: tuple[int, ...]
+    provenance: store.Provenance
+    question: KnownQuestion
+    shown: tuple[JudgedAction, ...] = ()
+    decided: tuple[str, ...] = ()
+    spans: tuple[tuple[int, int], ...] = ()
+    not_used: tuple[NotUsed, ...] = ()
+    words: str = ""
+    seed: int = 0
+    method: str = "stitched"
+    taken: Mapping[str, Taking] = field(default_factory=dict)
+    suggested: Mapping[str, Taking] = field(default_factory=dict)
+    sources: tuple[WordSource, ...] = ()
+    took_all_places: bool = False
+
+    @property
+    def unknown(self) -> Mapping[str, tuple[str, ...]]:
+        """Words of the sentence that are not known -> nearest known words."""
+        return self.question.unknown
+
+    @property
+    def shows_all(self) -> bool:
+        """Whether every requested action is shown, according to the judge."""
+        return all(one.shown is True for one in self.shown)
+
+    def facts(self) -> GeneratedAnswer:
+        """The request, its decoding and the sources, for JSON; times in seconds."""
+        return GeneratedAnswer(
+            words=self.words,
+            seed=self.seed,
+            method=self.method,
+            seconds=round(self.motion.n_frames / MOTION_FPS, 3),
+            shown=self.shows_all,
+            actions=self.actions,
+            shown_actions=tuple(map(_verdict, self.shown)),
+            decided=self.decided,
+            symbols=self.symbols,
+            recognised=self.recognised,
+            decodings=self.decodings,
+            sources=sources_of(self.provenance),
+            words_from=self.sources,
+            question=understood_question(self.question, self.not_used),
+        )
+
+    def write(self, path: str | Path) -> dict[str, Any]:
+        """Write the motion, and beside it ``NAME.provenance.json`` with the origin of its frames.
+
+        Parameters
+        ----------
+        path : str or Path
+            The ending says the format: .bvh, .glb or .gltf.
+
+        Returns
+        -------
+        dict
+            The facts (:meth:`facts`) as JSON has them, with the names of both files.
+
+        Raises
+        ------
+        MotionDBError
+            When the ending is another one, or a file cannot be written.
+        """
+        return write_with_provenance(self, to_json(self.facts()), Path(path))
+
+    def draw(self, path: str | Path) -> Path:
+        """Draw a strip of stick figures over the sources of the frames, as PNG.
+
+        Raises
+        ------
+        MotionDBError
+            When the file cannot be written.
+        """
+        return draw_generated(self, self.words, path)
+
+
+def generate(
+    session: Session,
+    words: str,
+    seed: int,
+    number: int,
+    method: str = "stitched",
+    exact: bool = False,
+    anyway: bool = False,
+) -> list[Generated]:
+    """Generate up to `number` motions from a sentence: of this seed, the next one and so on.
+
+    Stitched motions of the same actions from the same places as an earlier one are left out, so
+    that there may be fewer.
+    """
+    if not 1 <= number <= MOST_VARIANTS:
+        raise QueryError(f"variants: expected 1 to {MOST_VARIANTS}, found {number}.")
+    if number > 1 and method == "trajectory":
+        raise QueryError(
+            f"variants: expected 1 for trajectory, which is one motion, found {number}. "
+            "Use the method stitched."
+        )
+    made: list[MadeMotion] = []
+    motions: list[Generated] = []
+    with session.reading():
+        takes = Takes(session.features, session.motions.motion)
+        if exact:
+            learned, takings = leave_unknown(session.learned, words, nearby_table())
+            instead: dict[str, str] = {}
+        else:
+            learned, takings, instead = _replace_unknown(session.learned, words, anyway)
+        for variant in range(seed, seed + MOST_TRIES * number):
+            rng = np.random.default_rng(variant)
+            motion = make_motion(learned, takes, words, rng, method, anyway, instead, variant)
+            if not any(_is_from_same(motion, earlier) for earlier in made):
+                made.append(motion)
+                origin = motion.made
+                provenance = store.to_provenance(
+                    session.store, origin.captures, origin.frames, edits=origin.edits
+                )
+                one = _to_generated(learned, motion, provenance, takings)
+                motions.append(replace(one, words=words, seed=variant, method=method))
+            if len(motions) == number:
+                break
+            if _took_all_places(motion, variant + 1 - seed):
+                motions[-1] = replace(motions[-1], took_all_places=True)
+                break
+    return motions
+
+
+def _took_all_places(motion: MadeMotion, n_tries: int) -> bool:
+    """Whether further seeds prefer the places of earlier ones, after some successive seeds.
+
+    Never where alternatives are drawn, since the next seed may draw another one.
+    """
+    if not motion.places or _has_alternatives(motion.question.tree):
+        return False
+    return n_tries >= math.lcm(*(n_places for _, n_places in motion.places))
+
+
+def _has_alternatives(node: Node) -> bool:
+    """Whether alternatives are drawn; those of what must not be shown are not."""
+    parts = (node.part,) if isinstance(node, Without) else parts_of(node)
+    return isinstance(node, AnyOf) or any(_has_alternatives(part) for part in parts)
+
+
+def _is_from_same(one: MadeMotion, other: MadeMotion) -> bool:
+    """Whether stitched motions show the same actions from the same places."""
+    if not one.places or (one.actions, one.decided) != (other.actions, other.decided):
+        return False
+    return all(
+        a == b and (a >= 0 or _shares_most(one, other, n))
+        for n, ((a, _), (b, _)) in enumerate(zip(one.places, other.places))
+    )
+
+
+def _shares_most(one: MadeMotion, other: MadeMotion, action: int) -> bool:
+    """Whether two motions share more than half of the frames of an action, of the shorter one."""
+    used = []
+    for made in (one.made, other.made):
+        end = sum(made.lengths[: action + 1])
+        inside = slice(end - made.lengths[action], end)
+        frames = np.round(made.frames[inside]).astype(int)
+        used.append(set(zip(made.captures[inside].tolist(), frames.tolist())))
+    return 2 * len(used[0] & used[1]) > min(map(len, used))
+
+
+def _replace_unknown(
+    learned: Learned, words: str, anyway: bool
+) -> tuple[Learned, dict[str, Taking], dict[str, str]]:
+    """Unknown words as known ones; words of speed stay, since the tempo can be changed.
+
+    Also, for each word that is made as the nearest known one although it may not be taken so, that
+    known word.
+    """
+    try:
+        replaced, takings = replace_unknown(learned, words, nearby_table())
+    except QueryError:
+        instead = nearest_suggested(learned, words, nearby_table()) if anyway else {}
+        if not instead:
+            raise
+        return replace(learned, synonyms={**learned.synonyms, **instead}), {}, instead
+    speeds = {word for word in takings if speed_of(word)}
+    synonyms = {w: s for w, s in replaced.synonyms.items() if w not in speeds}
+    kept = {word: taking for word, taking in takings.items() if word not in speeds}
+    return replace(replaced, synonyms=synonyms), kept, {}
+
+
+def _to_generated(
+    learned: Learned,
+    motion: MadeMotion,
+    provenance: store.Provenance,
+    takings: Mapping[str, Taking],
+) -> Generated:
+    suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
+    hints = hints_of(suggested)
+    return Generated(
+        motion=motion.made.motion,
+        symbols=tuple(int(s) for s in motion.symbols),
+        positions=motion.positions,
+        actions=motion.actions,
+        decodings=motion.decodings,
+        recognised=tuple(int(s) for s in motion.recognised),
+        provenance=provenance,
+        question=with_hints(motion.question, hints),
+        shown=motion.shown,
+        decided=motion.decided,
+        taken={word: taking for word, taking in takings.items() if taking.is_taken},
+        suggested=suggested,
+        spans=motion.spans,
+        not_used=hinted(motion.not_used, hints),
+        sources=word_sources(learned, (word for action in motion.actions for word in action)),
+    )
+
+
+def _verdict(one: JudgedAction) -> ActionVerdict:
+    """One action for JSON; times in seconds."""
+    return ActionVerdict(
+        one.words,
+        round(one.start / MOTION_FPS, 3),
+        round(one.end / MOTION_FPS, 3),
+        one.shown,
+        one.probability,
+        one.reason,
+        tuple(WordProbability(word, p) for word, p in one.described),
+        one.done,
+    )

@@ -1,0 +1,124 @@
+"""``learn`` and ``drift``: load the captures, compute, save all results or none."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from motiondb import store
+from motiondb.database.learn.knowledge import find_start
+from motiondb.database.session import load_features
+from motiondb.errors import MotionDBError
+from motiondb.learn.drift import Drift, count_word_use, measure_drift
+from motiondb.learn.fitting import fit_model
+from motiondb.learn.knowledge import Knowledge, begin
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.learn.parameter_arrays import (
+    DRIFT_NAMES,
+    LEMMA_NAME,
+    drift_baseline_from,
+    lemmas_from,
+    to_stored,
+)
+from motiondb.learn.performers import performers_of
+from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, Progress
+from motiondb.learn.word_fitting import TaughtWords
+
+_ATTEMPTS = 3  # How often to learn from the beginning where captures change meanwhile
+
+
+def learn(
+    opened: store.Store,
+    settings: LearnSettings,
+    progress: Progress | None = None,
+    start: str | Path | Knowledge | None = None,
+) -> LearnedModel:
+    """Derive everything from the captures that were captured (not generated), and save it.
+
+    `start`: What to start from (:func:`motiondb.database.learn.knowledge.find_start`). None: the
+    start that the database used when it learned before, if any.
+    """
+    tell = progress or (lambda _what, _share: None)
+    store.check_writable(opened)
+    knowledge = find_start(opened, start, settings)
+    for _ in range(_ATTEMPTS):
+        with store.released(opened) as let_go:
+            tell("features", 0.0)
+            pool, taught = _load_taught(opened)
+            let_go()
+            rng = np.random.default_rng(settings.seed)
+            started = None if knowledge is None else begin(knowledge, taught.synonyms)
+            model = fit_model(pool, taught, settings, rng, tell, started)
+        with store.transaction(opened):
+            if _same(_load_catalogue(opened), taught):
+                return _save(opened, settings, model, tell)
+        tell("captures changed, again", 0.0)
+    raise MotionDBError(
+        f"{opened.path}: expected captures and words to stay as they are while learning, found "
+        f"them changed by others in {_ATTEMPTS} attempts. Nothing was changed; run motiondb learn "
+        f"again when no other process changes the database."
+    )
+
+
+def _save(
+    opened: store.Store, settings: LearnSettings, model: LearnedModel, tell: Progress
+) -> LearnedModel:
+    tell("saving", 0.0)
+    parameters = asdict(settings)
+    if model.started is not None:
+        origin = model.started.knowledge.origin
+        parameters["start"] = {"name": origin.name, "sha256": origin.digest}
+    run_id = store.start_run(opened, "learn", parameters, settings.seed)
+    model = replace(model, run_id=run_id)
+    store.save_learning(opened, to_stored(model))
+    store.finish_run(opened, run_id)
+    return model
+
+
+def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
+    """Features and captions of the captured captures, of one revision."""
+    with store.reading(opened):
+        taught = _load_catalogue(opened)
+        if not taught.performers:
+            raise MotionDBError(
+                f"{opened.path}: expected captures to learn from, found none. "
+                "Add some first: motiondb add FOLDER."
+            )
+        return load_features(opened).only(taught.performers), taught
+
+
+def _load_catalogue(opened: store.Store) -> TaughtWords:
+    """Performers and captions of the captured captures."""
+    captured = {i.capture_id: i for i in store.load_captures(opened) if i.kind == "captured"}
+    captions = {c: v for c, v in store.load_captions(opened).items() if c in captured}
+    return TaughtWords(captions, store.load_synonyms(opened), performers_of(captured))
+
+
+def _same(first: TaughtWords, second: TaughtWords) -> bool:
+    """Whether the same would be learned from both; motions never change."""
+    return vars(first) == vars(second)
+
+
+def measure(opened: store.Store) -> Drift | None:
+    """The drift since the database learned; None if it has not, or kept no baseline."""
+    with store.reading(opened):
+        if not store.is_learned(opened):
+            return None
+        arrays = store.load_parameters(opened, *DRIFT_NAMES, LEMMA_NAME)
+        baseline = drift_baseline_from(arrays)
+        if baseline is None:
+            return None
+        captured = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
+        captions = [
+            caption
+            for capture, rows in store.load_captions(opened).items()
+            if capture in captured
+            for caption in rows
+        ]
+        vocabulary = store.load_association(opened).words
+        words = count_word_use(
+            captions, vocabulary, store.load_synonyms(opened), lemmas_from(arrays)
+        )
+        return measure_drift(store.load_segments(opened, scores=False), baseline, words)

@@ -1,0 +1,302 @@
+"""Facts of the database and of a capture, words and symbols, and their pictures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from motiondb import pictures, store
+from motiondb.answers.asking import WordProbability
+from motiondb.answers.catalogue import (
+    DatabaseInfo,
+    ShownActivity,
+    ShownSegment,
+    SymbolProbability,
+    SymbolRow,
+    SymbolSegment,
+    WordRow,
+)
+from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.database.asking import unlearned_captures
+from motiondb.database.learn.knowledge import start_facts
+from motiondb.errors import QueryError
+from motiondb.grammar.cfg.context_free import derive_by
+from motiondb.learn.learned import Learned
+from motiondb.records import MOTION_FPS, SegmentTable
+from motiondb.search.described_motion import describe
+from motiondb.symbols.activities import find_activities
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
+
+LIKELY = 0.2  # Probability from which on a word is named
+LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
+
+
+def database_info(session: Session) -> DatabaseInfo:
+    """What is in the database: numbers of captures, grammars, symbols and words."""
+    opened = session.store
+    captures = store.load_captures(opened)
+    learned: dict[str, Any] = {"learned": store.is_learned(opened)}
+    if learned["learned"]:
+        size = store.load_learning_size(opened)
+        learned |= {
+            "symbols": size.n_symbols,
+            "clusters": size.n_clusters,
+            "words": size.n_words,
+            "current": store.learning_is_current(opened),
+            "not_yet_learned": len(unlearned_captures(session)),
+            "start": start_facts(session.learned),
+        }
+    return DatabaseInfo(
+        database=str(opened.path),
+        bytes=opened.path.stat().st_size,
+        captures=len(captures),
+        generated=sum(c.kind == "generated" for c in captures),
+        seconds=round(sum(c.duration for c in captures), 2),
+        performers=len({c.tags["performer"] for c in captures if "performer" in c.tags}),
+        captures_with_words=len(store.load_captions(opened)),
+        copies=len(store.load_relations(opened)),
+        grammars=len(store.load_grammar_names(opened)),
+        **learned,
+    )
+
+
+def describe_capture(session: Session, name: str) -> dict[str, Any]:
+    """Facts of one capture, for print or JSON; times in seconds."""
+    info = store.load_capture(session.store, name)
+    number = info.capture_id
+    captions = store.load_captions(session.store, number)
+    events = store.load_events(session.store, number)
+    facts: dict[str, Any] = {
+        "capture": info.name,
+        "kind": info.kind,
+        "format": info.format,
+        "seconds": round(info.duration, 3),
+        "fps": info.fps,
+        "frames": info.n_frames,
+        "leg_length": f"{info.leg_length:.3f} m",
+        "path": info.path,
+        "sha256": info.sha256,
+        **{k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
+        "words": [_timed(c.words, c.start, c.end) for c in captions.get(number, ())],
+        "events": dict(sorted(Counter(e.name for e in events.get(number, ())).items())),
+        "copies": [
+            f"{r.capture} {r.kind} {r.other} {r.start:.2f}-{r.end:.2f} s"
+            for r in store.load_relations(session.store, info.name)
+        ],
+        "notes": list(info.notes),
+        "segments": [],
+    }
+    if info.kind == "generated":
+        facts["sources"] = _sources(session, info.capture_id)
+        derivation = store.load_derivation(session.store, info.capture_id)
+        if derivation is not None:
+            facts["grammar"] = derivation.grammar
+            learned = store.load_grammar(session.store, derivation.grammar)
+            string = derive_by(learned.grammar, derivation.rules).leaves()
+            facts["string"] = " ".join(string)
+    if store.is_learned(session.store):
+        facts["segments"] = capture_segments(session, info.capture_id)
+    facts["activities"] = capture_activities(session, info.capture_id)
+    return facts
+
+
+def capture_segments(session: Session, capture_id: int) -> list[ShownSegment]:
+    """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
+    table = store.load_segments(session.store, scores=False)
+    rows = np.flatnonzero(table.capture_ids == capture_id)
+    return [_segment(table, int(row)) for row in rows]
+
+
+def _segment(table: SegmentTable, row: int) -> ShownSegment:
+    """Symbol, times (seconds) and log-likelihood (nats per frame) of a segment."""
+    return ShownSegment(
+        int(table.symbols[row]),
+        round(float(table.starts[row]) / MOTION_FPS, 3),
+        round(float(table.ends[row]) / MOTION_FPS, 3),
+        round(float(table.log_likelihoods[row]), 3),
+        bool(table.log_likelihoods[row] > table.backgrounds[row]),
+    )
+
+
+def searched_segments(session: Session, name: str) -> list[ShownSegment]:
+    """Symbols of a capture, also of a generated one, from what is in memory."""
+    opened = session.store
+    if not store.is_learned(opened):
+        store.load_capture(opened, name)  # refuses a name that no capture has
+        return []
+    learned = session.searchable
+    numbers = session.kept(
+        "numbers by name", lambda: {i.name: number for number, i in learned.captures.items()}
+    )
+    capture_id = numbers[name] if name in numbers else store.load_capture(opened, name).capture_id
+    if capture_id not in learned.rows:
+        return []
+    rows, table = learned.rows[capture_id], learned.segments
+    return [_segment(table, row) for row in range(rows.start, rows.stop)]
+
+
+def symbol_segments(learned: Learned, symbol: int) -> list[SymbolSegment]:
+    """Segments of a symbol with their captures, those that it fits best first."""
+    if not 0 <= symbol < learned.symbols.n_symbols:
+        raise QueryError(
+            f"symbol {symbol}: expected 0 to {learned.symbols.n_symbols - 1}, found another number."
+        )
+    table = learned.segments
+    rows = np.flatnonzero(table.symbols == symbol)
+    best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
+    return [
+        SymbolSegment(
+            **vars(_segment(table, int(row))),
+            capture=learned.captures[int(table.capture_ids[row])].name,
+        )
+        for row in best
+    ]
+
+
+def capture_activities(session: Session, capture_id: int) -> list[ShownActivity]:
+    """The successive activities of a capture; equal numbers are the same activity.
+
+    Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where
+    words were learned, each comes with those that its motion most likely shows. Empty if the
+    capture does one thing throughout.
+    """
+    motion = store.load_motion(session.store, capture_id)
+    features = recognition_features(motion)
+    runs = find_activities(features, np.random.default_rng(0))
+    if len(runs) < 2:
+        return []
+    rows = []
+    for start, end, activity in runs:
+        low, high = start * FEATURE_STEP, min(end * FEATURE_STEP, motion.n_frames)
+        rows.append(
+            ShownActivity(
+                int(activity),
+                round(low / MOTION_FPS, 3),
+                round(high / MOTION_FPS, 3),
+                tuple(_likely_words(session, capture_id, low, high)),
+            )
+        )
+    return rows
+
+
+def _likely_words(session: Session, capture_id: int, low: int, high: int) -> list[str]:
+    """The two likeliest words of an interval (frames), from its motion alone."""
+    if not store.is_learned(session.store) or not session.learned.has_words:
+        return []
+    learned = session.learned
+    if capture_id not in learned.rows:
+        return []
+    rows = learned.rows[capture_id]
+    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+    inside = np.maximum(np.minimum(ends, high) - np.maximum(starts, low), 0)
+    if not inside.any():
+        return []
+    mean = inside @ learned.segment_probabilities[rows] / inside.sum()
+    mean = np.where(learned.is_known() & learned.checked, mean, 0.0)
+    order = np.argsort(-mean, kind="stable")[:2]
+    return [learned.association.words[w] for w in order if mean[w] > LIKELY]
+
+
+def draw_capture(session: Session, name: str, path: str | Path) -> Path:
+    """A strip of stick figures with the timelines of symbols and words under it."""
+    info = store.load_capture(session.store, name)
+    motion = store.load_motion(session.store, info.capture_id)
+    timelines = []
+    captions = store.load_captions(session.store, info.capture_id).get(info.capture_id, ())
+    if store.is_learned(session.store):
+        spans = [
+            (s.start, s.end, str(s.symbol), s.symbol)
+            for s in capture_segments(session, info.capture_id)
+        ]
+        timelines.append(pictures.Timeline("symbols", spans))
+    doing = capture_activities(session, info.capture_id)
+    if doing:
+        done = [
+            (a.start, a.end, f"{a.activity} {' '.join(a.words)}".strip(), a.activity) for a in doing
+        ]
+        timelines.append(pictures.Timeline("activities", done))
+    if captions:
+        end = motion.n_frames / MOTION_FPS
+        written = [(c.start or 0.0, c.end or end, c.words, c.words) for c in captions]
+        timelines.append(pictures.Timeline("words", written))
+    if store.is_learned(session.store) and session.learned.fitted_word_map is not None:
+        said = [
+            (d.start, d.end, " ".join(_recognised(d.words[:3])), d.words[0][0])
+            for d in describe(session.learned, motion)
+        ]
+        timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
+    return pictures.draw_strip(motion, path, title=info.name, timelines=timelines)
+
+
+def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
+    """Words above LIKELY; the first one where no own caption has checked any probability."""
+    if all(p is None for _, p in words):
+        return [word for word, _ in words[:1]]
+    return [word for word, p in words if p is not None and p > LIKELY]
+
+
+def word_rows(learned: Learned) -> list[WordRow]:
+    """Every word with its captions and its most probable symbols, commonest word first."""
+    association = learned.association
+    t = association.translation[1:]
+    rows = []
+    for number in sorted(range(len(association.words)), key=lambda w: -association.counts[w]):
+        column = t[:, number]
+        best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
+        rows.append(
+            WordRow(
+                association.words[number],
+                int(association.counts[number]),
+                tuple(SymbolProbability(s, float(column[s])) for s in best),
+            )
+        )
+    return rows
+
+
+def symbol_rows(learned: Learned, n_words: int = 3) -> list[SymbolRow]:
+    """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
+    table, association = learned.segments, learned.association
+    rows = []
+    for s in range(learned.symbols.n_symbols):
+        mine = table.symbols == s
+        lengths = (table.ends - table.starts)[mine] / MOTION_FPS
+        t = association.translation[s + 1]
+        order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
+        rows.append(
+            SymbolRow(
+                s,
+                int(learned.clusters[s]),
+                int(mine.sum()),
+                len(np.unique(table.capture_ids[mine])),
+                round(float(lengths.mean()), 2) if mine.any() else 0.0,
+                tuple(WordProbability(association.words[w], float(t[w])) for w in order),
+            )
+        )
+    return rows
+
+
+def draw_symbols(learned: Learned, path: str | Path) -> Path:
+    """The symbol space with its clusters, every symbol with its most probable word, as PNG."""
+    labels = [row.words[0].word if row.words else "" for row in symbol_rows(learned, 1)]
+    return pictures.draw_symbol_space(learned.space, labels, path)
+
+
+def _timed(words: str, start: float | None, end: float | None) -> str:
+    if start is None and end is None:
+        return words
+    return f"{start or 0:g}-{'end' if end is None else f'{end:g}'} s: {words}"
+
+
+def _sources(session: Session, capture_id: int) -> list[str]:
+    provenance = store.load_provenance(session.store, capture_id)
+    numbers = provenance.source_numbers
+    return [
+        f"{s.name} (frames {int((numbers == n).sum())}, licence {s.licence or '?'})"
+        for n, s in enumerate(provenance.sources)
+    ]

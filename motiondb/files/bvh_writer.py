@@ -1,0 +1,208 @@
+"""Writer of BVH: a clip on its own skeleton, with its own channels and unit.
+
+Joints are written depth first. A joint keeps the channels of ``Skeleton.channels`` where these can
+represent its motion; otherwise it gets position channels or the rotations Z, Y, X as needed. A leaf
+without an end site gets one at distance 0, as the format requires. Of the angles that represent a
+rotation, those nearest to the frame before are written, so that programs that interpolate do not
+spin. Resolution: 1e-6 degrees and 1e-8 m.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from motiondb.body import rotation
+from motiondb.errors import CaptureError
+from motiondb.files.safe_files import whole_file
+from motiondb.records import Clip, FloatArray, Skeleton
+
+DEFAULT_ORDER = "ZYX"
+_CLOSE = 1e-7
+"""Metres below which a joint counts as not moved, and the sine of half the angle below which two
+rotations count as equal: both below the resolution that is written."""
+
+
+def write_bvh(clip: Clip, path: Path | str) -> None:
+    """Write a clip as BVH; the file is written whole or not at all.
+
+    Parameters
+    ----------
+    clip : Clip
+        Metres; written in the clip's unit.
+    path : Path or str
+        The file to write.
+
+    Raises
+    ------
+    CaptureError
+        When the clip has no frames or numbers that are not finite, or the file cannot be written.
+    """
+    write_atomically(Path(path), to_bvh(clip, path).encode())
+
+
+def to_bvh(clip: Clip, path: object = "clip") -> str:
+    """Return the text of a BVH file."""
+    if clip.n_frames == 0:
+        raise CaptureError(path, "expected at least 1 frame to write, found 0.")
+    translations = _translations(clip)
+    if not (np.isfinite(clip.local_rotations).all() and np.isfinite(translations).all()):
+        raise CaptureError(path, "expected finite numbers to write, found NaN or infinity.")
+    order = _depth_first(clip.skeleton)
+    chosen = {joint: _channels(clip, translations, joint) for joint, _ in order}
+    decimals = max(2, math.ceil(8 + math.log10(clip.unit) - 1e-9))
+    lines = ["HIERARCHY", *_hierarchy(clip, order, chosen, decimals)]
+    lines += ["MOTION", f"Frames: {clip.n_frames}", f"Frame Time: {1.0 / clip.fps:.10g}"]
+    names = [name for joint, _ in order for name in chosen[joint][0]]
+    table = np.concatenate([chosen[joint][1] for joint, _ in order], axis=1)
+    digits = [decimals if name.endswith("position") else 6 for name in names]
+    table = np.round(table, np.max(digits, initial=6)) + 0.0
+    row_format = " ".join(f"%.{n}f" for n in digits)
+    lines += [row_format % tuple(row) for row in table.tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Write to another name in same folder, then rename, so that the file is never incomplete."""
+    try:
+        with whole_file(path) as draft:
+            draft.write_bytes(data)
+    except OSError as error:
+        expected = "to write the file" if path.parent.is_dir() else "a folder to write in"
+        reason = error.strerror or error
+        raise CaptureError(path, f"expected {expected}, found {reason}.") from error
+
+
+def _translations(clip: Clip) -> FloatArray:
+    """Return every joint's position in its parent's frame: array (frames, joints, 3), metres."""
+    shape = (clip.n_frames, len(clip.skeleton.names), 3)
+    source = clip.skeleton.offsets if clip.joint_positions is None else clip.joint_positions
+    translations = np.broadcast_to(source, shape).copy()
+    translations[:, 0] = clip.root_positions
+    return translations
+
+
+def _depth_first(skeleton: Skeleton) -> list[tuple[int, int]]:
+    """Return (joint, depth) in the order in which BVH lists them."""
+    children: dict[int, list[int]] = {}
+    for joint, parent in enumerate(skeleton.parents.tolist()):
+        children.setdefault(parent, []).append(joint)
+    order, stack = [], [(0, 0)]
+    while stack:
+        joint, depth = stack.pop()
+        order.append((joint, depth))
+        stack += [(child, depth + 1) for child in reversed(children.get(joint, []))]
+    return order
+
+
+def _channels(
+    clip: Clip, translations: FloatArray, joint: int
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Return the channel names of a joint and their values (frames, channels).
+
+    Positions are in the file's unit, rotations in degrees.
+    """
+    default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
+    declared = _declared_channels(clip, translations, joint)
+    order = "".join(name[0] for name in _rotation_names(declared))
+    angles = _angles(clip.local_rotations[:, joint], order)
+    if angles is None:
+        positions = tuple(name for name in declared if name.endswith("position"))
+        declared = (*positions, *default)
+        angles = rotation.to_euler(clip.local_rotations[:, joint], DEFAULT_ORDER)
+    angles = _smooth(angles)
+    columns, turn = [], 0
+    for name in declared:
+        if name.endswith("position"):
+            columns.append(translations[:, joint, "XYZ".index(name[0])] / clip.unit)
+        else:
+            columns.append(angles[:, turn])
+            turn += 1
+    return declared, np.array(columns).reshape(len(columns), clip.n_frames).T
+
+
+def _declared_channels(clip: Clip, translations: FloatArray, joint: int) -> tuple[str, ...]:
+    """Return the channels of a joint, with all positions where it moves along other axes."""
+    default = tuple(f"{axis}rotation" for axis in DEFAULT_ORDER)
+    if joint == 0:
+        default = ("Xposition", "Yposition", "Zposition", *default)
+    declared = clip.skeleton.channels[joint] if clip.skeleton.channels else default
+    axes = "".join(name[0] for name in declared if name.endswith("position"))
+    moved = np.abs(translations[:, joint] - clip.skeleton.offsets[joint]).max(axis=0) > _CLOSE
+    if any(moved["XYZ".index(axis)] and axis not in axes for axis in "XYZ"):
+        declared = ("Xposition", "Yposition", "Zposition", *_rotation_names(declared))
+    return declared
+
+
+def _smooth(angles: FloatArray) -> FloatArray:
+    """Return angles (frames, n), degrees, of the same rotations that change least between frames.
+
+    (a, b, c) and (a + 180, 180 - b, c + 180) are one rotation. Exchanging one form for the other
+    preserves distances, so a frame takes another form than its predecessor exactly where the
+    computed angles of the two are farther apart than with one of them exchanged.
+    """
+    if angles.shape[1] == 3:
+        other = angles * [1.0, -1.0, 1.0] + 180.0
+        stay = np.abs(_half_turn(angles[1:] - angles[:-1])).max(axis=1)
+        change = np.abs(_half_turn(other[1:] - angles[:-1])).max(axis=1)
+        changed = np.cumsum(np.append(False, change < stay)) % 2 == 1
+        angles = np.where(changed[:, None], other, angles)
+    return np.asarray(np.unwrap(angles, axis=0, period=360.0))
+
+
+def _half_turn(degrees: FloatArray) -> FloatArray:
+    """Return the same angles from -180 to 180 degrees."""
+    return (degrees + 180.0) % 360.0 - 180.0
+
+
+def _rotation_names(channels: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the rotation channels."""
+    return tuple(name for name in channels if name.endswith("rotation"))
+
+
+def _angles(rotations: FloatArray, order: str) -> FloatArray | None:
+    """Return angles (frames, n), degrees, about the axes of ``order``, n of them.
+
+    None if these axes cannot represent the rotations.
+    """
+    if len(set(order)) != len(order):
+        return None
+    full = order + "".join(axis for axis in DEFAULT_ORDER if axis not in order)
+    angles = rotation.to_euler(rotations, full)[..., : len(order)]
+    represented = rotation.from_euler(angles, order) if order else rotation.IDENTITY
+    cosine = np.abs(np.sum(represented * rotations, axis=-1))
+    return angles if np.all(cosine > 1.0 - _CLOSE**2) else None
+
+
+def _hierarchy(
+    clip: Clip,
+    order: list[tuple[int, int]],
+    chosen: dict[int, tuple[tuple[str, ...], FloatArray]],
+    decimals: int,
+) -> list[str]:
+    """Return the lines of the HIERARCHY part after its first."""
+    ends: dict[int, list[tuple[float, float, float]]] = {}
+    for joint, offset in clip.skeleton.end_sites:
+        ends.setdefault(joint, []).append(offset)
+    parents = set(clip.skeleton.parents.tolist())
+    lines: list[str] = []
+    for place, (joint, depth) in enumerate(order):
+        tab, names = "\t" * depth, chosen[joint][0]
+        lines += [f"{tab}{'JOINT' if depth else 'ROOT'} {clip.skeleton.names[joint]}", f"{tab}{{"]
+        lines.append(f"{tab}\tOFFSET {_numbers(clip.skeleton.offsets[joint], clip.unit, decimals)}")
+        lines.append(f"{tab}\tCHANNELS {' '.join([str(len(names)), *names])}")
+        for offset in ends.get(joint, [] if joint in parents else [(0.0, 0.0, 0.0)]):
+            text = _numbers(np.array(offset), clip.unit, decimals)
+            lines += [f"{tab}\tEnd Site", f"{tab}\t{{", f"{tab}\t\tOFFSET {text}", f"{tab}\t}}"]
+        next_depth = order[place + 1][1] if place + 1 < len(order) else 0
+        lines += ["\t" * level + "}" for level in range(depth, next_depth - 1, -1)]
+    return lines
+
+
+def _numbers(vector: FloatArray, unit: float, decimals: int) -> str:
+    """Write a vector in metres in the file's unit; no negative zeros."""
+    return " ".join(
+        f"{round(value / unit, decimals) + 0.0:.{decimals}f}" for value in vector.tolist()
+    )

@@ -1,0 +1,446 @@
+"""Sheets of words and of events: TSV or CSV with a header.
+
+Words, one or more rows for each capture: ``file`` (path below the added folder, with or without its
+ending) and any of ``words``, ``start``, ``end`` (seconds: the row's words describe this part),
+``performer``, ``fps``, ``licence``, ``skeleton``; every further column is kept as a tag. The values
+of a sheet override those in the file's header.
+
+Events, one row for each instant: ``file``, ``event`` (what happens: foot_strike, catch, release,
+contact, ...), ``frame`` (of the canonical motion, 30 per second) or ``time`` (seconds), and, where
+it is known, ``joint`` (of the canonical body, such as r_wrist) and ``other`` (what takes part
+besides the joint, such as ball). Further columns are ignored.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+
+from motiondb.body import body
+from motiondb.errors import SheetError, suggestion
+from motiondb.files.folder import CAPTURE_ENDINGS
+from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
+from motiondb.files.safe_files import read_bounded
+from motiondb.files.text import MAX_FAULTS, number, quoted
+from motiondb.records import MOTION_FPS, Caption, Event
+
+KNOWN = ("file", "words", "start", "end", "performer", "fps", "licence", "skeleton")
+_WORD_COLUMNS = ", ".join(KNOWN)
+_WORD_SYNONYMS = MappingProxyType(
+    {
+        "license": "licence",
+        "subject": "performer",
+        "caption": "words",
+        "start_s": "start",
+        "end_s": "end",
+        "filename": "file",
+    }
+)
+MAX_BYTES = 100_000_000  # Largest sheet that is read; a million rows take about as much
+
+_MAX_LISTED = 100  # Faults that a message lists: enough to correct a sheet in a few rounds
+
+Rows = list[tuple[int, list[str]]]  # (line number, cells) of each row that is not empty
+
+
+@dataclass(frozen=True)
+class SheetEntry:
+    """The entries of a sheet for one capture."""
+
+    file: str  # The capture as the sheet names it
+    line: int  # Line where it is first named
+    captions: tuple[Caption, ...] = ()  # Words, with intervals in seconds
+    tags: dict[str, str] = field(default_factory=dict)  # Performer, licence and all further columns
+    fps: float | None = None  # Frames per second, instead of the rate in the file
+    skeleton: str | None = None  # The ASF file of an AMC
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A sheet that was read."""
+
+    path: str
+    entries: dict[str, SheetEntry]  # Entries by capture name (path without ending)
+    notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
+
+    def find(self, name: str) -> SheetEntry | None:
+        """Return the entry of a capture by its name, or None."""
+        return self.entries.get(name)
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """Return a sentence for every entry whose file is not among the captures."""
+        files = {name: (entry.line, entry.file) for name, entry in self.entries.items()}
+        return unknown_files(self.path, files, names, "a capture of the added folder")
+
+
+def unknown_files(
+    path: str, files: Mapping[str, tuple[int, str]], names: Iterable[str], expected: str
+) -> list[str]:
+    """Return a sentence for every file of a sheet that is not among the captures.
+
+    The first of them suggest names; that takes too long for the thousands of a wrong folder.
+
+    `files`: Name of a capture -> its line in the sheet, and how it is written there.
+    """
+    known = set(names)
+    unknown = [(name, *place) for name, place in files.items() if name not in known]
+    return [
+        f"{path}:{line}: expected {expected}, found {quoted(file, 200)}."
+        f"{suggestion(name, known) if number < MAX_FAULTS else ''} Correct the file column."
+        for number, (name, line, file) in enumerate(unknown)
+    ]
+
+
+def capture_name(file: str) -> str:
+    """Return a file's path below its folder without its ending, with forward slashes.
+
+    >>> capture_name("16/16_01.amc"), capture_name("a.b/take 1.bvh")
+    ('16/16_01', 'a.b/take 1')
+    """
+    path = PurePosixPath(file.strip().replace("\\", "/"))
+    return str(path.with_suffix("")) if path.suffix.lower() in CAPTURE_ENDINGS else str(path)
+
+
+def read_sheet(path: Path | str) -> Sheet:
+    """Read a sheet of words."""
+    path = Path(path)
+    rows = read_rows(
+        path, f"a column `file`, found an empty sheet. Known columns: {_WORD_COLUMNS}."
+    )
+    header_number, names = rows[0]
+    header = [_WORD_SYNONYMS.get(c.strip().lower(), c.strip()) for c in names]
+    header = [c.lower() if c.lower() in KNOWN else c for c in header]
+    if "file" not in header:
+        raise SheetError(
+            f"{path}:{header_number}: expected a column `file`, found {shown_row(header)}. "
+            f"Known columns: {_WORD_COLUMNS}; others are kept as tags."
+        )
+    check_columns(path, header_number, header)
+    return _gather_words(path, header, rows[1:])
+
+
+def check_columns(path: Path, line: int, header: list[str]) -> None:
+    """Refuse a header that names a column twice: only one of them could be read."""
+    twice = next((name for name in header if name and header.count(name) > 1), None)
+    if twice is not None:
+        raise SheetError(
+            f"{path}:{line}: expected each column once, found {quoted(twice)} twice. Rename one."
+        )
+
+
+def shown_row(cells: list[str]) -> str:
+    """Return the cells of a row as a message shows them.
+
+    >>> shown_row(["a", "b"])
+    'a, b'
+    """
+    text = ", ".join(cells)
+    return text if len(text) <= 400 else f"{text[:400]}..."
+
+
+def read_rows(path: Path, header: str) -> Rows:
+    """Read the rows of a TSV or CSV file, the header first."""
+    text = _read_text(path)
+    header_line = next((line for line in text.split("\n") if line.strip()), "")
+    delimiter = "\t" if "\t" in header_line else (";" if header_line.count(";") else ",")
+    rows = _split(path, text, delimiter)
+    if not rows:
+        raise SheetError(f"{path}: expected a header with {header}")
+    return rows
+
+
+def _read_text(path: Path) -> str:
+    """Return the text of a sheet."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise SheetError(
+                f"{path}: expected a sheet of at most {MAX_BYTES / 1e6:g} MB, found "
+                f"{path.stat().st_size / 1e6:.4g} MB. Is this a sheet?"
+            )
+        data = read_bounded(path, MAX_BYTES)
+    except OSError as error:
+        raise SheetError(f"{path}: expected a readable sheet, found {error.strerror}.") from None
+    except ValueError as error:  # a path that no system accepts
+        raise SheetError(f"{path!s}: expected a readable sheet, found {error}.") from None
+    utf_16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    try:
+        text = data.decode("utf-16" if utf_16 else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", errors="replace")
+    if "\0" in text:
+        raise SheetError(f"{path}: expected text, found binary data. Save the sheet as CSV or TSV.")
+    return text
+
+
+def _split(path: Path, text: str, delimiter: str) -> Rows:
+    """Split a text into rows and cells; empty lines are left out.
+
+    A cell never holds a line break, so that an open quote does not swallow the rows below.
+    """
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    rows: Rows = []
+    before = 0
+    try:
+        for row in reader:
+            if any("\n" in cell or "\r" in cell for cell in row):
+                raise SheetError(
+                    f"{path}:{before + 1}: expected a quote that ends in its own line, found one "
+                    "that does not. Close it, or double a quote that is part of the words."
+                )
+            before = reader.line_num
+            if any(cell.strip() for cell in row):
+                rows.append((reader.line_num, row))
+    except csv.Error as error:
+        raise SheetError(
+            f"{path}:{reader.line_num}: expected rows of cells, found: {error}."
+        ) from None
+    return rows
+
+
+def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
+    """Turn rows into entries; raise all faults at once."""
+    entries: dict[str, SheetEntry] = {}
+    faults: list[str] = []
+    repeats: list[str] = []
+    seen: dict[tuple[str, ...], int] = {}
+    for line, row in rows:
+        if len(row) > len(header):
+            faults.append(
+                f"{path}:{line}: expected {len(header)} columns, found {len(row)}. "
+                "Put text with separators in quotes."
+            )
+            continue
+        cells = {c: v.strip() for c, v in zip(header, row)}
+        key = tuple(sorted(cells.values()))
+        if key in seen:
+            repeats.append(f"{path}:{line}: repeats line {seen[key]} and was left out")
+            continue
+        seen[key] = line
+        try:
+            entry = _entry(cells, line)
+            name = capture_name(entry.file)
+            entries[name] = _merged(entries[name], entry) if name in entries else entry
+        except ValueError as error:
+            faults.append(f"{path}:{line}: {error}")
+    if faults:
+        raise SheetError(all_faults(faults))
+    return Sheet(str(path), entries, first_of(repeats))
+
+
+def first_of(notes: list[str]) -> tuple[str, ...]:
+    """Return the first hundred notes, and how many more there are."""
+    more = len(notes) - _MAX_LISTED
+    return (*notes[:_MAX_LISTED], *([f"... and {more} more notes like these"] if more > 0 else []))
+
+
+def all_faults(faults: list[str]) -> str:
+    r"""Join the faults of a sheet: a hundred of them, and how many more there are.
+
+    >>> all_faults(["a", "b"])
+    'a\nb'
+    """
+    more = len(faults) - _MAX_LISTED
+    rest = [f"... and {more} more faults like these."] if more > 0 else []
+    return "\n".join(faults[:_MAX_LISTED] + rest)
+
+
+def _entry(cells: dict[str, str], line: int) -> SheetEntry:
+    """Turn the cells of a row into an entry."""
+    file = cells.get("file", "")
+    if not file:
+        raise ValueError("expected a file name, found nothing. Name the file or delete the row.")
+    start, end = _number(cells, "start"), _number(cells, "end")
+    if start is not None and end is not None and end <= start:
+        raise ValueError(
+            f"expected an end after the start, found start {start:g}, end {end:g}. "
+            "Times are seconds."
+        )
+    fps = _number(cells, "fps")
+    if fps is not None and not MIN_FPS <= fps <= MAX_GIVEN_FPS:
+        raise ValueError(f"expected an fps from {MIN_FPS:g} to {MAX_GIVEN_FPS:g}, found {fps:g}.")
+    words = cells.get("words", "")
+    captions = (Caption(words, start, end),) if words else ()
+    tags = {
+        c: v
+        for c, v in cells.items()
+        if v and c and c not in ("file", "words", "start", "end", "fps", "skeleton")
+    }
+    return SheetEntry(file, line, captions, tags, fps, cells.get("skeleton") or None)
+
+
+def _merged(first: SheetEntry, second: SheetEntry) -> SheetEntry:
+    """Merge two rows of one file: captions add up, performer, licence, fps and skeleton must agree.
+
+    Other tags that differ are joined by semicolons.
+    """
+    for what in ("fps", "skeleton"):
+        a, b = getattr(first, what), getattr(second, what)
+        if a is not None and b is not None and a != b:
+            raise ValueError(
+                f"expected one {what} for {shown_row([first.file])}, found {shown_row([str(b)])} "
+                f"here and {shown_row([str(a)])} at line {first.line}."
+            )
+    tags = dict(first.tags)
+    for key, value in second.tags.items():
+        if key in ("performer", "licence") and tags.get(key, value) != value:
+            raise ValueError(
+                f"expected one {key} for {shown_row([first.file])}, found {quoted(value)} here "
+                f"and {quoted(tags[key])} at line {first.line}."
+            )
+        if value not in tags.get(key, value).split("; "):
+            tags[key] = f"{tags[key]}; {value}"
+        else:
+            tags.setdefault(key, value)
+    return SheetEntry(
+        first.file,
+        first.line,
+        first.captions + second.captions,
+        tags,
+        first.fps if first.fps is not None else second.fps,
+        first.skeleton or second.skeleton,
+    )
+
+
+def _number(cells: dict[str, str], column: str) -> float | None:
+    """Return the number in a column, None if the cell is empty."""
+    text = cells.get(column, "")
+    if not text:
+        return None
+    value = number(text)
+    if value is None:
+        raise ValueError(f"expected a number in column {column}, found {quoted(text)}.")
+    if value < 0:
+        raise ValueError(
+            f"expected a number of at least 0 in column {column}, found {quoted(text)}."
+        )
+    return value
+
+
+EVENT_COLUMNS = ("file", "event", "frame", "time", "joint", "other")
+_EVENT_SYNONYMS = MappingProxyType(
+    {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
+)
+MAX_VALUE = 1e9  # Frames and seconds beyond are faults: a year at 30 frames a second
+_EVENT_COLUMNS = f"Columns: {', '.join(EVENT_COLUMNS)}; frame counts 30 a second, time seconds."
+
+
+@dataclass(frozen=True)
+class EventSheet:
+    """A sheet of events that was read."""
+
+    path: str
+    # Events with their lines, by capture name (path without ending)
+    entries: dict[str, tuple[tuple[int, Event], ...]]
+    notes: tuple[str, ...] = ()  # Sentences about unusual entries that were used
+
+    @property
+    def n_events(self) -> int:
+        """Number of events in the sheet."""
+        return sum(map(len, self.entries.values()))
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """Return a sentence for every file that is not among the captures."""
+        files = {name: (rows[0][0], name) for name, rows in self.entries.items()}
+        return unknown_files(self.path, files, names, "an existing capture")
+
+    def within(self, name: str, n_frames: int, problems: list[str]) -> tuple[Event, ...]:
+        """Return the events of a capture that lie within it."""
+        kept = []
+        for line, event in self.entries.get(name, ()):
+            if event.frame >= n_frames:
+                problems.append(
+                    f"{self.path}:{line}: expected an event before the end of {name} at "
+                    f"{n_frames / MOTION_FPS:.3f} s (frame {n_frames}), found frame {event.frame}. "
+                    "Count frames at 30 a second, or give a column time."
+                )
+            else:
+                kept.append(event)
+        return tuple(kept)
+
+
+def read_event_sheet(path: Path | str) -> EventSheet:
+    """Read a sheet of events."""
+    path = Path(path)
+    rows = read_rows(
+        path, f"the columns file, event and frame, found an empty sheet. {_EVENT_COLUMNS}"
+    )
+    line, names = rows[0]
+    header = [_EVENT_SYNONYMS.get(name.strip().lower(), name.strip().lower()) for name in names]
+    missing = [column for column in ("file", "event") if column not in header]
+    missing += ["frame or time"] if not {"frame", "time"} & set(header) else []
+    if missing:
+        raise SheetError(
+            f"{path}:{line}: expected a column {' and '.join(missing)}, found "
+            f"{shown_row(names)}. {_EVENT_COLUMNS}"
+        )
+    check_columns(path, line, header)
+    return _gather_events(path, header, rows[1:])
+
+
+def _gather_events(path: Path, header: list[str], rows: Rows) -> EventSheet:
+    """Turn rows into events; raise all faults at once."""
+    entries: dict[str, list[tuple[int, Event]]] = {}
+    seen: dict[tuple[str, Event], int] = {}
+    faults: list[str] = []
+    repeats: list[str] = []
+    for line, row in rows:
+        if len(row) > len(header):
+            faults.append(f"{path}:{line}: expected {len(header)} columns, found {len(row)}.")
+            continue
+        cells = {column: cell.strip() for column, cell in zip(header, row)}
+        try:
+            name, event = capture_name(_filled(cells, "file")), _event(cells)
+        except ValueError as error:
+            faults.append(f"{path}:{line}: {error}")
+            continue
+        if (name, event) in seen:
+            repeats.append(f"{path}:{line}: repeats line {seen[name, event]} and was left out")
+            continue
+        seen[name, event] = line
+        entries.setdefault(name, []).append((line, event))
+    if faults:
+        raise SheetError(all_faults(faults))
+    return EventSheet(
+        str(path), {n: tuple(of_one) for n, of_one in entries.items()}, first_of(repeats)
+    )
+
+
+def _event(cells: dict[str, str]) -> Event:
+    """Turn the cells of a row into an event; ValueError with the fault of the row."""
+    joint = cells.get("joint", "")
+    if joint and joint not in body.INDEX:
+        raise ValueError(
+            f"expected a joint of the canonical body, found {quoted(joint)}."
+            + (suggestion(joint, body.JOINTS) or f" They are {', '.join(body.JOINTS)}.")
+        )
+    return Event(_frame(cells), _filled(cells, "event"), joint, cells.get("other", ""))
+
+
+def _frame(cells: dict[str, str]) -> int:
+    """Return the frame at 30 per second, from the frame or from the time."""
+    frame, time = cells.get("frame", ""), cells.get("time", "")
+    if not frame and not time:
+        raise ValueError("expected a frame or a time, found neither. Give one of them.")
+    column, text = ("frame", frame) if frame else ("time", time)
+    value = number(text)
+    if value is None or not 0 <= value < MAX_VALUE or (frame and value != round(value)):
+        whole = "whole number" if frame else "number"
+        raise ValueError(
+            f"expected a {whole} of at least 0 in column {column}, found {quoted(text)}."
+            f" {'Frames count 30 a second.' if frame else 'Times are seconds.'}"
+        )
+    return round(value) if frame else round(value * MOTION_FPS)
+
+
+def _filled(cells: dict[str, str], column: str) -> str:
+    """Return the cell of a column that may not be empty; ValueError if it is."""
+    if not cells.get(column):
+        what = "a file name" if column == "file" else "what happens"
+        raise ValueError(
+            f"expected {what} in column {column}, found nothing. Fill it in or delete the row."
+        )
+    return cells[column]

@@ -1,1 +1,0 @@
-"""Writers: motions, clips and scenes as BVH and glTF."""

@@ -1,1 +1,0 @@
-"""Baseline grammars, and measures that compare languages."""

@@ -1,1 +1,0 @@
-"""Evaluation of rules by sentences: cheapest parses, refitted rules, evidence for loops."""

@@ -1,0 +1,359 @@
+"""Combine what is learned from own captions with the start of a database.
+
+Notation: n the number of own described intervals, w the weight of the start,
+
+    w = 1 / (1 + n / TRUST).
+
+Everything that is learned from captions is a sum over captions: moments of the word map, expected
+counts of the association, numbers of words and shapes. The joint sum is that of the own captions
+plus w times that of the start, so that own captions gain weight with their number. The transitions
+of symbols, which need no captions, are joined in the same way with n the number of own captures.
+
+A caption is no evidence about a word that its authors do not use: if no own caption has "sprint",
+an own capture may still show one. Every word is therefore fitted to the intervals of those sources
+alone whose captions hold the word anywhere. Words of both sources, of the start alone and of own
+captions alone have three systems of equations; that of the start alone keeps its ridge.
+
+Ridge and calibration of the joint word map, from own captions and the start.
+
+As in :mod:`motiondb.meaning.word_map`, predictions for own intervals are made without their
+group: here by the joint map of the start and the other groups. The largest ridge whose ranking is
+nearly the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
+information of the start's calibration, times the weight of the start, represents its data.
+
+The learned model with other counts: used when captures and words change.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.language.translation import explanation
+from motiondb.language.translation.explanation import ExpectedCounts
+from motiondb.learn.knowledge import Started
+from motiondb.learn.learned_model import LearnedModel
+from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.counting import (
+    Counted,
+    Counts,
+    Reference,
+    publish_association,
+    publish_word_map,
+)
+from motiondb.meaning.score_vectors import ScoreSpace
+from motiondb.meaning.word_map import (
+    RIDGES,
+    TOLERANCE,
+    WordMap,
+    WordMoments,
+    calibrate,
+    precision,
+    solve_word_map,
+    word_moments,
+    word_spreads,
+)
+from motiondb.records import Association, FloatArray, IntArray, SegmentTable
+
+TRUST = 10.0
+"""Own captions (captures, for transitions) at which the start weighs half. Chosen among 3, 10 and
+30 by docs/start.md, on captures of both studios."""
+TRUSTED_SEGMENTS = 300.0
+"""Own segments at which the standardisation of the start weighs half. Chosen among 0, 30, 100, 300,
+1,000 and never on captures of both studios without captions (docs/start.md)."""
+
+
+STRANGE = 0.2
+"""Share of the own motion that the symbols of the start may explain worse than the background.
+Chosen by hand between 0.00 (CMU symbols, Bandai-Namco motion) and 0.62 (the other way)."""
+ENOUGH = 100
+"""Number of own described intervals at which a start whose symbols do not fit is set aside: with
+more, it lowered the rank of true words on CMU captures (docs/start.md)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Published:
+    """The models for questions, from own counts and those of the start."""
+
+    # t and a; ``counts`` are those of own captions plus w times the start's, at least 1
+    association: Association
+    transitions: FloatArray  # (symbols + 1, symbols + 1): joint counts
+    lengths: Mapping[tuple[int, int], int]  # (symbols l, words m) -> number of described intervals
+    word_map: WordMap
+
+
+def start_weight(n_own: float) -> float:
+    """w of the module's docstring.
+
+    >>> start_weight(0), start_weight(10), round(start_weight(190), 3)
+    (1.0, 0.5, 0.05)
+    """
+    return 1.0 / (1.0 + max(n_own, 0.0) / TRUST)
+
+
+def strange_share(table: SegmentTable) -> float:
+    """Share of the frames whose segment the best symbol explains worse than the background does."""
+    frames = (table.ends - table.starts).astype(np.float64)
+    strange = table.log_likelihoods < table.backgrounds
+    return float(frames[strange].sum() / max(frames.sum(), 1.0))
+
+
+def fits(table: SegmentTable) -> bool:
+    """Whether the symbols of the start explain nearly all of the own motion."""
+    return strange_share(table) <= STRANGE
+
+
+def is_set_aside(table: SegmentTable, n_own: float) -> bool:
+    """Whether own captures are learned from alone, because the start's symbols do not fit them."""
+    return n_own >= ENOUGH and not fits(table)
+
+
+def join_vocabulary(own_words: tuple[str, ...], started: Started) -> tuple[str, ...]:
+    """Words of own captions and of the start, sorted."""
+    return tuple(sorted({*own_words, *started.names}))
+
+
+def adapt_score_space(started: Started, own_space: ScoreSpace, n_segments: int) -> ScoreSpace:
+    """Standardisation for own captures: means and variances of both, weighted."""
+    share = n_segments / (TRUSTED_SEGMENTS + n_segments)
+    first = started.knowledge.score_space
+    variance = (1.0 - share) * first.spread**2 + share * own_space.spread**2
+    return ScoreSpace((1.0 - share) * first.mean + share * own_space.mean, np.sqrt(variance))
+
+
+def join_word_map(
+    own_moments: WordMoments,
+    words: tuple[str, ...],
+    started: Started,
+    ridge: float,
+    calibration: FloatArray,
+) -> WordMap:
+    """The word map of own captions and the start; `calibration` (3,)."""
+    chosen = started.columns(words)
+    taught = started.taught.moments
+    first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
+    in_start = np.asarray(chosen.any(axis=0), dtype=bool)
+    in_own = np.asarray(own_moments.words > 0, dtype=bool)
+    weight = start_weight(own_moments.n)
+    joint = _weighted(first, weight) + own_moments
+    weights = started.word_map.weights @ chosen  # linear in the words, so that synonyms add up
+    offsets = started.word_map.offsets @ chosen
+    priors = np.clip(first.words / taught.n, 0.5 / taught.n, 1.0 - 0.5 / taught.n)
+    for which, moments in ((in_start & in_own, joint), (~in_start, own_moments)):
+        if which.any():
+            fit = solve_word_map(_of_words(moments, which), ridge, calibration)
+            weights[:, which], offsets[which] = fit.weights, fit.offsets
+            priors[which] = fit.priors
+    return WordMap(weights, offsets, priors, word_spreads(priors), calibration, ridge=ridge)
+
+
+def _weighted(moments: WordMoments, weight: float) -> WordMoments:
+    """Sums times a weight, without those for whole captions, which are of own captions alone."""
+    return WordMoments(
+        weight * moments.n,
+        weight * moments.vectors,
+        weight * moments.words,
+        weight * moments.gram,
+        weight * moments.cross,
+    )
+
+
+def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:
+    return replace(moments, words=moments.words[which], cross=moments.cross[:, which])
+
+
+def join_expected(
+    own_counts: ExpectedCounts, words: tuple[str, ...], started: Started
+) -> ExpectedCounts:
+    """Expected counts of own captions plus w times those of the start; no longer exact."""
+    weight, taught = start_weight(own_counts.n_pairs), started.taught.expected
+    alignment = {shape: weight * table for shape, table in taught.alignment.items()}
+    for shape, table in own_counts.alignment.items():
+        alignment[shape] = table + alignment.get(shape, 0.0)
+    translation = own_counts.translation + weight * taught.translation @ started.columns(words)
+    return ExpectedCounts(translation, alignment, own_counts.n_pairs + taught.n_pairs)
+
+
+def publish(
+    counts: Counts,
+    reference: Reference,
+    started: Started,
+    ridge: float,
+    calibration: FloatArray,
+) -> Published:
+    """The models for questions, from own counts and those of the start; `calibration` (3,)."""
+    words, taught = reference.association.words, started.taught
+    weight = start_weight(counts.moments.n)
+    joint = replace(counts, expected=join_expected(counts.expected, words, started))
+    association = replace(
+        publish_association(joint, reference), counts=join_said(counts.said, words, started, weight)
+    )
+    lengths = Counter(counts.shapes)
+    lengths.update({shape: round(weight * n) for shape, n in taught.shapes.items()})
+    n_captures = float(counts.transitions[0].sum())
+    return Published(
+        association,
+        counts.transitions + start_weight(n_captures) * taught.transitions,
+        {shape: n for shape, n in lengths.items() if n > 0},
+        join_word_map(counts.moments, words, started, ridge, calibration),
+    )
+
+
+def join_said(
+    own_said: NDArray[np.int64], words: tuple[str, ...], started: Started, weight: float
+) -> NDArray[np.int64]:
+    """Numbers of captions of every word: own ones plus w times the start's, at least 1 of these."""
+    start_said = started.taught.said @ started.columns(words)
+    joint = own_said + np.where(start_said > 0, np.maximum(np.rint(weight * start_said), 1.0), 0.0)
+    return np.asarray(joint, dtype=np.int64)
+
+
+def join_certainty(
+    own_certainty: Certainty | None, first: Certainty | None, n_own: float
+) -> Certainty | None:
+    """Return the mean of both certainties, the start's with weight w; if one is None, the other."""
+    if own_certainty is None or first is None or len(own_certainty.weights) != len(first.weights):
+        return first if own_certainty is None else own_certainty
+    share = start_weight(n_own)
+    threshold = own_certainty.threshold
+    if np.isnan(threshold):
+        threshold = first.threshold
+    elif not np.isnan(first.threshold):
+        threshold = share * first.threshold + (1.0 - share) * threshold
+    return Certainty(
+        share * first.weights + (1.0 - share) * own_certainty.weights,
+        share * first.constant + (1.0 - share) * own_certainty.constant,
+        threshold,
+    )
+
+
+def join_reference(fitted: Association, counted: ExpectedCounts, started: Started) -> Association:
+    """The association that distributes words among symbols in counting."""
+    weight = start_weight(counted.n_pairs)
+    empty = replace(
+        fitted,
+        translation=np.zeros_like(fitted.translation),
+        counts=join_said(np.asarray(fitted.counts), fitted.words, started, weight),
+    )
+    return explanation.with_counts(empty, join_expected(counted, fitted.words, started))
+
+
+N_FOLDS = 5  # Folds of groups that are held out in turn
+LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the start's
+
+
+@dataclass(frozen=True, eq=False)
+class OwnRows:
+    """Own described intervals and the start."""
+
+    vectors: FloatArray  # (rows, columns): score vectors
+    # (rows, words): which words of the joint vocabulary were written about each interval
+    presence: NDArray[np.bool_]
+    groups: IntArray  # (rows,): performers
+    words: tuple[str, ...]
+    started: Started
+
+    @cached_property
+    def moments(self) -> WordMoments:
+        """Sums over all rows."""
+        return word_moments(self.vectors, self.presence)
+
+    def without(self, rows: NDArray[np.bool_], ridge: float, calibration: FloatArray) -> WordMap:
+        """The joint word map without some own rows."""
+        left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
+        return join_word_map(left, self.words, self.started, ridge, calibration)
+
+
+def choose_ridge_and_calibration(own_rows: OwnRows) -> tuple[float, FloatArray]:
+    """Ridge and calibration of the joint word map."""
+    taught = own_rows.started.taught
+    if len(own_rows.vectors) < LEAST_INTERVALS:
+        return taught.ridge, taught.calibration
+    here = own_rows.presence.any(axis=0) & ~own_rows.presence.all(axis=0)
+    if not here.any():
+        return taught.ridge, taught.calibration
+    folds = _folds(own_rows.groups)
+    maps = {
+        ridge: [own_rows.without(folds == k, ridge, taught.calibration) for k in np.unique(folds)]
+        for ridge in RIDGES
+    }
+    scores = {ridge: _predict(own_rows, folds, fits) for ridge, fits in maps.items()}
+    reached = {
+        ridge: precision(z[:, here], own_rows.presence[:, here]) for ridge, z in scores.items()
+    }
+    least = (1.0 - TOLERANCE) * max(reached.values())
+    ridge = max(r for r, p in reached.items() if p >= least)
+    logits = np.stack(
+        [
+            _logits(maps[ridge][place], own_rows)
+            for place in np.searchsorted(np.unique(folds), folds)
+        ]
+    )
+    calibration = calibrate(
+        scores[ridge][:, here],
+        logits[:, here],
+        own_rows.presence[:, here].astype(np.float64),
+        taught.calibration,
+        start_weight(len(own_rows.vectors)) * taught.information,
+    )
+    return ridge, calibration
+
+
+def _predict(own_rows: OwnRows, folds: IntArray, fits: list[WordMap]) -> FloatArray:
+    """Evidence over spread of every word, by the map without the row's fold: (rows, words)."""
+    z = np.zeros(own_rows.presence.shape)
+    for fold, fit in zip(np.unique(folds), fits):
+        inside = folds == fold
+        z[inside] = fit.evidence(own_rows.vectors[inside]) / fit.spreads
+    return z
+
+
+def _logits(fit: WordMap, own_rows: OwnRows) -> FloatArray:
+    priors: FloatArray = np.log(fit.priors) - np.log1p(-fit.priors)
+    return priors[: own_rows.presence.shape[1]]
+
+
+def _folds(groups: IntArray) -> IntArray:
+    """Folds of whole groups; of single rows if there is one group only."""
+    names, numbers = np.unique(groups, return_inverse=True)
+    if len(names) < 2:
+        return np.arange(len(groups)) % min(N_FOLDS, len(groups))
+    return numbers % N_FOLDS
+
+
+def with_counts(
+    model: LearnedModel, run_id: int, table: SegmentTable, counted: Counted
+) -> LearnedModel:
+    """The learned model with other counts and everything that depends on them."""
+    fit, counts = model.fitted_word_map, counted.counts
+    present = set(table.capture_ids.tolist())
+    model = replace(
+        model,
+        run_id=run_id,
+        segments=table,
+        counted=counted,
+        places=None if model.places is None else model.places.only(present),
+        judge=None if model.judge is None else model.judge.only(present),
+    )
+    if model.started is not None and fit is not None:
+        joint = publish(counts, counted.reference, model.started, fit.ridge, fit.calibration)
+        return replace(
+            model,
+            association=joint.association,
+            transition_counts=joint.transitions,
+            fitted_word_map=joint.word_map,
+            lengths=joint.lengths,
+        )
+    word_map = None if fit is None else publish_word_map(counts, fit.ridge, fit.calibration)
+    return replace(
+        model,
+        association=publish_association(counts, counted.reference),
+        transition_counts=counts.transitions,
+        fitted_word_map=word_map,
+        lengths=dict(counts.shapes),
+    )

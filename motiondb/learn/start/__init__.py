@@ -1,1 +1,0 @@
-"""Learning that begins from the knowledge of another database."""

@@ -1,0 +1,434 @@
+"""Certainty of answers, learned from questions whose answers are known from the captions.
+
+The captures with captions are searched as a user would search, each time without the words of the
+tested performers in the word map (its sums are additive, so words are left out by subtraction).
+Whether an answer is right follows from the captions:
+
+* by words: performers are divided into folds; every word of the other folds is searched in the
+  captures of one fold;
+* by example: a described interval is the example; the captures of all other performers are
+  searched, each by its window that moves most like the example. An answer is right if both captions
+  name the same action, that is, a word that is not a direction, a part of the body or a manner
+  (``vocabulary.MODIFIERS``).
+
+Here only questions to which there is a right answer count. From these
+:mod:`motiondb.meaning.calibration` learns the probability of an answer. Then all right answers are
+removed (for an example, also from the word map) and the search is repeated. This gives the value of
+the best answer if there is no right one.
+
+Certainty of answers to "a but not b" and to "a or b", learned from questions of captions.
+
+The log-odds of an action and of an excluded one are not independent, and the questions that people
+ask with "not" and "or" are about actions that occur together or in place of one another. So the
+probability of single words, multiplied, is wrong for them: for "a but not b" it was .41 in the mean
+where .67 of the answers were right. Instead, such questions are made from the captions, if the
+captures of a fold of performers distinguish them:
+
+    a but not b    some captures show a with b, and some a without b,
+    a or b         some captures show a without b, and some b without a,
+
+and searched in these captures with the word map without these performers. The first answers show
+how often they are right. For each kind two probabilities are learned from the same cues: that all
+of the question holds, and that the action that the answer shows does (a; for "or" the alternative
+that the capture shows best).
+
+Cues: for "a but not b" the log-odds of a and those of b with reversed sign; for "a or b" the
+log-odds of the alternative that is shown best. The usual log-odds of the words as further cues made
+answers about unseen performers less certain.
+
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.language.question.readings import Exclusion, Part, Reading
+from motiondb.language.vocabulary import MODIFIERS
+from motiondb.meaning import by_motion, by_question, by_words, score_vectors
+from motiondb.meaning.by_words import TakeScores
+from motiondb.meaning.calibration import (
+    Certainties,
+    Certainty,
+    KindCertainty,
+    clearest,
+    fit_probability,
+    separate,
+    usual,
+)
+from motiondb.meaning.counting import Described, capture_rows
+from motiondb.meaning.resemblance import emphasis_of
+from motiondb.meaning.word_map import WordMap, WordMoments, map_words, solve_word_map, word_moments
+from motiondb.records import FloatArray, IntArray, SegmentTable
+from motiondb.symbols.hmm_jobs import one_blas_thread
+
+N_FOLDS = 5  # Folds of performers
+LEAST_SAID = 3
+"""Smallest number of intervals of other performers with a word, for the word to be used as a
+question."""
+LOOKED_AT, LOOKED_BELOW = 10, 5
+"""Answers of a question that are used: the best ones, which a user sees, and some at even distances
+in the rest."""
+MOST_EXAMPLES, MOST_CAPTURES = 40, 150  # Bounds on the duration of this step of learning
+LEAST_ANSWERS = 30  # Smallest number of answers for which a probability is fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """Described intervals, one row each, and their captures."""
+
+    vectors: FloatArray  # (rows, columns): score vectors
+    presence: NDArray[np.bool_]  # (rows, words): which words were written about each interval
+    names: Sequence[str]
+    captures: IntArray  # (rows,): capture numbers
+    starts: FloatArray  # (rows,): first frames, 30 a second
+    ends: FloatArray  # (rows,): last frames + 1
+    groups: IntArray  # (rows,): number of the performer
+    table: SegmentTable
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    ridge: float  # Ridge of the word map
+    calibration: FloatArray  # (3,): calibration of the word map
+    margin: int = by_words.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
+    n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
+    # Fits the word map without some rows (array (rows,), bool), if it is learned from more than
+    # these rows (``learning.start``)
+    fit_without: Callable[[NDArray[np.bool_]], WordMap] | None = None
+
+    @cached_property
+    def moments(self) -> WordMoments:
+        """Sums over all rows."""
+        return word_moments(self.vectors, self.presence)
+
+    @cached_property
+    def segments(self) -> dict[int, slice]:
+        """Capture number -> rows of the table."""
+        return capture_rows(self.table)
+
+    @cached_property
+    def is_action(self) -> NDArray[np.bool_]:
+        """Which words name an action: array (words,)."""
+        return np.array([name not in MODIFIERS for name in self.names], dtype=bool)
+
+    def without(self, rows: NDArray[np.bool_]) -> WordMap:
+        """The word map fitted without some rows."""
+        if self.fit_without is not None:
+            return self.fit_without(rows)
+        if np.count_nonzero(~rows) < self.vectors.shape[1]:  # the smaller system
+            return map_words(
+                self.vectors[~rows], self.presence[~rows], self.ridge, self.calibration
+            )
+        left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
+        return solve_word_map(left, self.ridge, self.calibration)
+
+
+def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray]:
+    """Starts and ends (frames) of the rows that ``counting.training_rows`` makes."""
+    keys = list(dict.fromkeys((d.capture_id, d.start, d.end) for d in described))
+    return np.array([k[1] for k in keys]), np.array([k[2] for k in keys])
+
+
+def words_certainty(written: Written) -> Certainty | None:
+    """Certainty of an answer to words; its cue is the log-odds of an action in a capture.
+
+    The threshold is on the log-odds that the motion adds to the usual ones, so that rare words can
+    be found too. None if too little was written.
+    """
+    log_odds, right, present, absent = [], [], [], []
+    folds = performer_folds(written.groups)
+    for fold in range(N_FOLDS):
+        inside = folds == fold
+        known = written.presence[~inside].sum(axis=0) >= LEAST_SAID
+        if not known.any() or not inside.any():
+            continue
+        words = written.without(inside)
+        captures = np.unique(written.captures[inside])
+        odds = np.stack([_capture_log_odds(written, words, int(c)) for c in captures])
+        shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
+        usual_odds = usual(words)
+        for word in np.flatnonzero(known & shown.any(axis=0) & ~shown.all(axis=0)):
+            best = _counting_answers(odds[:, word])
+            log_odds += odds[best, word].tolist()
+            right += shown[best, word].tolist()
+            added = odds[:, word] - usual_odds[word]
+            present.append(added.max())
+            absent.append(added[~shown[:, word]].max())
+    return _if_helpful(_fit(np.array(log_odds)[:, None], right, present, absent))
+
+
+def example_certainty(written: Written) -> Certainty | None:
+    """Certainty of an answer to an example.
+
+    Its cues are the resemblance of the answer and how clear the example's action is; the threshold
+    is on the resemblance. None if too little was written.
+    """
+    cues, right, present, absent = [], [], [], []
+    share = _shared(written)
+    elsewhere = share & (written.groups[:, None] != written.groups)
+    able = np.flatnonzero(elsewhere.any(axis=1))
+    chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
+    for row in np.unique(chosen) if len(able) else ():
+        same = written.groups == written.groups[row]
+        gallery = find_windows(written, int(row), ~same, share[row])
+        if not gallery.right.any():
+            continue
+        words = written.without(same)
+        alike = gallery.alike(written, int(row), words)
+        best = _counting_answers(alike)
+        clear = clearest(words, written.vectors[row], written.is_action)
+        cues.append(np.column_stack([alike[best], np.full(len(best), clear)]))
+        right += gallery.right[best].tolist()
+        if not gallery.shows.all():
+            nothing = gallery.alike(written, int(row), written.without(same | share[row]))
+            present.append(float(alike.max()))
+            absent.append(float(nothing[~gallery.shows].max()))
+    return _if_helpful(_fit(np.concatenate(cues), right, present, absent)) if cues else None
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """The best window of every capture for an example, by motion alone."""
+
+    vectors: FloatArray  # (captures, columns): score vector of the window most like the example
+    # (captures,): whether this window shows the example's action, according to captions
+    right: NDArray[np.bool_]
+    # (captures,): whether any part of the capture does, according to captions
+    shows: NDArray[np.bool_]
+
+    def alike(self, written: Written, row: int, words: WordMap) -> FloatArray:
+        """Resemblance of every capture to the example: array (captures,)."""
+        return by_motion.resemblance(
+            written.vectors[row],
+            self.vectors,
+            words,
+            n_posture_and_travel=written.n_posture_and_travel,
+            emphasis=emphasis_of(written.names),
+        )
+
+
+def find_windows(
+    written: Written, row: int, allowed: NDArray[np.bool_], said: NDArray[np.bool_]
+) -> Gallery:
+    """Compare an example with the captures of the allowed rows; of many, with evenly chosen ones.
+
+    Shapes: `allowed`, `said` (rows,).
+    """
+    captures = np.unique(written.captures[allowed])
+    some = np.linspace(0, len(captures) - 1, min(len(captures), MOST_CAPTURES)).astype(int)
+    length = max(round(float(written.ends[row] - written.starts[row])), 1)
+    vectors, right, shows = [], [], []
+    for capture in captures[some]:
+        rows = written.segments[int(capture)]
+        window, low, high = best_window(
+            written.vectors[row],
+            written.standardised[rows],
+            written.table.starts[rows],
+            written.table.ends[rows],
+            length,
+        )
+        showing = (written.captures == capture) & said
+        meets = (written.starts < high) & (written.ends > low)
+        vectors.append(window)
+        right.append(bool((showing & meets).any()))
+        shows.append(bool(showing.any()))
+    return Gallery(np.array(vectors), np.array(right), np.array(shows))
+
+
+def best_window(
+    vector: FloatArray, standardised: FloatArray, starts: IntArray, ends: IntArray, length: int
+) -> tuple[FloatArray, int, int]:
+    """The window of a capture that moves most like a vector.
+
+    Shapes: `vector` (columns,); `standardised` (segments, columns); `starts`, `ends` (segments,).
+    """
+    low, high = by_motion.window_places(starts, ends, length)
+    windows = score_vectors.interval_vectors(standardised, starts, ends, low, high)
+    best = int(np.argmax(by_motion.resemblance(vector, windows)))
+    return windows[best], int(low[best]), int(high[best])
+
+
+def _fit(
+    cues: FloatArray,
+    right: Sequence[bool],
+    present: Sequence[float] = (),
+    absent: Sequence[float] = (),
+) -> Certainty | None:
+    """Fit probability and threshold; None if too few answers are known, or all right or wrong."""
+    truth = np.array(right, dtype=bool)
+    if len(truth) < LEAST_ANSWERS or truth.all() or not truth.any():
+        return None
+    weights, constant = fit_probability(cues, truth)
+    return Certainty(weights, constant, separate(np.array(present), np.array(absent)))
+
+
+def _if_helpful(sure: Certainty | None) -> Certainty | None:
+    """A certainty whose first cue, by which answers are ranked, raises the probability."""
+    return sure if sure is not None and sure.weights[0] > 0.0 else None
+
+
+def performer_folds(groups: IntArray) -> IntArray:
+    """Fold of every row; no group is divided, and the largest is assigned first."""
+    names, counts = np.unique(groups, return_counts=True)
+    fold_of, sizes = {}, np.zeros(N_FOLDS)
+    for g in np.lexsort([names, -counts]):
+        fold_of[int(names[g])] = int(np.argmin(sizes))
+        sizes[fold_of[int(names[g])]] += counts[g]
+    return np.array([fold_of[int(g)] for g in groups])
+
+
+def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
+    """Log-odds in a capture of every word as the only action: array (words,)."""
+    rows = written.segments[capture]
+    odds = by_words.motion_log_odds(
+        words,
+        written.standardised[rows],
+        written.table.starts[rows],
+        written.table.ends[rows],
+        written.margin,
+    )
+    best: FloatArray = 0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1]
+    return best
+
+
+def _shared(written: Written) -> NDArray[np.bool_]:
+    """Whether two rows show the same action, according to captions: array (rows, rows)."""
+    actions = written.presence[:, written.is_action].astype(np.float32)
+    shared: NDArray[np.bool_] = actions @ actions.T > 0
+    return shared
+
+
+def _counting_answers(values: FloatArray) -> IntArray:
+    """Numbers of the answers that are used, best first."""
+    order = np.argsort(-values, kind="stable")
+    best, rest = order[:LOOKED_AT], order[LOOKED_AT:]
+    some = np.linspace(0, len(rest) - 1, min(LOOKED_BELOW, len(rest))).astype(int)
+    return np.concatenate([best, rest[some]])
+
+
+LEAST_EACH = 2  # Smallest number of captures on each side of the distinction of a question
+FIRST = 5  # Answers of a question that are used: those that a user reads first
+MOST_QUESTIONS = 100
+"""Largest number of questions of a kind and a fold, a bound on the duration of learning."""
+
+
+@dataclass(frozen=True, eq=False)
+class MadeQuestion:
+    """A question made from captions."""
+
+    readings: tuple[Reading, ...]
+    right: NDArray[np.bool_]  # (captures,): which captures show all of it
+    # (readings, captures): which captures show the action that each reading asks for
+    shown: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _Answers:
+    """Cues of answers, and whether all of the question and the part are right."""
+
+    cues: list[FloatArray] = field(default_factory=list)
+    whole: list[bool] = field(default_factory=list)
+    part: list[bool] = field(default_factory=list)
+
+    def fit(self) -> KindCertainty:
+        cues = np.array(self.cues)
+        return KindCertainty(_fit(cues, self.whole), _fit(cues, self.part))
+
+
+def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
+    """Certainties of answers to "a but not b" and to "a or b"."""
+    without, either = _Answers(), _Answers()
+    folds = performer_folds(written.groups)
+    for fold in range(N_FOLDS):
+        inside = folds == fold
+        known = (written.presence[~inside].sum(axis=0) >= LEAST_SAID) & written.is_action
+        if not known.any() or not inside.any():
+            continue
+        words = written.without(inside)
+        captures = np.unique(written.captures[inside])
+        captures = captures[_evenly(len(captures), MOST_CAPTURES)]
+        takes = [_log_odds_in(written, words, int(c)) for c in captures]
+        shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
+        verbs = np.flatnonzero(known)
+        for answers, questions in (
+            (without, list(without_questions(shown, verbs, written.names))),
+            (either, list(either_questions(shown, verbs, written.names))),
+        ):
+            for n in _evenly(len(questions), MOST_QUESTIONS):
+                _ask(answers, takes, questions[n], written.names)
+    return without.fit(), either.fit()
+
+
+def cues_of(asked: float, excluded: float | None) -> FloatArray:
+    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
+    return np.array([asked] if excluded is None else [asked, -excluded])
+
+
+def without_questions(
+    shown: NDArray[np.bool_], verbs: IntArray, names: Sequence[str]
+) -> Iterator[MadeQuestion]:
+    """Questions "a but not b" that some captures distinguish.
+
+    Shapes: `shown` (captures, words); `verbs` (verbs,).
+    """
+    for a in verbs:
+        for b in verbs:
+            both, alone = shown[:, a] & shown[:, b], shown[:, a] & ~shown[:, b]
+            if a != b and min(both.sum(), alone.sum()) >= LEAST_EACH:
+                excluded = Exclusion(((names[b],),), 0, 1)
+                reading = Reading((Part(((names[a],),)),), (excluded,))
+                yield MadeQuestion((reading,), alone, shown[:, [a]].T)
+
+
+def either_questions(
+    shown: NDArray[np.bool_], verbs: IntArray, names: Sequence[str]
+) -> Iterator[MadeQuestion]:
+    """Questions "a or b" that some captures distinguish; parameters as `without_questions`."""
+    for n, a in enumerate(verbs):
+        for b in verbs[n + 1 :]:
+            only_a, only_b = shown[:, a] & ~shown[:, b], shown[:, b] & ~shown[:, a]
+            either = shown[:, a] | shown[:, b]
+            if min(only_a.sum(), only_b.sum()) >= LEAST_EACH and not either.all():
+                read = tuple(Reading((Part(((names[w],),)),)) for w in (a, b))
+                yield MadeQuestion(read, either, shown[:, [a, b]].T)
+
+
+def _ask(
+    answers: _Answers, takes: Sequence[TakeScores], question: MadeQuestion, names: Sequence[str]
+) -> None:
+    """Search the captures for one question, and record its first answers."""
+    number = {name: n for n, name in enumerate(names)}
+    hits = [by_question.search_take(take, question.readings, number) for take in takes]
+    ranked = [(n, hit) for n, hit in enumerate(hits) if hit is not None]
+    ranked.sort(key=lambda pair: -pair[1].log_odds)
+    for n, hit in ranked[:FIRST]:
+        asked, excluded = by_question.split_statements(hit.statements)
+        answers.cues.append(cues_of(asked[0], excluded[0] if excluded else None))
+        answers.whole.append(bool(question.right[n]))
+        answers.part.append(bool(question.shown[hit.reading, n]))
+
+
+def _log_odds_in(written: Written, words: WordMap, capture: int) -> TakeScores:
+    """Log-odds of all words in a capture, from its motion."""
+    rows = written.segments[capture]
+    starts, ends = written.table.starts[rows], written.table.ends[rows]
+    odds = by_words.motion_log_odds(words, written.standardised[rows], starts, ends, written.margin)
+    return TakeScores(starts, ends, odds[:-1], odds[-1])
+
+
+def _evenly(n: int, most: int) -> IntArray:
+    """At most ``most`` of the numbers 0 to n - 1, at even distances."""
+    return np.unique(np.linspace(0, max(n - 1, 0), min(n, most)).astype(np.int64))
+
+
+def fit_certainties(written: Written) -> Certainties:
+    """Certainties of answers, if there are captions of two or more performers."""
+    if len(np.unique(written.groups)) < 2:
+        return Certainties()
+    with one_blas_thread():  # many small systems
+        without, either = without_and_either(written)
+        return Certainties(
+            words_certainty(written), example_certainty(written), without=without, either=either
+        )

@@ -1,0 +1,283 @@
+"""Search by example: intervals of captures that move like a query.
+
+Three comparisons, each more exact than the one before and applied to fewer intervals:
+
+1. symbols: the query's symbol sequence is aligned locally with every capture's, with the symbols'
+   distances as substitution costs (:mod:`motiondb.meaning.alignment`);
+2. scores: the cosine between the query's score vector and that of windows of the query's length;
+3. poses: subsequence time warping on the whitened features of the best intervals, which also
+   determines their start and end (:mod:`motiondb.meaning.alignment`).
+
+The first two select candidates by ``rough`` = (cosine + alignment) / 2, where the alignment is
+multiplied by the share of the aligned segments that the window covers. Where words were learned,
+these recognise the same action in another style: in the best window of a capture the cosine is
+replaced by the resemblance with feedback (:mod:`motiondb.meaning.resemblance`), and the
+difference is added to all windows of the capture. The pooled statistics of the window are a second
+opinion on its words, if they were learned. Words therefore choose between captures, and motion
+alone within a capture. The final score is
+
+    score = rough - WARP_WEIGHT * warp,    warp the mean feature distance of the third comparison.
+
+Where the frames nearly agree (warp < ``NEAR``), rough is replaced by
+1 - (1 - rough) * warp / NEAR. So a stored interval finds itself with warp 0 and score 1, the
+largest, although a new segmentation of it differs from the stored one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiondb.meaning import alignment, extents
+from motiondb.meaning.pooled_map import statistics_of_intervals
+from motiondb.meaning.resemblance import MeaningSpace, resemblance, with_feedback
+from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.records import Float32Array, FloatArray, IntArray
+
+WARP_WEIGHT = 0.5  # Weight of the warping distance
+MOST_CELLS = 50_000_000
+"""Largest number of pairs of frames in the third comparison, over all candidates: bounds time."""
+FramesOf = Callable[[int, int, int], Float32Array]
+"""Whitened features (frames, D) of a capture from one frame to another: capture, first, end."""
+NEAR = 0.2  # Whitened feature distance below which two intervals count as equal up to noise
+
+
+@dataclass(frozen=True, eq=False)
+class Query:
+    """An example."""
+
+    features: Float32Array  # (frames, D): whitened features, 15 a second
+    symbols: IntArray  # (l,): symbols of its segments
+    weights: FloatArray  # (l,): share of each segment in the duration; the sum is 1
+    vector: FloatArray  # (columns,): its vector, of length 1
+    # What the words of the vectors and of the frames are compared by. None: words are not used in
+    # the comparison
+    meaning: MeaningSpace | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """A stored capture."""
+
+    starts: IntArray  # (segments,): first feature frame of each segment
+    ends: IntArray  # (segments,): one past the last feature frame of each segment
+    symbols: IntArray  # (segments,): symbols of the segments
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An interval of a capture, before or after time warping."""
+
+    capture: int  # Number of the capture
+    start: int
+    end: int  # One past the last feature frame
+    rough: float  # Score of symbols and vectors
+    score: float = 0.0  # Final score; 0 before warping
+    warp: float = float("inf")  # Warping distance; infinite before warping
+
+
+def find_candidates(
+    query: Query,
+    takes: Mapping[int, Take],
+    distances: FloatArray,
+    n_candidates: int = 120,
+    per_capture: int = 6,
+    frames_of: FramesOf | None = None,
+) -> list[Candidate]:
+    """Intervals of largest ``rough`` score, best first (ties: lowest capture number).
+
+    Shapes: `distances` (symbols, symbols).
+
+    `frames_of`: Whitened features of the captures. Without them, the second opinion on the words of
+    the query is not used.
+    """
+    scale = alignment.distance_scale(distances)
+    scored = {c: _score_windows(query, take, distances, scale) for c, take in takes.items()}
+    gains = _meaning_gains(query, scored, frames_of)
+    candidates: list[Candidate] = []
+    for (capture, windows), gain in zip(scored.items(), gains):
+        for w in _separate_peaks(windows.rough, windows.low, windows.high, per_capture):
+            rough = float(windows.rough[w] + 0.5 * gain)
+            candidates.append(Candidate(capture, int(windows.low[w]), int(windows.high[w]), rough))
+    candidates.sort(key=lambda c: (-c.rough, c.capture, c.start))
+    return candidates[:n_candidates]
+
+
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Windows [low, high) of a capture with their scores; number, vector, cosine of the best one.
+
+    ``low``, ``high`` and ``rough`` are arrays (windows,), ``vector`` is an array (columns,).
+    """
+
+    low: IntArray
+    high: IntArray
+    rough: FloatArray
+    best: int
+    vector: FloatArray
+    cosine: float
+
+
+def _score_windows(query: Query, take: Take, distances: FloatArray, scale: float) -> _Windows:
+    aligned, first, last = alignment.align(
+        query.symbols, query.weights, take.symbols, distances, scale
+    )
+    low, high = window_places(take.starts, take.ends, len(query.features))
+    vectors = interval_vectors(take.standardised, take.starts, take.ends, low, high)
+    cosine = resemblance(query.vector, vectors)
+    overlap = np.zeros(len(low))
+    if last > first:
+        a, b = take.starts[first], take.ends[last - 1]
+        shared = np.maximum(np.minimum(high, b) - np.maximum(low, a), 0)
+        overlap = shared / np.maximum(np.minimum(high - low, b - a), 1)
+    rough = 0.5 * cosine + 0.5 * aligned * overlap
+    best = int(np.argmax(rough))
+    return _Windows(low, high, rough, best, vectors[best], float(cosine[best]))
+
+
+def _meaning_gains(
+    query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
+) -> FloatArray:
+    """Resemblance, with feedback, less cosine of the best window of every capture: (captures,)."""
+    if query.meaning is None or not scored:
+        return np.zeros(len(scored))
+    vectors = np.stack([query.vector, *(windows.vector for windows in scored.values())])
+    rows = query.meaning.rows(vectors, _pooled_statistics(query, scored, frames_of))
+    alike = with_feedback(rows[1:] @ rows[0], rows[1:])
+    return alike - np.array([windows.cosine for windows in scored.values()])
+
+
+def _pooled_statistics(
+    query: Query, scored: Mapping[int, _Windows], frames_of: FramesOf | None
+) -> FloatArray | None:
+    """Pooled statistics of the query and of the best windows, if used: (1 + captures, 5 D)."""
+    if query.meaning is None or query.meaning.pooled is None or frames_of is None:
+        return None
+    best = (frames_of(c, int(w.low[w.best]), int(w.high[w.best])) for c, w in scored.items())
+    return statistics_of_intervals([query.features, *best])
+
+
+def refine(
+    query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
+) -> list[Candidate]:
+    """Exact intervals and scores by subsequence time warping, best first.
+
+    Shapes: `features` (frames, D).
+
+    `candidates`: Intervals, best first. For a very long query only the first ones are compared, so
+    that the time is bounded (``MOST_CELLS``).
+    """
+    candidates = candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
+    refined: list[Candidate] = []
+    margin = len(query.features) + 8
+    for candidate in candidates:
+        low = max(0, candidate.start - margin)
+        high = min(len(features[candidate.capture]), candidate.end + margin)
+        part = features[candidate.capture][low:high]
+        distance, start, end = alignment.best_part(query.features, part)
+        if not np.isfinite(distance):
+            distance, start, end = _whole(query.features, part)
+        refined.append(_scored(candidate, low + start, low + end, distance))
+    refined += _near_copies(query, candidates, features)
+    refined.sort(key=lambda c: (-c.score, c.capture, c.start))
+    return _without_overlaps(refined)
+
+
+def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidate:
+    """The candidate with its exact interval and its final score (see the module)."""
+    rough = 1.0 - (1.0 - candidate.rough) * min(1.0, warp / NEAR)
+    score = rough - WARP_WEIGHT * warp
+    return Candidate(candidate.capture, start, end, candidate.rough, score, warp)
+
+
+def _near_copies(
+    query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
+) -> list[Candidate]:
+    """Intervals of the candidates' captures that nearly agree with the query, wherever they start.
+
+    Windows begin at segments, so that a short query cut from a long capture can lie between them.
+    """
+    weakest = {candidate.capture: candidate for candidate in candidates}
+    copies = []
+    for capture, candidate in weakest.items():
+        distance, start, end = alignment.best_part(query.features, features[capture])
+        if distance < NEAR:
+            copies.append(_scored(candidate, start, end, distance))
+    return copies
+
+
+def to_activities(
+    example: FloatArray, answers: Sequence[Candidate], takes: Mapping[int, FloatArray]
+) -> list[Candidate]:
+    """Extend answers to the interval in which the activity of the example lasts.
+
+    Shapes: `example`, `takes` (frames, axes).
+
+    `answers`: Answers, best first. The order is kept, and so is the interval of an answer that
+    nearly agrees with the query frame by frame.
+    """
+    wholes = {capture: extents.extent(example, take) for capture, take in takes.items()}
+    placed = []
+    for c in answers:
+        if c.capture in wholes and c.warp >= NEAR:
+            _, start, end = wholes[c.capture]
+            shared = min(end, c.end) - max(start, c.start)
+            if shared > 0.5 * min(end - start, c.end - c.start):
+                c = replace(c, start=start, end=end)
+        placed.append(c)
+    return _without_overlaps(placed)
+
+
+def window_places(starts: IntArray, ends: IntArray, length: int) -> tuple[IntArray, IntArray]:
+    """First frame, and one past the last, of windows that begin or end with segments.
+
+    Shapes: `starts`, `ends` (segments,).
+
+    >>> [place.tolist() for place in window_places(np.array([0, 10]), np.array([10, 30]), 12)]
+    [[0, 10, 18], [12, 22, 30]]
+    """
+    total = int(ends[-1])
+    low = np.unique(np.clip(np.concatenate([starts, ends - length]), 0, None))
+    low = np.unique(np.minimum(low, max(total - length, 0)))
+    return low, np.minimum(low + length, total)
+
+
+def same_motion(chance: float, warp: float) -> float:
+    """Raise a probability where frames nearly agree, since equal motions show the same action.
+
+    >>> same_motion(0.5, 0.0), same_motion(0.5, 0.1), same_motion(0.5, 0.8)
+    (1.0, 0.75, 0.5)
+    """
+    return 1.0 - (1.0 - chance) * min(1.0, warp / NEAR)
+
+
+def _separate_peaks(rough: FloatArray, low: IntArray, high: IntArray, n_peaks: int) -> list[int]:
+    """Numbers of the best windows that overlap one another by less than half."""
+    chosen: list[int] = []
+    for w in np.argsort(-rough, kind="stable"):
+        shared = [min(high[w], high[c]) - max(low[w], low[c]) for c in chosen]
+        if all(s < 0.5 * (high[w] - low[w]) for s in shared):
+            chosen.append(int(w))
+        if len(chosen) == n_peaks:
+            break
+    return chosen
+
+
+def _without_overlaps(candidates: list[Candidate]) -> list[Candidate]:
+    """Leave out intervals that share more than half of their frames with a better one."""
+    kept: list[Candidate] = []
+    for c in candidates:
+        shared = [min(c.end, k.end) - max(c.start, k.start) for k in kept if k.capture == c.capture]
+        if all(s <= 0.5 * (c.end - c.start) for s in shared):
+            kept.append(c)
+    return kept
+
+
+def _whole(query: Float32Array, part: Float32Array) -> tuple[float, int, int]:
+    """Distance to a part too short for warping, stretched linearly to the query's length."""
+    positions = np.linspace(0, len(part) - 1, len(query)).round().astype(np.int64)
+    gap = np.linalg.norm(query - part[positions], axis=1) / np.sqrt(query.shape[1])
+    return float(gap.mean()), 0, len(part)

@@ -1,0 +1,385 @@
+"""The interval of a capture that best shows a question, with its log-odds.
+
+A *reading* of the question (``words.question.readings``) is an order of parts, each of one or more
+actions at once, and exclusions that hold from one part to another. v_a(i), the value of an action
+at segment i, is the mean log-odds of its words in the window around the segment; the value of part
+k there is
+
+    v_k(i) = sum of v_a(i) over its actions - sum of v_e(i) over the exclusions that hold in it.
+
+A dynamic program picks one run of segments for every part, each after the one before, with the
+largest total: one segment, or, for a part of a least length, as many as reach it, with their mean
+weighted by frames. Two repeats of the same part have a gap between them, a segment that is less
+than half as strong as the strongest. Around its run a part grows as in ``search.by_words``.
+
+Statements of an answer, each with its log-odds:
+
+    asked       1/2 v_a at the strongest segment of its part + 1/2 v_a of the whole capture
+    repeats     as asked, at the weakest of the repeats
+    excluded    1/2 (largest v_e within the parts) + 1/2 v_e of the whole capture; where all its
+                words are asked for elsewhere in the question, the first alone
+
+The answer's log-odds are those of all statements together, assumed independent: every requested
+action is shown, and no excluded one.
+
+Runs of segments for parts in order: one segment each, or as many as a part must last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.language.question.readings import Exclusion, Part, Reading
+from motiondb.meaning.by_words import (
+    TakeScores,
+    all_hold,
+    joint_log_odds,
+    lower_quartile,
+    ordered_peaks,
+    place_parts,
+    split_segments,
+)
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
+
+
+def ordered_runs(
+    values: FloatArray,
+    starts: IntArray,
+    ends: IntArray,
+    seconds: FloatArray,
+    apart: Sequence[bool],
+) -> list[tuple[int, int]] | None:
+    """One run of segments per part, each after the one before, of largest total value.
+
+    Shapes: `values` (parts, segments); `starts`, `ends` (segments,); `seconds` (parts,).
+
+    `apart`: Per part, whether it repeats the part before it: then a segment must lie between the
+    two that is less than half as strong as the strongest of the capture (``gaps``).
+
+    >>> starts = np.array([0, 30, 60])
+    >>> ordered_runs(np.array([[0., 5, 1], [9, 1, 2]]), starts, starts + 30,
+    ...              np.array([2.0, 0.0]), [False, False])
+    [(0, 2), (2, 3)]
+    >>> ordered_runs(np.array([[4., 0, 3]] * 2), starts, starts + 30, np.zeros(2), [False, True])
+    [(0, 1), (2, 3)]
+    """
+    n_parts, n_segments = values.shape
+    if not seconds.any() and not any(apart):
+        peaks = ordered_peaks(values)
+        return None if peaks is None else [(peak, peak + 1) for peak in peaks]
+    best = np.full((n_parts + 1, n_segments + 1), -np.inf)
+    best[0] = 0.0
+    back = np.full(
+        (n_parts + 1, n_segments + 1, 3), -1
+    )  # run [a, b), and the end of the run before it
+    for k in range(n_parts):
+        behind, means = _runs(values[k], starts, ends, float(seconds[k]))
+        latest = _latest_ends(gaps(values[k])) if apart[k] else np.arange(n_segments)
+        for i in range(n_segments):  # the shortest run from i that is long enough
+            b, before = int(behind[i]), int(latest[i])
+            if b > n_segments or before < 0:
+                continue
+            if best[k, before] + means[i] > best[k + 1, b]:
+                best[k + 1, b], back[k + 1, b] = best[k, before] + means[i], (i, b, before)
+        for b in range(1, n_segments + 1):
+            if best[k + 1, b - 1] >= best[k + 1, b]:
+                best[k + 1, b], back[k + 1, b] = best[k + 1, b - 1], back[k + 1, b - 1]
+    if np.isneginf(best[-1, -1]):
+        return None
+    runs, place = [], n_segments
+    for k in range(n_parts, 0, -1):
+        first, last, place = (int(n) for n in back[k, place])
+        runs.append((first, last))
+    return runs[::-1]
+
+
+def gaps(values: FloatArray) -> NDArray[np.bool_]:
+    """Segments (segments,) that are less than half as strong as the strongest of a capture.
+
+    Strength is measured from the lower quartile; if the strongest is less than one nat above it,
+    the evidence is the same throughout and there are no gaps (as in ``by_words.grow``).
+
+    >>> gaps(np.array([4.0, 0.0, 3.0])).tolist()
+    [False, True, False]
+    """
+    floor = lower_quartile(values)
+    top = float(values.max())
+    if top - floor < 1.0:
+        return np.zeros(len(values), dtype=bool)
+    weak: NDArray[np.bool_] = values < floor + 0.5 * (top - floor)
+    return weak
+
+
+def _latest_ends(weak: NDArray[np.bool_]) -> IntArray:
+    """Per segment i the last end b of a run, such that a gap lies in [b, i); -1: there is none."""
+    latest = np.full(len(weak), -1, dtype=np.int64)
+    for i in range(1, len(weak)):
+        latest[i] = i - 1 if weak[i - 1] else latest[i - 1]
+    return latest
+
+
+def _runs(
+    values: FloatArray, starts: IntArray, ends: IntArray, seconds: float
+) -> tuple[IntArray, FloatArray]:
+    """Per segment, the end of the shortest run from it that lasts ``seconds``, and its mean value.
+
+    If the capture is too short for a run, its end is the number of segments + 1.
+    """
+    frames = (ends - starts).astype(np.float64)
+    before = np.concatenate([[0.0], np.cumsum(frames)])
+    weighted = np.concatenate([[0.0], np.cumsum(frames * values)])
+    n = len(values)
+    needed = np.maximum(before[:-1] + seconds * MOTION_FPS - 1e-6, before[1:] - 0.5)
+    behind = np.searchsorted(before, needed, side="left")
+    last = np.minimum(behind, n)
+    means = (weighted[last] - weighted[:-1]) / np.maximum(before[last] - before[:-1], 1.0)
+    return behind.astype(np.int64), means
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One requested or excluded action, and the segments of a capture at which it is evaluated."""
+
+    words: tuple[int, ...]  # Numbers of its words
+    part: int  # Number of the part that requests it; of the first one for an exclusion
+    exclusion: int  # Number of the exclusion that it belongs to, -1 if it is requested
+    # First frames of the segments at which it is evaluated, and their weights, which sum to 1
+    places: tuple[tuple[int, float], ...]
+    near: float  # Share of these segments in its log-odds; the rest is of the whole capture
+    log_odds: float  # Log-odds that the capture shows the action there
+
+
+@dataclass(frozen=True)
+class QuestionHit:
+    """The best interval of one capture for one reading of a question."""
+
+    start: int
+    end: int  # Last frame + 1
+    log_odds: float  # Log-odds of the answer, by which answers are ranked
+    parts: tuple[tuple[int, int], ...]  # Frames of every part, in order; they do not overlap
+    statements: tuple[Statement, ...]  # Requested and excluded actions
+    reading: int = 0  # Number of the reading
+
+
+def search_take(
+    take: TakeScores, readings: Sequence[Reading], number: Mapping[str, int]
+) -> QuestionHit | None:
+    """The best interval of a capture over all readings of a question."""
+    seen: dict[int, _Seen] = {}
+    hits = [_search_reading(seen, take, reading, number) for reading in readings]
+    hits = [None if hit is None else replace(hit, reading=n) for n, hit in enumerate(hits)]
+    fitting = [hit for hit in hits if hit is not None]
+    return max(fitting, key=lambda hit: hit.log_odds, default=None)
+
+
+def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> QuestionHit | None:
+    """The best interval of a capture for actions in order.
+
+    >>> take = TakeScores(np.array([0, 10]), np.array([10, 20]), np.diag([4.0, 2.0]), np.ones(2))
+    >>> search_order(take, [[0], [1]]).parts
+    ((0, 10), (10, 20))
+    """
+    number = {str(word): word for action in actions for word in action}
+    parts = tuple(
+        Part((tuple(map(str, action)),) if action else (), repeat_of=k)
+        for k, action in enumerate(actions)
+    )
+    return search_take(take, [Reading(parts)], number)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedReading:
+    """Where a capture shows the parts of one reading."""
+
+    # (segments,): first frames of the segments; divided if the capture has fewer than there are
+    # parts
+    starts: IntArray
+    ends: IntArray  # (segments,): last frames + 1
+    # (parts, segments): mean value of the actions of every part; 0 for a part without any
+    values: FloatArray
+    # Segments [a, b) of every part, in order; they do not overlap
+    spans: tuple[tuple[int, int], ...]
+
+
+def place_reading(
+    take: TakeScores, reading: Reading, number: Mapping[str, int]
+) -> PlacedReading | None:
+    """Where a capture shows the parts of a reading, as :func:`search_take` places them."""
+    seen = _Seen(split_segments(take, len(reading.parts)), number)
+    laid = None if _is_too_short(take, reading) else _lay(seen, reading)
+    if laid is None:
+        return None
+    none = np.zeros(len(seen.take.starts))
+    values = np.stack(
+        [
+            np.mean([seen.action(a) for a in part.actions], axis=0) if part.actions else none
+            for part in reading.parts
+        ]
+    )
+    return PlacedReading(seen.take.starts, seen.take.ends, values, tuple(laid[2]))
+
+
+def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float:
+    """Log-odds that all requested actions are shown and no excluded one.
+
+    >>> joint_statements([1.5], [])
+    1.5
+    >>> round(joint_statements([0.0], [0.0]), 6)  # 1/2 * (1 - 1/2) = 1/4
+    -1.098612
+    """
+    return joint_log_odds([*asked, *(-log_odds for log_odds in excluded)])
+
+
+def _search_reading(
+    known: dict[int, _Seen], take: TakeScores, reading: Reading, number: Mapping[str, int]
+) -> QuestionHit | None:
+    """The best interval for one reading; ``known`` caches the result for each number of parts."""
+    n_parts = len(reading.parts)
+    seen = known.get(n_parts)
+    if seen is None:
+        seen = known[n_parts] = _Seen(split_segments(take, n_parts), number)
+    laid = None if _is_too_short(take, reading) else _lay(seen, reading)
+    if laid is None:
+        return None
+    values, runs, parts = laid
+    take = seen.take
+    statements = [*seen.asked(reading.parts, values, runs, parts), *seen.excluded(reading, parts)]
+    frames = tuple((int(take.starts[a]), int(take.ends[b - 1])) for a, b in parts)
+    log_odds = joint_statements(*split_statements(statements))
+    return QuestionHit(frames[0][0], frames[-1][1], log_odds, frames, tuple(statements))
+
+
+def _is_too_short(take: TakeScores, reading: Reading) -> bool:
+    """Whether a reading has repeats, and more parts than the capture has segments."""
+    repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
+    return repeats and len(take.starts) < len(reading.parts)
+
+
+def _lay(
+    seen: _Seen, reading: Reading
+) -> tuple[FloatArray, list[tuple[int, int]], list[tuple[int, int]]] | None:
+    """Values (parts, segments), runs and segments [a, b) of every part; None: too short."""
+    take = seen.take
+    values = np.stack([seen.part(reading, k) for k in range(len(reading.parts))])
+    least = np.array([part.seconds for part in reading.parts])
+    apart = [
+        k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
+        for k, part in enumerate(reading.parts)
+    ]
+    runs = ordered_runs(values, take.starts, take.ends, least, apart)
+    if runs is None:
+        return None
+    worded = [
+        bool(part.actions)
+        or part.seconds > 0.0
+        or any(e.first <= k < e.last for e in reading.exclusions)
+        for k, part in enumerate(reading.parts)
+    ]
+    return values, runs, place_parts(values, runs, worded)
+
+
+def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list[float]]:
+    """Log-odds of the requested actions, and for every exclusion that all its actions are shown."""
+    asked = [s.log_odds for s in statements if s.exclusion < 0]
+    numbers = sorted({s.exclusion for s in statements if s.exclusion >= 0})
+    excluded = [
+        joint_log_odds([s.log_odds for s in statements if s.exclusion == n]) for n in numbers
+    ]
+    return asked, excluded
+
+
+class _Seen:
+    """The evidence of a capture for actions, at its segments and of the whole, computed once."""
+
+    def __init__(self, take: TakeScores, number: Mapping[str, int]) -> None:
+        self.take = take
+        self.number = number
+        self.frames = (take.ends - take.starts).astype(np.float64)
+        self.values: dict[tuple[str, ...], FloatArray] = {}
+
+    def columns(self, action: Sequence[str]) -> list[int]:
+        return [self.number[word] for word in action]
+
+    def action(self, action: tuple[str, ...]) -> FloatArray:
+        """Values of an action: array (segments,)."""
+        if action not in self.values:
+            self.values[action] = self.take.windows[:, self.columns(action)].mean(axis=1)
+        return self.values[action]
+
+    def part(self, reading: Reading, k: int) -> FloatArray:
+        """Values of a part of a reading: array (segments,)."""
+        values = np.zeros(len(self.take.starts))
+        for action in reading.parts[k].actions:
+            values = values + self.action(action)
+        for exclusion in reading.exclusions:
+            if exclusion.first <= k < exclusion.last:
+                values = values - self.together(exclusion)
+        return values
+
+    def together(self, exclusion: Exclusion) -> FloatArray:
+        """Log-odds that all actions of an exclusion are seen: array (segments,)."""
+        return all_hold([self.action(action) for action in exclusion.actions])
+
+    def asked(
+        self,
+        parts: Sequence[Part],
+        values: FloatArray,
+        runs: Sequence[tuple[int, int]],
+        spans: Sequence[tuple[int, int]],
+    ) -> list[Statement]:
+        """Requested actions; repeats are evaluated at the weakest repeat."""
+        looks = [self._look(values[k], parts[k], runs[k], spans[k]) for k in range(len(parts))]
+        strength = [
+            sum(weight * values[k][i] for i, weight in look) for k, look in enumerate(looks)
+        ]
+        statements = []
+        for first in sorted({part.repeat_of for part in parts}):
+            same = [k for k, part in enumerate(parts) if part.repeat_of == first]
+            k = min(same, key=lambda k: strength[k])
+            statements += [
+                self._statement(action, k, -1, looks[k], 0.5) for action in parts[k].actions
+            ]
+        return statements
+
+    def excluded(self, reading: Reading, spans: Sequence[tuple[int, int]]) -> list[Statement]:
+        """Excluded actions, each at its largest value within its parts."""
+        elsewhere = {word for part in reading.parts for action in part.actions for word in action}
+        statements = []
+        for n, exclusion in enumerate(reading.exclusions):
+            low, high = spans[exclusion.first][0], spans[exclusion.last - 1][1]
+            for action in exclusion.actions:
+                loudest = low + int(np.argmax(self.action(action)[low:high]))
+                near = 1.0 if elsewhere.issuperset(action) else 0.5
+                statements.append(
+                    self._statement(action, exclusion.first, n, [(loudest, 1.0)], near)
+                )
+        return statements
+
+    def _look(
+        self, values: FloatArray, part: Part, run: tuple[int, int], span: tuple[int, int]
+    ) -> list[tuple[int, float]]:
+        """Segments at which a part is evaluated, with weights: the strongest, or all of its run."""
+        if part.seconds <= 0.0:
+            return [(span[0] + int(np.argmax(values[span[0] : span[1]])), 1.0)]
+        frames = self.frames[run[0] : run[1]]
+        return [(run[0] + i, float(f / frames.sum())) for i, f in enumerate(frames)]
+
+    def _statement(
+        self,
+        action: tuple[str, ...],
+        part: int,
+        exclusion: int,
+        look: Sequence[tuple[int, float]],
+        near: float,
+    ) -> Statement:
+        columns = self.columns(action)
+        values = self.action(action)
+        inside = sum(weight * float(values[i]) for i, weight in look)
+        whole = float(self.take.whole[columns].mean())
+        places = tuple((int(self.take.starts[i]), weight) for i, weight in look)
+        log_odds = near * inside + (1.0 - near) * whole
+        return Statement(tuple(columns), part, exclusion, places, near, log_odds)

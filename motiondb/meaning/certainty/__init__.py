@@ -1,1 +1,0 @@
-"""Probabilities of answers, fitted to answers that are known."""

@@ -1,1 +1,0 @@
-"""Evidence for a question or an example in every capture."""

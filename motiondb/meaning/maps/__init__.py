@@ -1,1 +1,0 @@
-"""Maps from motion to words, and the vectors they take."""

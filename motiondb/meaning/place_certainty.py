@@ -1,0 +1,452 @@
+"""Certainty of a place: the probability that the interval reported for an action is right.
+
+A word map says whether a capture shows an action. If it does, this module gives the probability
+that the reported interval is right (intersection over union with the true one at least ``RIGHT``).
+Two cases are told apart. If the take shows the action throughout, the true interval is the whole
+take, and a reported one is right if it covers at least half of it. If the take shows several
+actions, the probability depends on the evidence. With s the estimate that the take shows one action
+throughout,
+
+    p = s [interval covers half of the take] + (1 - s) p_several.
+
+s is learned to tell short captures of one action from joins of several, and tells them mostly by
+their length: on the sample data, with even evidence, it is .99 for takes of 2.5 seconds, .8 for 5,
+.3 for 8 and .004 for 20. A long walk therefore counts as several actions, and its probability is
+p_several.
+
+Both s and p_several are logistic regressions (:mod:`motiondb.meaning.calibration`), learned from
+questions whose true intervals are known without manual labels
+(:mod:`motiondb.meaning.place_certainty`): short captures of one action, of one performer or
+two, are joined, and each action is searched in the joined take, and in the short captures
+themselves. Every question is judged by the map without the captures of its performers. An action
+whose words are in no other performer's captions is not used: its place was not learned, and no
+probability is given for it.
+
+Cues of p_several, from the evidence e at the segments of the take:
+
+    the largest e in the interval,
+    the largest e in the interval less the largest outside, at least 0 (only the order of a question
+        can put an interval where e is smaller, and joined takes have no such questions),
+    the largest e in the interval less the lower quartile of the take,
+    log(1 + other performers whose captions hold the words; of several words, the fewest),
+    the share of the take that the interval covers,
+    the logarithm of the number of segments.
+
+Cues of s: the logarithms of the number of segments and of the seconds of the take, and the largest
+e less the lower quartile, as an action shown throughout has even evidence.
+
+The regression allows no negative weights, so every cue of unknown sign is included twice, once with
+its sign reversed. The same action of the same performer is searched in several takes; together
+these questions have the weight of one, because whether they are right depends mostly on the action
+and the performer. Among sets of cues of p_several this one had the least log-loss on performers
+left out of the CMU captures; a posterior over all intervals as a cue, gradient boosting, and other
+cues of the evidence did not improve it. One regression for both cases had a log-loss of .22 on
+Bandai-Namco captures as they are, and .48 on those of CMU; two have .03 and .10. On joined captures
+there is no difference beyond chance.
+
+Short captures of one action, joined to takes in which the place of every action is known.
+
+No manual labels are needed: the true interval of an action is that of its short capture in the
+joined take. Captures of one performer are joined, as in a real take, and captures of two
+performers, which gives more combinations of actions than any one performer shows.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from motiondb.meaning import by_question, place_fitting
+from motiondb.meaning.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
+from motiondb.meaning.calibration import Certainty, fit_probability, probability
+from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.place_fitting import Places, Written
+from motiondb.meaning.place_map import PlaceMap, fit_places
+from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
+from motiondb.symbols.hmm_jobs import one_blas_thread
+
+SHORTEST, LONGEST = 2.0, 20.0
+"""Largest duration of a capture that is joined, seconds: longer ones often show other actions
+too."""
+FEWEST_PARTS, MOST_PARTS = 3, 6
+"""Number of captures in a joined take, about the number of exercises in a real long take."""
+MOST_OF_PAIR, MOST_PAIRS = 18, 30
+"""Number of captures of two performers that are joined in one draw, and of pairs of performers in
+one draw; bounds on the duration of learning."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShortCapture:
+    """A short capture of one action."""
+
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    starts: IntArray  # (segments,): first frames
+    ends: IntArray  # (segments,): last frames + 1
+    words: tuple[int, ...]  # Numbers of the words of its action
+    group: str
+
+
+@dataclass(frozen=True)
+class JoinedPart:
+    """One capture of a joined take."""
+
+    start: int
+    end: int  # Last frame + 1
+    words: tuple[int, ...]  # Numbers of the words of its action
+    group: str
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedTake:
+    """Joined short captures, and the interval of each."""
+
+    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    starts: IntArray  # (segments,): first frames
+    ends: IntArray  # (segments,): last frames + 1
+    parts: tuple[JoinedPart, ...]  # The captures, in order
+
+    @property
+    def groups(self) -> frozenset[str]:
+        """The performer."""
+        return frozenset(part.group for part in self.parts)
+
+
+@dataclass(frozen=True)
+class PlaceQuestion:
+    """An action that is searched in a joined take."""
+
+    words: tuple[int, ...]  # Numbers of its words
+    group: str  # Performer of the first capture of the action
+    true: tuple[tuple[int, int], ...]  # Frames [start, end) that show it, neighbours joined
+
+
+def short_captures(
+    table: SegmentTable,
+    standardised: FloatArray,
+    written: Written,
+    performers: Mapping[int, str],
+) -> list[ShortCapture]:
+    """Captures whose shortest caption names one action, of a length that can be joined.
+
+    Shapes: `standardised` (segments, columns).
+    """
+    chosen = []
+    for capture, rows in capture_rows(table).items():
+        starts, ends = table.starts[rows], table.ends[rows]
+        seconds = float(ends[-1] - starts[0]) / MOTION_FPS
+        wholes = written.of_whole(capture)
+        if not wholes or not SHORTEST <= seconds <= LONGEST or written.of_intervals(capture):
+            continue
+        actions = min(wholes, key=len)
+        if len(actions) == 1:
+            words = tuple(dict.fromkeys(actions[0]))
+            chosen.append(
+                ShortCapture(standardised[rows], starts, ends, words, performers[capture])
+            )
+    return chosen
+
+
+def join(captures: Sequence[ShortCapture]) -> JoinedTake:
+    """Captures one after another as one take; one capture is a take of one part."""
+    starts, ends, parts, at = [], [], [], 0
+    for capture in captures:
+        shift = at - int(capture.starts[0])
+        starts.append(capture.starts + shift)
+        ends.append(capture.ends + shift)
+        behind = int(ends[-1][-1])
+        parts.append(JoinedPart(at, behind, capture.words, capture.group))
+        at = behind
+    return JoinedTake(
+        np.concatenate([capture.standardised for capture in captures]),
+        np.concatenate(starts),
+        np.concatenate(ends),
+        tuple(parts),
+    )
+
+
+def join_captures(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[JoinedTake]:
+    """Join captures of one performer in random order, each at most once."""
+    takes = []
+    for group in sorted({capture.group for capture in captures}):
+        takes += _deal([capture for capture in captures if capture.group == group], rng)
+    return takes
+
+
+def join_pairs(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[JoinedTake]:
+    """Join captures of two performers each, drawn at random, each capture at most once."""
+    groups = sorted({capture.group for capture in captures})
+    order = [groups[i] for i in rng.permutation(len(groups))]
+    takes = []
+    for pair in list(zip(order[::2], order[1::2]))[:MOST_PAIRS]:
+        of_pair = [capture for capture in captures if capture.group in pair]
+        some = [of_pair[i] for i in rng.permutation(len(of_pair))[:MOST_OF_PAIR]]
+        takes += _deal(some, rng)
+    return takes
+
+
+def questions_of(take: JoinedTake) -> list[PlaceQuestion]:
+    """Actions of a take with their true intervals, neighbours joined.
+
+    An action that every part of a take shows is left out, because it has no place in it.
+    """
+    asked = []
+    for words in dict.fromkeys(part.words for part in take.parts):
+        true: list[tuple[int, int]] = []
+        for part in take.parts:
+            if set(words) <= set(part.words):
+                low = part.start
+                if true and true[-1][1] == low:
+                    low = true.pop()[0]
+                true.append((low, part.end))
+        group = next(part.group for part in take.parts if part.words == words)
+        if len(take.parts) == 1 or true[0] != (int(take.starts[0]), int(take.ends[-1])):
+            asked.append(PlaceQuestion(words, group, tuple(true)))
+    return asked
+
+
+def union_share(first: tuple[int, int], second: tuple[int, int]) -> float:
+    """Intersection over union of two intervals.
+
+    >>> union_share((0, 2), (1, 3))
+    0.3333333333333333
+    """
+    shared = max(0, min(first[1], second[1]) - max(first[0], second[0]))
+    return shared / (first[1] - first[0] + second[1] - second[0] - shared)
+
+
+def _deal(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[JoinedTake]:
+    """Takes of some captures in random order, each capture at most once."""
+    left = [captures[i] for i in rng.permutation(len(captures))]
+    takes = []
+    while len(left) >= FEWEST_PARTS:
+        n = min(int(rng.integers(FEWEST_PARTS, MOST_PARTS + 1)), len(left))
+        takes.append(join(left[:n]))
+        left = left[n:]
+    return takes
+
+
+RIGHT = 0.5  # Smallest intersection over union of a right interval, as in ``docs/quality.md``
+DRAWS = 20
+"""Number of draws in which every capture may be joined with others: more draws give more
+combinations of actions, not more weight."""
+SINGLE = 2  # Number of the kind of questions about a capture as it is
+LEAST_QUESTIONS = 30
+"""Smallest number of questions in joined takes for which a certainty is fitted, as for answers
+(``asked_certainty``)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """The evidence of places learned without some performers."""
+
+    without: Callable[[frozenset[str]], PlaceMap]  # Performers -> the map without their captures
+    # Performer -> numbers of the words that captions of this performer's captures hold
+    listed: Mapping[str, Collection[int]]
+
+    def support(self, words: Sequence[int], performers: Collection[str]) -> int:
+        """Number of other performers whose captions hold a word; of several, the fewest."""
+        return count_performers(self.listed, words, performers)
+
+
+@dataclass(frozen=True, eq=False)
+class IntervalCues:
+    """Cues of the interval reported for an action, as in the module's docstring."""
+
+    several: FloatArray  # (8,): cues of p_several
+    single: FloatArray  # (6,): cues of s
+    covers: bool  # Whether the interval covers at least half of the take
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceCertainty:
+    """The two regressions."""
+
+    several: Certainty
+    # s, from :func:`single_cues`; mostly by the length of the take. None in databases of versions
+    # in which the first regression covered both cases
+    single: Certainty | None
+
+    def probability(self, cues: IntervalCues) -> float:
+        """Probability that an interval is right."""
+        among = float(probability(self.several.log_odds(cues.several)))
+        if self.single is None:
+            return among
+        alone = float(probability(self.single.log_odds(cues.single)))
+        return alone * float(cues.covers) + (1.0 - alone) * among
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One question: the cues of the reported interval, whether it is right, and its kind.
+
+    ``kind`` is the same for questions about the same action of the same performer in takes of the
+    same kind; its number is ``SINGLE`` for captures as they are.
+    """
+
+    cues: IntervalCues
+    right: bool
+    kind: tuple[str, tuple[int, ...], int]
+
+
+def count_performers(
+    listed: Mapping[str, Collection[int]], words: Sequence[int], left_out: Collection[str]
+) -> int:
+    """Number of performers whose captions hold a word; of several words, the fewest.
+
+    >>> count_performers({"ana": {0, 1}, "ben": {0}, "cai": {0, 1}}, [0, 1], ["cai"])
+    1
+    """
+    others = [held for performer, held in listed.items() if performer not in left_out]
+    return min(sum(word in held for held in others) for word in words)
+
+
+def cues_of(evidence: FloatArray, first: int, behind: int, support: int) -> FloatArray:
+    """Cues of the interval of segments [first, behind) reported for an action: array (8,).
+
+    Shapes: `evidence` (segments,).
+    """
+    inside = evidence[first:behind]
+    outside = np.concatenate([evidence[:first], evidence[behind:]])
+    peak, low = float(inside.max()), lower_quartile(evidence)
+    margin = max(peak - (float(outside.max()) if len(outside) else low), 0.0)
+    share = (behind - first) / len(evidence)
+    signed = np.array([share, np.log(len(evidence))])
+    return np.concatenate([[peak, margin, peak - low, np.log1p(support)], signed, -signed])
+
+
+def single_cues(evidence: FloatArray, seconds: float) -> FloatArray:
+    """Cues of s, by which short captures of one action are told from joins of several: array (6,).
+
+    The length of the take decides mostly, see the docstring of the module.
+
+    Shapes: `evidence` (segments,).
+    """
+    contrast = float(evidence.max()) - lower_quartile(evidence)
+    signed = np.array([np.log(len(evidence)), np.log(seconds), contrast])
+    return np.concatenate([signed, -signed])
+
+
+def interval_cues(
+    evidence: FloatArray, ends: IntArray, first: int, behind: int, support: int
+) -> IntervalCues:
+    """Cues of the interval of segments [first, behind) reported for an action.
+
+    Shapes: `evidence`, `ends` (segments,).
+    """
+    start = int(ends[first - 1]) if first else 0
+    return IntervalCues(
+        cues_of(evidence, first, behind, support),
+        single_cues(evidence, float(ends[-1]) / MOTION_FPS),
+        2 * (int(ends[behind - 1]) - start) >= int(ends[-1]),
+    )
+
+
+def learn_certainty(
+    table: SegmentTable,
+    standardised: FloatArray,
+    written: Written,
+    places: Places,
+    performers: Mapping[int, str],
+    rng: np.random.Generator,
+) -> PlaceCertainty | None:
+    """Certainty of the place of an action; None if there are too few short captures.
+
+    Shapes: `standardised` (segments, columns).
+    """
+    short = short_captures(table, standardised, written, performers)
+    with one_blas_thread():  # many small systems
+        known = known_elsewhere(table, standardised, places, performers, len(written.numbers))
+        return fit_certainty(short, known, rng)
+
+
+def known_elsewhere(
+    table: SegmentTable,
+    standardised: FloatArray,
+    places: Places,
+    performers: Mapping[int, str],
+    n_words: int,
+) -> Elsewhere:
+    """Maps without some performers, and which words the captions of each performer hold.
+
+    Shapes: `standardised` (segments, columns).
+    """
+    captures, takes, shown = place_fitting.placed_takes(places, table, standardised, n_words)
+    owners = np.array([performers[c] for c in captures])[takes.owners]
+    fit = fit_places(takes, shown)
+
+    @cache
+    def without(left_out: frozenset[str]) -> PlaceMap:
+        return fit.without(np.flatnonzero(np.isin(owners, sorted(left_out))))
+
+    return Elsewhere(without, places.listed_by(performers))
+
+
+def fit_certainty(
+    captures: Sequence[ShortCapture], known: Elsewhere, rng: np.random.Generator
+) -> PlaceCertainty | None:
+    """Certainty of the place of an action; None if there are too few questions."""
+    judged = [one for each in captures for one in judge(join([each]), known)]
+    for _ in range(DRAWS):
+        for take in (*join_captures(captures, rng), *join_pairs(captures, rng)):
+            judged += judge(take, known)
+    joined = [one for one in judged if one.kind[2] != SINGLE]
+    right = {one.right for one in joined}
+    if len(joined) < LEAST_QUESTIONS or len(right) < 2 or len(joined) == len(judged):
+        return None
+    return PlaceCertainty(
+        _regression([one.cues.several for one in joined], [one.right for one in joined], joined),
+        _regression(
+            [one.cues.single for one in judged], [one.kind[2] == SINGLE for one in judged], judged
+        ),
+    )
+
+
+def _regression(
+    cues: Sequence[FloatArray], true: Sequence[bool], judged: Sequence[Judged]
+) -> Certainty:
+    """Logistic regression in which the questions of one kind have the weight of one together."""
+    times = Counter(one.kind for one in judged)
+    counts = np.array([1.0 / times[one.kind] for one in judged])
+    weights, constant = fit_probability(np.array(cues), np.array(true, dtype=bool), counts)
+    return Certainty(weights, constant, float("nan"))
+
+
+def judge(take: JoinedTake, known: Elsewhere) -> list[Judged]:
+    """Search for every action of a take whose words occur in captions of other performers."""
+    judged = []
+    kind = min(len(take.parts), 2) + len(take.groups)  # 3 joined, 4 of two performers
+    for asked in questions_of(take):
+        support = known.support(asked.words, take.groups)
+        if support:
+            interval, cues = tell_place(take, asked.words, known.without(take.groups), support)
+            best = max(union_share(interval, part) for part in asked.true)
+            judged.append(Judged(cues, best >= RIGHT, (asked.group, asked.words, kind)))
+    return judged
+
+
+def tell_place(
+    take: JoinedTake, words: Sequence[int], fitted: PlaceMap, support: int
+) -> tuple[tuple[int, int], IntervalCues]:
+    """The interval (frames) reported for an action, and its cues."""
+    vectors = interval_vectors(
+        take.standardised,
+        take.starts,
+        take.ends,
+        take.starts - WINDOW_MARGIN,
+        take.ends + WINDOW_MARGIN,
+    )
+    evidence = fitted.evidence(vectors)
+    hit = by_question.search_order(
+        TakeScores(take.starts, take.ends, evidence, evidence.max(axis=0)), [list(words)]
+    )
+    assert hit is not None  # a take has a segment
+    first = int(np.searchsorted(take.starts, hit.start))
+    behind = int(np.searchsorted(take.ends, hit.end)) + 1
+    of_words = evidence[:, list(words)].mean(axis=1)
+    cues = interval_cues(of_words, take.ends, first, behind, support)
+    return (hit.start, hit.end), cues

@@ -1,0 +1,361 @@
+"""The places of the captions' actions in their takes, which ``learn`` estimates and stores.
+
+Captions of whole takes are aligned with the segments (:mod:`motiondb.meaning.place_map`).
+Captions of intervals give the place: their words are shown at the segments of which at least half
+is in the interval, and nowhere else in a take without a caption for the whole. Other words that
+captions of the take list are not shown there, and their words are not shown by the segments beside
+the interval.
+
+The result is y, the probability that each listed word is shown at each segment of a take. One ridge
+regression on y gives the map, and also the evidence for every take from the map without that take.
+
+Where captions of intervals say that words are shown, and what else follows from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from motiondb.language import vocabulary
+from motiondb.meaning.by_words import WINDOW_MARGIN
+from motiondb.meaning.counting import capture_rows
+from motiondb.meaning.listed_takes import ListedTakes
+from motiondb.meaning.place_map import (
+    fit_place_map,
+    fit_places,
+    left_out_evidence,
+    map_places,
+    take_weights,
+)
+from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.symbols.hmm_jobs import one_blas_thread
+
+Actions = list[list[int]]  # Word numbers of every action, in order
+
+
+def label_intervals(
+    table: SegmentTable,
+    rows: slice,
+    parts: Sequence[tuple[Caption, Actions]],
+    nowhere_else: bool,
+    n_words: int,
+) -> FloatArray | None:
+    """y (segments, words) that captions of intervals give; None without any."""
+    if not parts:
+        return None
+    starts, ends = table.starts[rows], table.ends[rows]
+    labelled = np.full((len(starts), n_words), np.nan)
+    words = sorted({word for _, actions in parts for action in actions for word in action})
+    if nowhere_else:
+        labelled[:, words] = 0.0
+    for caption, actions in parts:
+        low = (caption.start or 0.0) * MOTION_FPS
+        high = float(ends[-1]) if caption.end is None else caption.end * MOTION_FPS
+        shared = np.minimum(ends, high) - np.maximum(starts, low)
+        inside = 2.0 * shared >= ends - starts
+        if not inside.any():  # shorter than half of every segment that it meets
+            inside = shared == shared.max()
+        for word in {word for action in actions for word in action}:
+            labelled[inside, word] = 1.0
+    return labelled
+
+
+def complete_labels(labelled: FloatArray, listed: Sequence[set[int]]) -> None:
+    """Set y to 0, in place, where labels imply that a word is not shown.
+
+    A labelled interval lasts from the begin to the end of its action, so that the segments before
+    and after it do not show it; nor does it show other actions that captions of the take list. A
+    listed action with a word more or less than the label ("side twist", "twist") may be the same.
+    The segments before and after may show other listed actions that share words with the label.
+
+    Shapes: `labelled` (segments, words).
+    """
+    labels = [set(np.flatnonzero(row == 1.0).tolist()) for row in labelled]
+    for row, label in enumerate(labels):
+        if not label:
+            continue
+        same = [action for action in listed if action <= label or action >= label]
+        others = set().union(*(action for action in listed if action not in same))
+        _set_unknown(labelled[row], set().union(*listed).difference(*same))
+        for beside in (row - 1, row + 1):
+            if 0 <= beside < len(labels):
+                _set_unknown(labelled[beside], label - others - labels[beside])
+
+
+def _set_unknown(y: FloatArray, words: set[int]) -> None:
+    """Set y to 0, in place, for those of the words where it is unknown."""
+    for word in words:
+        if np.isnan(y[word]):
+            y[word] = 0.0
+
+
+LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Places of the listed words of every take that was used in learning."""
+
+    words: Mapping[int, tuple[int, ...]]  # Capture number -> numbers of its listed words, rising
+    # Capture number -> array (segments, listed words), y of the module's docstring
+    shown: Mapping[int, FloatArray]
+    # Capture number -> words of labels in other takes that its segments resemble, rising. Its own
+    # captions do not list them. Only captures that have any
+    inferred: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    # Capture number -> array (segments, inferred words), their y
+    inferred_shown: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    def only(self, captures: Container[int]) -> Places:
+        """The places of some captures."""
+        kept = [c for c in self.words if c in captures]
+        inferred = [c for c in self.inferred if c in captures]
+        return Places(
+            {c: self.words[c] for c in kept},
+            {c: self.shown[c] for c in kept},
+            {c: self.inferred[c] for c in inferred},
+            {c: self.inferred_shown[c] for c in inferred},
+        )
+
+    def listed_by(self, performers: Mapping[int, str]) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that captions of this performer's captures list."""
+        listed: dict[str, set[int]] = {}
+        for capture, words in self.words.items():
+            listed.setdefault(performers[capture], set()).update(words)
+        return listed
+
+
+@dataclass(frozen=True, eq=False)
+class Written:
+    """The captions, and the learned words."""
+
+    captions: Mapping[int, tuple[Caption, ...]]  # Capture number -> captions
+    synonyms: Mapping[str, str]  # Lemma -> canonical lemma
+    lemmas: Mapping[str, str]  # Lemmas that the dictionary gave
+    numbers: Mapping[str, int]  # Word -> its number in the vocabulary
+
+    def actions(self, caption: Caption) -> Actions:
+        """Actions of a caption in the vocabulary; those without a known word are left out."""
+        split = vocabulary.split_actions(caption.words, self.synonyms, self.lemmas)
+        known = ([self.numbers[w] for w in action if w in self.numbers] for action in split)
+        return [action for action in known if action]
+
+    def of_whole(self, capture: int) -> list[Actions]:
+        """Actions of every caption of the whole capture, those without any left out."""
+        rows = [c for c in self.captions.get(capture, ()) if not is_interval(c)]
+        return [actions for actions in map(self.actions, rows) if actions]
+
+    def of_intervals(self, capture: int) -> list[tuple[Caption, Actions]]:
+        """Captions of intervals with their actions, those without any left out."""
+        rows = [c for c in self.captions.get(capture, ()) if is_interval(c)]
+        return [(c, actions) for c, actions in zip(rows, map(self.actions, rows)) if actions]
+
+
+@dataclass(frozen=True, eq=False)
+class _Take:
+    """One take's part of :class:`~motiondb.meaning.place_map.ListedTakes`."""
+
+    actions: Actions
+    further: list[int]
+    labelled: FloatArray | None
+
+
+def is_interval(caption: Caption) -> bool:
+    """Whether a caption describes a part of its capture."""
+    return caption.start is not None or caption.end is not None
+
+
+def find_places(table: SegmentTable, standardised: FloatArray, written: Written) -> Places | None:
+    """Find where the actions of captions happen; None if no caption holds a known word.
+
+    Shapes: `standardised` (segments, columns).
+    """
+    listed = listed_takes(table, standardised, written)
+    if listed is None:
+        return None
+    captures, takes = listed
+    with one_blas_thread():  # many small systems
+        fitted = fit_place_map(takes)
+    words, shown = {}, {}
+    inferred, inferred_shown = {}, {}
+    for n, (capture, inside) in enumerate(zip(captures, takes.rows())):
+        y = fitted.shown[inside]
+        said = _said_words(takes, n, inside)
+        words[capture] = tuple(sorted(said))
+        shown[capture] = y[:, list(words[capture])]
+        others = set(np.flatnonzero((y > LEAST_INFERRED).any(axis=0)).tolist()) - said
+        if others:
+            inferred[capture] = tuple(sorted(others))
+            inferred_shown[capture] = y[:, list(inferred[capture])]
+    return Places(words, shown, inferred, inferred_shown)
+
+
+def _said_words(takes: ListedTakes, n: int, rows: slice) -> set[int]:
+    """The words of all captions of take n, and those that its labels say are not shown."""
+    said = {word for action in takes.actions[n] for word in action} | set(takes.further[n])
+    if takes.labelled is not None:
+        labelled = ~np.isnan(takes.labelled[rows]).all(axis=0)
+        said |= set(np.flatnonzero(labelled).tolist())
+    return said
+
+
+def listed_takes(
+    table: SegmentTable, standardised: FloatArray, written: Written
+) -> tuple[list[int], ListedTakes] | None:
+    """Capture numbers and takes whose captions have known words; None if there are none."""
+    rows = capture_rows(table)
+    takes: dict[int, _Take] = {}
+    for capture, inside in rows.items():
+        take = _listed(table, inside, written, capture)
+        if take is not None:
+            takes[capture] = take
+    if not takes:
+        return None
+    n_words = len(written.numbers)
+    labelled = None
+    if any(take.labelled is not None for take in takes.values()):
+        labelled = np.concatenate(
+            [
+                np.full((rows[c].stop - rows[c].start, n_words), np.nan)
+                if take.labelled is None
+                else take.labelled
+                for c, take in takes.items()
+            ]
+        )
+    vectors, seconds, owners = _stacked(table, standardised, list(takes))
+    actions = [take.actions for take in takes.values()]
+    further = [take.further for take in takes.values()]
+    return list(takes), ListedTakes(vectors, seconds, owners, actions, further, n_words, labelled)
+
+
+def place_evidence(
+    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+) -> dict[int, FloatArray]:
+    """Evidence that each word is shown at each segment, per capture: arrays (segments, words).
+
+    For a take that was used in learning, the map is fitted without it; other takes use the map of
+    all.
+
+    Shapes: `standardised` (segments, columns).
+    """
+    rows = capture_rows(table)
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, shown)
+    evidence_of = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+    others = [capture for capture in rows if capture not in evidence_of]
+    if others:
+        fit = map_places(takes.vectors, shown, take_weights(takes))
+        for capture in others:
+            evidence_of[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
+    return evidence_of
+
+
+def unplaced_evidence(
+    places: Places | None,
+    said: Mapping[int, tuple[frozenset[int], int]],
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+) -> dict[int, FloatArray]:
+    """Evidence for every word without its places, per capture: arrays (segments, words).
+
+    As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
+    each by 1 / sqrt(actions of the take). Only takes that were used in learning get evidence, each
+    by the map of all others.
+
+    Shapes: `standardised` (segments, columns).
+
+    `said`: Capture number -> numbers of its words, and of the actions that these name.
+    """
+    if places is None or not places.only(capture_rows(table)).words:
+        return {}
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    even = np.zeros_like(shown)
+    for capture, inside in zip(captures, takes.rows()):
+        words, n_actions = said.get(capture, (frozenset[int](), 1))
+        even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+    with one_blas_thread():
+        evidence = left_out_evidence(takes, even)
+    return {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
+
+
+def evidence_by_others(
+    places: Places,
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+    performers: Mapping[int, str],
+) -> dict[int, FloatArray]:
+    """Evidence as :func:`place_evidence`, for every capture by the map of other performers.
+
+    Shapes: `standardised` (segments, columns).
+    """
+    rows = capture_rows(table)
+    captures, takes, shown = placed_takes(places, table, standardised, n_words)
+    owners = np.array([performers[c] for c in captures])[takes.owners]
+    evidence_of = {}
+    with one_blas_thread():  # many small systems
+        fit = fit_places(takes, shown)
+        for name in sorted({performers[c] for c in rows}):
+            others = fit.without(np.flatnonzero(owners == name))
+            for capture in (c for c in rows if performers[c] == name):
+                vectors = window_vectors(table, standardised, rows[capture])
+                evidence_of[capture] = others.evidence(vectors)
+    return evidence_of
+
+
+def placed_takes(
+    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
+) -> tuple[list[int], ListedTakes, FloatArray]:
+    """Captures, takes and y (rows, words) of the captures of a table that took part."""
+    rows = capture_rows(table)
+    captures = [c for c in rows if c in places.words]
+    vectors, seconds, owners = _stacked(table, standardised, captures)
+    shown = np.zeros((len(vectors), n_words))
+    actions = [[places.words[c]] for c in captures]
+    takes = ListedTakes(vectors, seconds, owners, actions, [()] * len(captures), n_words)
+    for capture, inside in zip(captures, takes.rows()):
+        shown[inside, list(places.words[capture])] = places.shown[capture]
+        if capture in places.inferred:
+            shown[inside, list(places.inferred[capture])] = places.inferred_shown[capture]
+    return captures, takes, shown
+
+
+def window_vectors(table: SegmentTable, standardised: FloatArray, rows: slice) -> FloatArray:
+    """Vectors of the windows around the segments of one capture: array (segments, columns)."""
+    starts, ends = table.starts[rows], table.ends[rows]
+    return interval_vectors(
+        standardised[rows], starts, ends, starts - WINDOW_MARGIN, ends + WINDOW_MARGIN
+    )
+
+
+def _stacked(
+    table: SegmentTable, standardised: FloatArray, captures: Sequence[int]
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Window vectors, seconds and take numbers of the segments of some captures."""
+    rows = capture_rows(table)
+    vectors = [window_vectors(table, standardised, rows[c]) for c in captures]
+    seconds = [(table.ends - table.starts)[rows[c]] / MOTION_FPS for c in captures]
+    owners = np.repeat(np.arange(len(captures), dtype=np.int64), [len(v) for v in vectors])
+    return np.concatenate(vectors), np.concatenate(seconds), owners
+
+
+def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) -> _Take | None:
+    """The captions of one capture; None if they have no known words."""
+    wholes, parts = written.of_whole(capture), written.of_intervals(capture)
+    if not wholes and not parts:
+        return None
+    said = sorted({word for _, actions in parts for action in actions for word in action})
+    labelled = label_intervals(table, rows, parts, not wholes, len(written.numbers))
+    if not wholes:
+        return _Take([said], [], labelled)
+    order = max(wholes, key=len)
+    listed = {word for action in order for word in action}
+    others = {word for actions in wholes for action in actions for word in action}
+    if labelled is not None:
+        complete_labels(labelled, [set(action) for actions in wholes for action in actions])
+    return _Take(order, sorted(others - listed), labelled)

@@ -1,1 +1,0 @@
-"""Where in a take each word of its caption is shown."""

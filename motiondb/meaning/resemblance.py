@@ -1,0 +1,177 @@
+"""Resemblance of intervals: similarity of their motion, and of the words it suggests.
+
+Notation: v the vector of an interval (:mod:`motiondb.meaning.score_vectors`), e(v) the
+evidence for every word by the word map (:mod:`motiondb.meaning.word_map`), v' the vector
+without posture and travel. The resemblance of two intervals is
+
+    MEANING_SHARE cos(e(v), e(w)) + (1 - MEANING_SHARE) cos(v', w')
+
+where words were learned, and cos(v, w) otherwise. When captures are ranked, a second opinion on
+their words from pooled statistics (:mod:`motiondb.meaning.pooled_map`), p(v), takes part if it
+was learned; then the first term is
+
+    (MEANING_SHARE - POOLED_SHARE) cos(e(v), e(w)) + POOLED_SHARE cos(p(v), p(w)).
+
+Two opinions that err on different captures rank better than either. Words of direction, of manner
+and of parts of the body have the share ``MODIFIER_SHARE`` of the others in e and p: they identify
+the action less often.
+
+Captures are ranked by the mean of their resemblance to the example and of their mean resemblance to
+the captures most similar to it (:func:`with_feedback`), weighted by the similarity of those. A
+capture that resembles several of the best answers is therefore ranked before one that resembles
+only the example, and two performers of one action are found through a third.
+
+Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
+right ("pseudo relevance feedback").
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from motiondb.language.vocabulary import MODIFIERS
+from motiondb.meaning.pooled_map import PooledMap
+from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_map import WordMap
+from motiondb.records import Float32Array, FloatArray
+
+MEANING_SHARE = 0.8
+"""Weight of the words in a resemblance, where words were learned.
+
+Chosen among twelve settings by leaving performers out of the CMU training parts
+(``docs/quality.md``, "Query by example").
+"""
+POOLED_SHARE = 0.3
+"""Part of that weight of the second opinion on the words. Chosen between .3 and .4 by leaving
+performers out of the CMU training parts (1-NN accuracy and mAP there .667 and .643 without it,
+.689 and .648 with .3, .688 and .651 with .4)."""
+MODIFIER_SHARE = 0.5
+"""Weight of words of direction, manner and parts of the body. Below
+it, actions that differ by these words (raising the left or the right hand) are not distinguished.
+
+Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query by example")."""
+FEEDBACK = 10
+"""Number of captures that are assumed to be right answers, but at most one in ``FEWEST_OTHERS``.
+Chosen among 0, 5, 10 and 20 in the CMU training parts."""
+FEWEST_OTHERS = 5  # Smallest number of captures for each one that is assumed to be a right answer
+
+
+@dataclass(frozen=True, eq=False)
+class MeaningSpace:
+    """Linear maps from an interval to the row whose dot products are resemblances.
+
+    Made by :func:`meaning_space` once for many comparisons. All arrays have one precision, which is
+    also that of the rows.
+    """
+
+    # (columns, words): u of the word map, times the weights of the words
+    weights: FloatArray | Float32Array
+    # (words,): c of the word map, times the weights of the words
+    offsets: FloatArray | Float32Array
+    n_moving: int  # Number of the first columns of a vector that are neither posture nor travel
+    pooled: PooledMap | None  # Second opinion on the words, its u times the weights of the words
+
+    def rows(
+        self, vectors: FloatArray, statistics: FloatArray | None = None
+    ) -> FloatArray | Float32Array:
+        """Rows whose dot products are resemblances: array (..., columns of a row).
+
+        Shapes: `vectors` (..., columns); `statistics` (..., 5 D).
+        """
+        vectors = vectors.astype(self.weights.dtype, copy=False)
+        evidence = vectors @ self.weights + self.offsets
+        moving = vectors[..., : self.n_moving]
+        parts = [(MEANING_SHARE, evidence), (1.0 - MEANING_SHARE, moving)]
+        if self.pooled is not None and statistics is not None:
+            parts[0] = MEANING_SHARE - POOLED_SHARE, evidence
+            second = self.pooled.evidence(statistics.astype(self.weights.dtype, copy=False))
+            parts.append((POOLED_SHARE, second))
+        return np.concatenate([unit(row) * math.sqrt(share) for share, row in parts], axis=-1)
+
+
+def meaning_space(
+    words: WordMap,
+    n_posture_and_travel: int = 0,
+    emphasis: FloatArray | None = None,
+    pooled: PooledMap | None = None,
+    dtype: DTypeLike = np.float32,
+) -> MeaningSpace:
+    """Prepare the rows of many intervals.
+
+    Shapes: `emphasis` (words,).
+
+    `dtype`: Precision. Single precision halves the memory that a comparison reads, which is most of
+    its time; resemblances then differ from those in double precision by some 1e-7.
+    """
+    weights = np.ones(len(words.offsets)) if emphasis is None else emphasis
+    second = None
+    if pooled is not None:
+        arrays = {**vars(pooled), "weights": pooled.weights * weights}
+        second = PooledMap(**{name: array.astype(dtype) for name, array in arrays.items()})
+    return MeaningSpace(
+        (words.weights * weights).astype(dtype),
+        (words.offsets * weights).astype(dtype),
+        len(words.weights) - n_posture_and_travel,
+        second,
+    )
+
+
+def resemblance(
+    vector: FloatArray,
+    vectors: FloatArray,
+    words: WordMap | None = None,
+    *,
+    n_posture_and_travel: int = 0,
+    emphasis: FloatArray | None = None,
+) -> FloatArray:
+    """Similarity of intervals to one interval: array (n,), 1 for the same.
+
+    See the module. Posture and travel depend on the place and the performer, so with a word map
+    they are used only through the words. The cosines are sums over symbols and over columns of
+    movement.
+
+    Shapes: `vector` (columns,); `vectors` (n, columns); `emphasis` (words,).
+    """
+    if words is None:
+        return np.asarray(vectors @ vector)
+    space = meaning_space(words, n_posture_and_travel, emphasis, dtype=np.float64)
+    return np.asarray(space.rows(vectors) @ space.rows(vector))
+
+
+def with_feedback(
+    alike: FloatArray | Float32Array, rows: FloatArray | Float32Array
+) -> FloatArray | Float32Array:
+    """Mean of the resemblance to the example and to the captures most like it: array (n,).
+
+    Shapes: `alike` (n,); `rows` (n, columns).
+
+    >>> rows = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
+    >>> with_feedback(np.array([0.9, 0.5, 0.0]), rows).round(2).tolist()
+    [0.95, 0.55, 0.0]
+    """
+    n = max(1, min(FEEDBACK, len(alike) // FEWEST_OTHERS))
+    if len(alike) <= n:
+        return alike
+    best = np.argpartition(alike, len(alike) - n)[-n:]
+    weights = np.maximum(alike[best], 0.0)
+    total = float(weights.sum())
+    if total <= 0.0:
+        return alike
+    together = rows @ (weights @ rows[best])
+    together *= 0.5 / total
+    together += 0.5 * alike
+    return np.asarray(together)
+
+
+def emphasis_of(names: Sequence[str]) -> FloatArray:
+    """Weights of words in a resemblance: array (words,).
+
+    >>> emphasis_of(["walk", "left"]).tolist()
+    [1.0, 0.5]
+    """
+    return np.array([MODIFIER_SHARE if name in MODIFIERS else 1.0 for name in names])

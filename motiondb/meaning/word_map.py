@@ -1,0 +1,341 @@
+"""A linear map from score vectors to words, calibrated to probabilities.
+
+Notation: v the score vector of an interval of motion (``search.score_vectors``), y_w = 1 where word
+w was written about it. The evidence for w is z_w = v . u_w + c_w, by ridge regression of
+y - mean(y) on v. It is additive over symbols and over segments, so that every score can be
+decomposed exactly. The ridge is the largest one whose ranking of held-out groups, of words for
+intervals and of intervals for words, is nearly as good as the best. (The squared error would select
+a larger ridge, under which rare words become indistinguishable.) One logistic map for all words
+turns held-out predictions into probabilities, because a rare word has too few examples for a
+separate map:
+
+    P(w) = sigmoid(a z_w / sd_w + b logit(prior_w) + c),    sd_w = (prior_w (1 - prior_w))^(1/4).
+
+It is fitted to predictions without the whole group (performer) and to predictions with other
+captures of the group, half and half, because queries of both kinds occur. Only words of two or more
+groups are used: a word of a single performer cannot be learned from the others.
+
+Source: ridge regression was chosen in early experiments; ``docs/quality.md`` compares it with other
+maps ("Words to motion"); Platt (1999) for the logistic map.
+
+Sufficient statistics of the word map: sums over captures from which a capture can be removed.
+
+Notation of :mod:`motiondb.meaning.word_map`: v the score vector of a described interval, y its
+words. Ridge regression needs n, sum v, sum y, sum v v' and sum v y' only. The values of v are
+rounded to multiples of 2^-16, so that their products are multiples of 2^-32 and every sum over up
+to two million intervals is exact in floating point: adding a capture and removing it, in any order,
+restores exactly the same sums. The rounding error (0.000008 of a vector of length 1) is far below
+the difference between two captures of the same movement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import FloatArray, IntArray
+
+RIDGES = (0.1, 0.3, 1.0)  # Ridges to choose from; vectors have length 1
+SPREAD_POWER = 0.25
+"""Power of a word's variance by which its evidence is divided. 0.5 would give all words evidence of
+equal spread, which ranks rare words too high."""
+TOLERANCE = 0.06
+"""The largest ridge whose precision is within this share of the best is taken. ``docs/quality.md``
+("Words to motion") describes the comparison of ridges."""
+
+
+@dataclass(frozen=True, eq=False)
+class WordMap:
+    """A calibrated linear map from vectors to words."""
+
+    weights: FloatArray  # (symbols, words): u
+    offsets: FloatArray  # (words,): c
+    priors: FloatArray  # (words,): share of the described intervals with each word
+    spreads: FloatArray  # (words,): sd
+    calibration: FloatArray  # (3,): a, b and c of the logistic map
+    ridge: float = field(default=1.0, kw_only=True)  # The ridge of the fit
+
+    def evidence(self, vectors: FloatArray) -> FloatArray:
+        """Evidence z (n, words) of score vectors (n, symbols), before calibration."""
+        return vectors @ self.weights + self.offsets
+
+    def log_odds(self, vectors: FloatArray) -> FloatArray:
+        """Calibrated log-odds (n, words) that the captions of each interval have a word."""
+        a, b, c = self.calibration
+        return a * self.evidence(vectors) / self.spreads + b * _logit(self.priors) + c
+
+    def linear(self, word: int) -> tuple[FloatArray, float]:
+        """Slope (symbols,) and constant of one word: log-odds = vector . slope + constant."""
+        a, b, c = self.calibration
+        scale = float(a / self.spreads[word])
+        prior = float(b * _logit(self.priors[word : word + 1])[0] + c)
+        return scale * self.weights[:, word], scale * float(self.offsets[word]) + prior
+
+    def probabilities(self, vectors: FloatArray) -> FloatArray:
+        """Calibrated probabilities (n, words)."""
+        return 1.0 / (1.0 + np.exp(-np.clip(self.log_odds(vectors), -50.0, 50.0)))
+
+
+def fit_word_map(vectors: FloatArray, presence: NDArray[np.bool_], groups: IntArray) -> WordMap:
+    """Fit the map and its calibration, and choose the ridge.
+
+    Shapes: `vectors` (n, symbols); `presence` (n, words); `groups` (n,).
+    """
+    target = presence.astype(np.float64)
+    priors = word_priors(target)
+    if len(np.unique(groups)) < 2:
+        groups = np.arange(len(vectors)) % 5
+    held_out = {ridge: left_out(vectors, target, groups, ridge) for ridge in RIDGES}
+    shared = shared_words(presence, groups)
+    reached = [precision(held_out[ridge][:, shared], presence[:, shared]) for ridge in RIDGES]
+    ridge = max(r for r, p in zip(RIDGES, reached) if p >= (1.0 - TOLERANCE) * max(reached))
+    spreads = word_spreads(priors)
+    known_group = left_out(vectors, target, np.arange(len(vectors)) % 10, ridge)
+    both = np.concatenate([held_out[ridge], known_group])[:, shared] - target.mean(axis=0)[shared]
+    twice = np.concatenate([target, target])[:, shared]
+    logits = np.broadcast_to(_logit(priors[shared]), both.shape)
+    calibration = calibrate(both / spreads[shared], logits, twice)
+    return map_words(vectors, presence, ridge, calibration)
+
+
+def map_words(
+    vectors: FloatArray, presence: NDArray[np.bool_], ridge: float, calibration: FloatArray
+) -> WordMap:
+    """Fit the map with a given ridge and calibration.
+
+    Shapes: `vectors` (n, symbols); `presence` (n, words); `calibration` (3,).
+    """
+    target = presence.astype(np.float64)
+    weights, offsets = fit_ridge(vectors, target, ridge)
+    priors = word_priors(target)
+    return WordMap(
+        weights,
+        offsets - target.mean(axis=0),
+        priors,
+        word_spreads(priors),
+        calibration,
+        ridge=ridge,
+    )
+
+
+def word_priors(target: FloatArray) -> FloatArray:
+    """Share of the intervals (rows) with each word, kept away from 0 and 1."""
+    least = 0.5 / max(len(target), 1)
+    return np.asarray(np.clip(target.mean(axis=0), least, 1.0 - least))
+
+
+def word_spreads(priors: FloatArray) -> FloatArray:
+    """sd_w of the module's docstring."""
+    return np.asarray((priors * (1.0 - priors)) ** SPREAD_POWER)
+
+
+def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
+    """Mean average precision of the ranking of intervals for words and of words for intervals.
+
+    Rows and columns without a true pair are left out; the result is 0 if all are.
+
+    Shapes: `predicted`, `presence` (n, words).
+
+    >>> said = np.array([[True, False], [True, False]])
+    >>> round(precision(np.array([[0.1, 0.9], [0.3, 0.2]]), said), 3)
+    0.875
+    """
+    means = []
+    for scores, said in ((predicted, presence), (predicted.T, presence.T)):
+        order = np.argsort(-scores, axis=0, kind="stable")
+        hits = np.take_along_axis(said, order, axis=0)
+        running = np.cumsum(hits, axis=0) / np.arange(1, len(hits) + 1)[:, None]
+        n_said = hits.sum(axis=0)
+        each = (running * hits).sum(axis=0)[n_said > 0] / n_said[n_said > 0]
+        means.append(float(each.mean()) if len(each) else 0.0)
+    return float(np.mean(means))
+
+
+def fit_ridge(
+    vectors: FloatArray, target: FloatArray, ridge: float
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes (columns, words) and constants (words,) of centred ridge regression.
+
+    Shapes: `vectors` (n, columns); `target` (n, words).
+    """
+    mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
+    v, y = vectors - mean_v, target - mean_y
+    if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
+        weights = v.T @ np.linalg.solve(v @ v.T + ridge * np.eye(len(v)), y)
+    else:
+        weights = np.linalg.solve(v.T @ v + ridge * np.eye(v.shape[1]), v.T @ y)
+    return weights, mean_y - mean_v @ weights
+
+
+def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
+    """Words of two or more groups; all words if there are none: array (words,).
+
+    Shapes: `presence` (n, words); `groups` (n,).
+    """
+    said = [presence[groups == group].any(axis=0) for group in np.unique(groups)]
+    shared: NDArray[np.bool_] = np.sum(said, axis=0) > 1
+    return shared if shared.any() else np.ones_like(shared)
+
+
+def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
+    """Predicted target of every interval, by the regression without its group: array (n, words).
+
+    Shapes: `vectors` (n, symbols); `target` (n, words); `groups` (n,).
+    """
+    predicted = np.zeros_like(target)
+    for group in np.unique(groups):
+        test = groups == group
+        if test.all():
+            predicted[test] = target.mean(axis=0)
+            continue
+        weights, offsets = fit_ridge(vectors[~test], target[~test], ridge)
+        predicted[test] = vectors[test] @ weights + offsets
+    return predicted
+
+
+def calibrate(
+    z: FloatArray,
+    logits: FloatArray,
+    target: FloatArray,
+    centre: FloatArray | None = None,
+    information: FloatArray | None = None,
+) -> FloatArray:
+    """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
+
+    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
+    """
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    y = target.ravel()
+    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
+    prior_precision = np.diag([1e-3, 1e-3, 1e-3])
+    if information is not None:
+        prior_precision = prior_precision + information
+    beta = start.copy()
+    for _ in range(50):
+        p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -50.0, 50.0)))
+        gradient = x.T @ (y - p) - prior_precision @ (beta - start)
+        hessian = (x * (p * (1 - p))[:, None]).T @ x + prior_precision
+        step = np.linalg.solve(hessian, gradient)
+        beta = beta + step / max(1.0, float(np.abs(step).max()) / 2.0)
+        if np.abs(step).max() < 1e-9:
+            break
+    beta[0] = max(beta[0], 0.05)
+    return beta
+
+
+def calibration_information(fit: WordMap, vectors: FloatArray) -> FloatArray:
+    """Fisher information of the calibration over some intervals and all words: array (3, 3).
+
+    Shapes: `vectors` (n, symbols).
+    """
+    z = fit.evidence(vectors) / fit.spreads
+    logits = np.broadcast_to(_logit(fit.priors), z.shape)
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    p = fit.probabilities(vectors).ravel()
+    information: FloatArray = (x * (p * (1.0 - p))[:, None]).T @ x
+    return information
+
+
+def _logit(p: FloatArray) -> FloatArray:
+    return np.log(p) - np.log1p(-p)
+
+
+_GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the module
+
+
+@dataclass(frozen=True, eq=False)
+class CaptionMoments:
+    """Sums over described intervals for :mod:`motiondb.meaning.caption_map`."""
+
+    words: FloatArray  # (words,): sum of t, the words of an interval as a vector of length 1
+    cross: FloatArray  # (symbols, words): sum of v t'
+
+    def __add__(self, other: CaptionMoments) -> CaptionMoments:
+        return CaptionMoments(self.words + other.words, self.cross + other.cross)
+
+    def __sub__(self, other: CaptionMoments) -> CaptionMoments:
+        return CaptionMoments(self.words - other.words, self.cross - other.cross)
+
+
+@dataclass(frozen=True, eq=False)
+class WordMoments:
+    """Sums over described intervals."""
+
+    n: float
+    vectors: FloatArray  # (symbols,): sum of v
+    words: FloatArray  # (words,): sum of y
+    gram: FloatArray  # (symbols, symbols): sum of v v'
+    cross: FloatArray  # (symbols, words): sum of v y'
+    # Sums for whole captions; None in databases of versions that did not keep them
+    captions: CaptionMoments | None = None
+
+    def __add__(self, other: WordMoments) -> WordMoments:
+        captions, others = self.captions, other.captions
+        return WordMoments(
+            self.n + other.n,
+            self.vectors + other.vectors,
+            self.words + other.words,
+            self.gram + other.gram,
+            self.cross + other.cross,
+            None if captions is None or others is None else captions + others,
+        )
+
+    def __sub__(self, other: WordMoments) -> WordMoments:
+        captions, others = self.captions, other.captions
+        return WordMoments(
+            self.n - other.n,
+            self.vectors - other.vectors,
+            self.words - other.words,
+            self.gram - other.gram,
+            self.cross - other.cross,
+            None if captions is None or others is None else captions - others,
+        )
+
+
+def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoments:
+    """Compute the sums over some intervals.
+
+    Shapes: `vectors` (n, symbols); `presence` (n, words).
+
+    >>> m = word_moments(np.array([[0.6, 0.8]]), np.array([[True, False]]))
+    >>> m.n, m.cross.round(3).tolist()
+    (1.0, [[0.6, 0.0], [0.8, 0.0]])
+    """
+    v = np.round(np.asarray(vectors, dtype=np.float64) * _GRAIN) / _GRAIN
+    y = presence.astype(np.float64)
+    length = np.sqrt(np.maximum(y.sum(axis=1, keepdims=True), 1.0))
+    t = np.round(y / length * _GRAIN) / _GRAIN
+    return WordMoments(
+        float(len(v)),
+        v.sum(axis=0),
+        y.sum(axis=0),
+        v.T @ v,
+        v.T @ y,
+        CaptionMoments(t.sum(axis=0), v.T @ t),
+    )
+
+
+def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) -> WordMap:
+    """Word map from sums, with a given ridge and calibration.
+
+    From the sums of the intervals given to :func:`motiondb.meaning.word_map.fit_word_map` it
+    is the same map, up to rounding errors.
+
+    Shapes: `calibration` (3,).
+    """
+    n = max(moments.n, 1.0)
+    mean_v: FloatArray = moments.vectors / n
+    mean_y: FloatArray = moments.words / n
+    gram = moments.gram - n * np.outer(mean_v, mean_v) + ridge * np.eye(len(mean_v))
+    target = moments.cross - n * np.outer(mean_v, mean_y)
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # sums of several threads differ in their last bits
+        weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
+    priors = np.clip(mean_y, 0.5 / n, 1.0 - 0.5 / n)
+    spreads = word_spreads(priors)
+    # one order of summation: a matrix product's last bits depend on the number of threads
+    offsets = -np.einsum("i,ij->j", mean_v, weights, optimize=False)
+    return WordMap(weights, offsets, priors, spreads, calibration, ridge=ridge)

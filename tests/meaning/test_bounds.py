@@ -1,0 +1,113 @@
+"""What the log-odds of a question are at most, and the search that stops by it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import Reading, readings
+from motiondb.meaning import by_question
+from motiondb.meaning.bounds import SLACK, take_extremes, upper_bounds
+from motiondb.meaning.by_words import TakeScores
+from motiondb.search.question_search import likeliest_takes
+
+NUMBER = {"walk": 0, "turn": 1, "sit": 2}
+QUESTIONS = (
+    "walk", "turn walk", "walk, turn, sit", "walk while turn", "walk or sit", "walk but not sit",
+    "walk, turn, not walk", "not sit", "walk twice", "sit for 1 second", "walk twice, sit",
+)  # fmt: skip
+
+
+def take(windows: list[list[float]], whole: list[float]) -> TakeScores:
+    """A capture of segments of 10 frames; windows: a row a segment, a column a word."""
+    starts = 10 * np.arange(len(windows))
+    return TakeScores(starts, starts + 10, np.array(windows), np.array(whole))
+
+
+def asked(text: str) -> tuple[Reading, ...]:
+    return readings(parse(text).tree)[0]
+
+
+def random_takes(seed: int, count: int) -> dict[int, TakeScores]:
+    """Captures of one to seven segments, with numbers out of order and with equal ones."""
+    rng = np.random.default_rng(seed)
+    takes = {}
+    for capture in rng.permutation(3 * count)[:count]:
+        n = int(rng.integers(1, 8))
+        windows, whole = rng.normal(0.0, 3.0, (n, 3)).round(), rng.normal(0.0, 2.0, 3).round()
+        takes[int(capture)] = take(windows.tolist(), whole.tolist())
+    return takes
+
+
+def test_extremes_by_hand() -> None:
+    seen = take_extremes(
+        {7: take([[1, 5, 0], [4, 2, 0]], [3, 3, 0]), 2: take([[0, 0, 9]], [1, 1, 1])}
+    )
+    assert seen.captures.tolist() == [7, 2]
+    assert seen.highest.tolist() == [[4, 5, 0], [0, 0, 9]]
+    assert seen.lowest.tolist() == [[1, 2, 0], [0, 0, 9]]
+    assert seen.whole.tolist() == [[3, 3, 0], [1, 1, 1]]
+
+
+def test_no_captures_have_no_bounds() -> None:
+    assert upper_bounds(take_extremes({}), (), NUMBER).shape == (0,)
+
+
+def test_the_bound_of_one_word_is_its_log_odds() -> None:
+    takes = {0: take([[1, 0, 0], [4, 0, 0]], [2, 0, 0])}
+    assert upper_bounds(take_extremes(takes), asked("walk"), NUMBER).tolist() == [0.5 * 4 + 0.5 * 2]
+
+
+def test_the_bound_of_words_in_order_does_not_know_the_order() -> None:
+    takes = {0: take([[0, 6, 0], [6, 0, 0]], [6, 6, 0])}
+    bound = float(upper_bounds(take_extremes(takes), asked("walk, turn"), NUMBER)[0])
+    both = (1 / (1 + np.exp(-6.0))) ** 2
+    assert bound == pytest.approx(np.log(both / (1 - both)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(QUESTIONS))
+def test_no_answer_is_above_its_bound(seed: int, text: str) -> None:
+    takes, read = random_takes(seed, 12), asked(text)
+    extremes = take_extremes(takes)
+    for capture, bound in zip(extremes.captures, upper_bounds(extremes, read, NUMBER)):
+        hit = by_question.search_take(takes[int(capture)], read, NUMBER)
+        assert hit is None or hit.log_odds <= bound + SLACK
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(QUESTIONS), st.integers(0, 15))
+def test_the_likeliest_are_those_of_a_search_of_everything(
+    seed: int, text: str, limit: int
+) -> None:
+    takes, read = random_takes(seed, 12), asked(text)
+    added = {capture: float(capture % 3) for capture in takes}
+    every = []
+    for capture, each in takes.items():
+        hit = by_question.search_take(each, read, NUMBER)
+        if hit is not None:
+            every.append((-hit.log_odds - added[capture], capture))
+    extremes = take_extremes(takes)
+    bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, NUMBER).tolist()))
+    likeliest = likeliest_takes(
+        {capture: bound + added[capture] for capture, bound in bounds.items()},
+        lambda capture: by_question.search_take(takes[capture], read, NUMBER),
+        lambda capture: added[capture],
+        limit,
+    )
+    assert [capture for capture, _ in likeliest] == [c for _, c in sorted(every)[:limit]]
+
+
+def test_captures_below_the_answers_are_not_looked_at() -> None:
+    looked: list[int] = []
+
+    def search(capture: int) -> by_question.QuestionHit:
+        looked.append(capture)
+        return by_question.QuestionHit(0, 1, 5.0 - capture, ((0, 1),), ())
+
+    best = likeliest_takes({n: 5.0 - n for n in range(100)}, search, lambda _: 0.0, 3)
+    assert [capture for capture, _ in best] == [0, 1, 2]
+    assert looked == [0, 1, 2]

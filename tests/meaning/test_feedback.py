@@ -1,0 +1,135 @@
+"""Resemblance of captures to the best answers, and the weights of words in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.meaning.pooled_map import PooledMap, fit_pooled_map
+from motiondb.meaning.resemblance import (
+    FEEDBACK,
+    FEWEST_OTHERS,
+    emphasis_of,
+    meaning_space,
+    resemblance,
+    with_feedback,
+)
+from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_map import WordMap
+
+
+def naive_feedback(alike: np.ndarray, rows: np.ndarray) -> list[float]:
+    """The same, capture by capture."""
+    n = max(1, min(FEEDBACK, len(alike) // FEWEST_OTHERS))
+    if len(alike) <= n:
+        return list(alike)
+    best = sorted(range(len(alike)), key=lambda k: -alike[k])[:n]
+    total = sum(max(alike[b], 0.0) for b in best)
+    if total <= 0.0:
+        return list(alike)
+    return [
+        0.5 * alike[k] + 0.5 * sum(max(alike[b], 0.0) * (rows[k] @ rows[b]) for b in best) / total
+        for k in range(len(alike))
+    ]
+
+
+@given(st.integers(1, 80), st.integers(0, 1000))
+@settings(max_examples=40, deadline=None)
+def test_feedback_is_the_mean_with_the_best_answers(n: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = unit(rng.normal(size=(n, 4)))
+    alike = rows @ unit(rng.normal(size=4))
+    np.testing.assert_allclose(with_feedback(alike, rows), naive_feedback(alike, rows), atol=1e-12)
+
+
+def test_what_is_like_the_best_answers_comes_first() -> None:
+    # the first two are alike; of the last two, equally like the example, one is like them
+    rows = unit(np.array([[1.0, 1, 0], [1, 0.9, 0], [0, 1, 0], [0.0, 0, 1], *[[0, 0, -1]] * 6]))
+    alike = np.array([0.9, 0.89, 0.3, 0.3, *[0.0] * 6])
+    actual = with_feedback(alike, rows)
+    assert actual[2] > actual[3]
+
+
+def test_without_a_resemblance_nothing_changes() -> None:
+    rows = np.eye(5)
+    alike = -np.ones(5)
+    assert with_feedback(alike, rows).tolist() == [-1.0] * 5
+
+
+def test_modifiers_count_half() -> None:
+    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
+    emphasis = emphasis_of(["walk", "left"])
+    first, second = unit(np.array([1.0, 1.0])), np.array([1.0, 0.0])
+    plain = 0.8 / np.sqrt(2) + 0.2 / np.sqrt(2)
+    assert resemblance(first, second[None], words)[0] == pytest.approx(plain)
+    weighed = 0.8 * 1.0 / np.sqrt(1.25) + 0.2 / np.sqrt(2)
+    assert resemblance(first, second[None], words, emphasis=emphasis)[0] == pytest.approx(weighed)
+    space = meaning_space(words, emphasis=emphasis, dtype=np.float64)
+    rows = space.rows(np.stack([first, second]))
+    assert rows[0] @ rows[1] == pytest.approx(weighed)
+
+
+def test_a_second_opinion_has_three_tenths() -> None:
+    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
+    vectors = np.array([[1.0, 0.0], [0.6, 0.8]])
+    # the map takes statistics of length 1 to twice themselves
+    pooled = PooledMap(np.zeros(2), np.ones(2), np.zeros(2), np.array([[2.0, 0.0], [0.0, 2.0]]))
+    space = meaning_space(words, pooled=pooled, dtype=np.float64)
+    rows = space.rows(vectors, np.array([[0.0, 2.0], [0.0, 5.0]]))
+    assert rows[0] @ rows[1] == pytest.approx(0.5 * 0.6 + 0.3 * 1.0 + 0.2 * 0.6)
+    np.testing.assert_allclose((rows * rows).sum(axis=1), 1.0)
+    space = meaning_space(words, emphasis=np.array([1.0, 0.5]), pooled=pooled, dtype=np.float64)
+    halved = space.rows(vectors, np.array([[1, 1], [1, 0.0]]))
+    assert halved[0] @ halved[1] == pytest.approx(
+        0.5 * 0.6 / np.hypot(0.6, 0.4) + 0.3 / np.sqrt(1.25) + 0.2 * 0.6
+    )
+
+
+def naive_rows(
+    vectors: np.ndarray,
+    statistics: np.ndarray,
+    words: WordMap,
+    pooled: PooledMap,
+    emphasis: np.ndarray,
+    n_moving: int,
+) -> np.ndarray:
+    """The same in double precision, interval by interval, from the maps themselves."""
+    rows = []
+    for vector, numbers in zip(vectors, statistics):
+        first = emphasis * words.evidence(vector)
+        second = emphasis * pooled.evidence(numbers)
+        moving = vector[:n_moving]
+        rows.append(
+            np.concatenate(
+                [
+                    np.sqrt(0.5) * first / np.linalg.norm(first),
+                    np.sqrt(0.2) * moving / np.linalg.norm(moving),
+                    np.sqrt(0.3) * second / np.linalg.norm(second),
+                ]
+            )
+        )
+    return np.array(rows)
+
+
+@given(st.integers(12, 60), st.integers(0, 1000))
+@settings(max_examples=30, deadline=None)
+def test_single_precision_ranks_as_double_precision_does(n: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    vectors = unit(rng.normal(size=(n, 20)))
+    statistics = rng.normal(size=(n, 10))
+    words = WordMap(rng.normal(size=(20, 6)), rng.normal(size=6), *np.ones((2, 6)), np.ones(3))
+    pooled = fit_pooled_map(statistics, rng.random((n, 6)) < 0.4)
+    emphasis = rng.choice([0.5, 1.0], size=6)
+    space = meaning_space(words, n_posture_and_travel=5, emphasis=emphasis, pooled=pooled)
+    rows = space.rows(vectors, statistics)
+    exact = naive_rows(vectors, statistics, words, pooled, emphasis, 15)
+    assert rows.dtype == np.float32
+    np.testing.assert_allclose(rows, exact, atol=1e-5)
+    np.testing.assert_array_equal(space.rows(vectors[3], statistics[3]).shape, rows[3].shape)
+    alike, expected = rows[1:] @ rows[0], exact[1:] @ exact[0]
+    np.testing.assert_allclose(alike, expected, atol=1e-5)
+    # in the order of single precision, no value of double precision rises by more than rounding
+    ranked = expected[np.argsort(-alike, kind="stable")]
+    assert np.diff(ranked).max() < 2e-5

@@ -1,0 +1,86 @@
+"""How segments move: numbers by hand, a slow twin, and what likeness makes of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motiondb.meaning import by_motion, movement, resemblance, score_vectors
+from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_map import WordMap
+
+
+def slow_twin(frames: np.ndarray, start: int, end: int) -> list[float]:
+    """Every column by a loop over frames."""
+    n_frames, n_dims = frames.shape
+    places = [
+        np.mean([1 / (1 + np.exp(-(frames[t, d] - level) / 0.25)) for t in range(start, end)])
+        for level in (-1.5, -0.75, 0.0, 0.75, 1.5)
+        for d in range(n_dims)
+    ]
+    joint = [
+        np.mean([frames[t, a] * frames[t, b] for t in range(start, end)])
+        for a in range(n_dims)
+        for b in range(a, n_dims)
+    ]
+    rhythm = [
+        np.mean([abs(frames[min(t + lag, n_frames - 1), d] - frames[t, d])
+                 for t in range(start, end)])
+        for lag in (1, 2, 4, 8, 15)
+        for d in range(n_dims)
+    ]  # fmt: skip
+    return [*places, *joint, *rhythm]
+
+
+def test_columns_equal_a_loop_over_frames() -> None:
+    frames = np.random.default_rng(0).normal(size=(23, 3)).astype(np.float32)
+    starts, ends = np.array([0, 9]), np.array([9, 23])
+    actual = movement.describe_movement(frames, starts, ends)
+    assert actual.shape == (2, sum(movement.block_sizes(actual.shape[1])))
+    for row, start, end in zip(actual, starts, ends):
+        np.testing.assert_allclose(row, slow_twin(frames, start, end), atol=1e-5)
+
+
+def test_a_still_body_has_no_rhythm() -> None:
+    frames = np.full((10, 2), 0.75, dtype=np.float32)
+    actual = movement.describe_movement(frames, np.array([0]), np.array([10]))[0]
+    np.testing.assert_allclose(actual[6:8], [0.5, 0.5])  # on the level 0.75
+    np.testing.assert_allclose(actual[10:13], [0.5625] * 3)
+    np.testing.assert_allclose(actual[13:], 0.0)
+
+
+@pytest.mark.parametrize("n_dims", [1, 2, 24])
+def test_block_sizes_are_found_from_their_sum(n_dims: int) -> None:
+    sizes = (5 * n_dims, n_dims * (n_dims + 1) // 2, 5 * n_dims)
+    assert movement.block_sizes(sum(sizes)) == sizes
+    assert movement.block_sizes(sum(sizes) + 87) == (*sizes, 63, 24)
+
+
+def test_every_block_weighs_as_much_as_the_symbols() -> None:
+    rng = np.random.default_rng(1)
+    scores = rng.normal(size=(4000, 5)).astype(np.float32)
+    moving = rng.normal(2.0, 3.0, size=(4000, 13)).astype(np.float32)  # one dimension: 5 + 1 + 5
+    moving = moving[:, :11]
+    space = score_vectors.fit_score_space(scores, np.ones(4000, dtype=np.int64), moving)
+    rows = space.standardise(scores, moving)
+    more = np.concatenate([moving, np.ones((4000, 87), dtype=np.float32)], axis=1)
+    np.testing.assert_array_equal(rows, space.standardise(scores, more))
+    energy = [
+        np.mean(np.sum(rows[:, a:b] ** 2, axis=1)) for a, b in ((0, 5), (5, 10), (10, 11), (11, 16))
+    ]
+    np.testing.assert_allclose(energy, energy[0], rtol=0.05)
+
+
+def test_likeness_is_the_cosine_or_four_parts_meaning() -> None:
+    vectors = unit(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
+    np.testing.assert_allclose(
+        by_motion.resemblance(vectors[0], vectors), [1.0, 0.5**0.5, 0.0], atol=1e-12
+    )
+    deaf_to_second = WordMap(np.array([[2.0], [0.0]]), *np.zeros((3, 1)), np.array([1.0, 1, 0]))
+    actual = by_motion.resemblance(vectors[0], vectors, deaf_to_second)
+    np.testing.assert_allclose(actual, [1.0, (4 + 0.5**0.5) / 5, 0.0], atol=1e-12)
+    space = resemblance.meaning_space(deaf_to_second, dtype=np.float64)
+    rows = space.rows(vectors)
+    np.testing.assert_allclose(rows @ rows[0], actual, atol=1e-12)
+    moving = by_motion.resemblance(vectors[0], vectors, deaf_to_second, n_posture_and_travel=1)
+    np.testing.assert_allclose(moving, [1.0, 1.0, 0.0], atol=1e-12)  # (1, 0), (1, 1): alike in x

@@ -1,0 +1,70 @@
+"""Score vectors: by hand, against a loop, and as properties."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motiondb.meaning import score_vectors
+from motiondb.meaning.score_vectors import unit
+from motiondb.records import FloatArray
+
+
+def test_the_space_by_hand() -> None:
+    scores = np.array([[1.0, 3.0], [5.0, 5.0]], dtype=np.float32)
+    space = score_vectors.fit_score_space(scores, np.array([30, 10]))
+    np.testing.assert_allclose(space.mean, [-0.75, 0.75])
+    np.testing.assert_allclose(space.spread, np.sqrt([0.1875, 0.1875]), rtol=1e-4)
+    expected = np.array([[-0.25, 0.25], [0.75, -0.75]]) / np.sqrt(0.1875)
+    np.testing.assert_allclose(space.standardise(scores), expected, rtol=1e-4)
+
+
+def test_standardised_scores_are_clipped() -> None:
+    space = score_vectors.ScoreSpace(np.zeros(2), np.ones(2))
+    wild = space.standardise(np.array([[100.0, -100.0]], dtype=np.float32))
+    np.testing.assert_array_equal(wild, [[3.0, -3.0]])
+
+
+def test_one_symbol_says_nothing() -> None:
+    scores = np.array([[-4.0], [-9.0]], dtype=np.float32)
+    space = score_vectors.fit_score_space(scores, np.array([8, 8]))
+    np.testing.assert_array_equal(space.standardise(scores), [[0.0], [0.0]])
+
+
+def by_loop(
+    standardised: FloatArray, starts: list[int], ends: list[int], low: int, high: int
+) -> FloatArray:
+    """Frame by frame: the scores of the segment that each frame lies in, summed."""
+    total = np.zeros(standardised.shape[1])
+    for frame in range(low, high):
+        for row, start, end in zip(standardised, starts, ends):
+            if start <= frame < end:
+                total += row
+    length = np.sqrt(np.sum(total**2))
+    return total / length if length else total
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10**6))
+def test_interval_vectors_equal_a_loop_over_frames(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    cuts = np.concatenate([[0], np.cumsum(rng.integers(1, 9, 5))])
+    standardised = rng.normal(size=(5, 3))
+    low = rng.integers(-3, cuts[-1], 4)
+    high = low + rng.integers(1, 20, 4)
+    vectors = score_vectors.interval_vectors(standardised, cuts[:-1], cuts[1:], low, high)
+    for vector, a, b in zip(vectors, low, high):
+        expected = by_loop(standardised, cuts[:-1].tolist(), cuts[1:].tolist(), int(a), int(b))
+        np.testing.assert_allclose(vector, expected, atol=1e-12)
+
+
+def test_an_interval_outside_has_no_direction() -> None:
+    vectors = score_vectors.interval_vectors(
+        np.ones((1, 2)), np.array([0]), np.array([5]), np.array([9]), np.array([12])
+    )
+    np.testing.assert_array_equal(vectors, [[0.0, 0.0]])
+
+
+def test_rows_have_length_one() -> None:
+    np.testing.assert_allclose(unit(np.array([[3.0, 4.0], [0, 0]])), [[0.6, 0.8], [0, 0]])
