@@ -252,7 +252,7 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         Whether every match carries its reasons.
     """
     why = answer.explanations if explain else ()
-    said = (*answer.taken.values(), *answer.suggested.values(), *answer.written, *answer.sources)
+    takings = (*answer.taken.values(), *answer.suggested.values())
     written = tuple(
         WrittenAnswer(word.word, word.tags, len(word.captures), word.in_captions)
         for word in answer.written
@@ -269,7 +269,11 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         taken=known_words(answer.taken),
         suggested=known_words(answer.suggested),
         unknown=dict(answer.unknown),
-        sentences=tuple(each.sentence() for each in said),
+        sentences=(
+            *(taking.sentence() for taking in takings),
+            *(word.sentence() for word in answer.written),
+            *(source.sentence() for source in answer.sources),
+        ),
         decoding=answer.decoding,
         sources=answer.sources,
         written=written,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from motiondb.answers.making import Source
@@ -74,3 +74,14 @@ class SceneAnswer(SceneRow):
     cut_short: bool
     cut_at: dict[str, int] | None = None
     sources: tuple[Source, ...]
+
+
+def scene_row(scene: SceneAnswer) -> SceneRow:
+    """Return a scene as a row of a list.
+
+    Parameters
+    ----------
+    scene : SceneAnswer
+        What :meth:`Scenes.facts` gives.
+    """
+    return SceneRow(**{field.name: getattr(scene, field.name) for field in fields(SceneRow)})

@@ -12,7 +12,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.answers.asking import WordProbability, understood_question
-from motiondb.answers.making import ActionVerdict, GeneratedAnswer
+from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer
 from motiondb.answers.plain import to_json
 from motiondb.database.generated_files import (
     draw_generated,
@@ -134,7 +134,10 @@ class Generated:
             decided=self.decided,
             symbols=self.symbols,
             recognised=self.recognised,
-            decodings=self.decodings,
+            decodings=tuple(
+                DecodedAction(d.symbols, d.log_probability, d.nodes_expanded, d.certificate)
+                for d in self.decodings
+            ),
             sources=sources_of(self.provenance),
             words_from=self.sources,
             question=understood_question(self.question, self.not_used),

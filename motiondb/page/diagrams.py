@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field
 
@@ -15,6 +15,7 @@ Size = Annotated[float, Field(ge=0.0, le=1000.0, allow_inf_nan=False)]
 Point = tuple[Metres, Metres]
 PlayerName = Annotated[str, Field(pattern=r"^[^\W\d]\w*$", max_length=60)]
 OtherName = Annotated[str, Field(pattern=r"^([^\W\d]\w*)?$", max_length=60)]
+Team = Literal["attack", "defence", "player"]
 MOST = 200  # Largest number of players, elements or places
 _STRICT: dict[str, Any] = {"extra": "forbid"}  # Unknown keys of a request are refused
 
@@ -25,7 +26,7 @@ class PlayerShape:
 
     __pydantic_config__: ClassVar = _STRICT
     name: PlayerName
-    team: Literal["attack", "defence", "player"]
+    team: Team
     at: Point
     guards: OtherName = ""
 
@@ -126,7 +127,10 @@ def diagram_shape(diagram: Diagram) -> DiagramShape:
     ]
     return DiagramShape(
         diagram.name,
-        [PlayerShape(p.name, p.team, (p.at.x, p.at.z), p.guards) for p in diagram.players],
+        [
+            PlayerShape(p.name, cast("Team", p.team), (p.at.x, p.at.z), p.guards)
+            for p in diagram.players
+        ],
         diagram.grammar,
         diagram.ball,
         CourtShape(**vars(diagram.court)),

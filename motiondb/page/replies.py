@@ -188,7 +188,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
     words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
         **vars(capture_row(row)),
-        relations=db.relations(name),
+        relations=tuple(db.relations(name)),
         events=tuple(map(shown_event, db.events(name))),
         segments=tuple(db.segments(name)),
         activities=tuple(db.activities(name)),
@@ -235,7 +235,10 @@ def generate_reply(made: Generated, variants: Sequence[MadeReply]) -> GenerateRe
         taken=known_words(made.taken),
         suggested=known_words(made.suggested),
         unknown=dict(made.unknown),
-        sentences=tuple(each.sentence() for each in (*takings, *made.sources)),
+        sentences=(
+            *(taking.sentence() for taking in takings),
+            *(source.sentence() for source in made.sources),
+        ),
         variants=tuple(variants),
     )
 

@@ -14,8 +14,8 @@ import pytest
 from page_serving import ADDRESS, CheckedClient, faults, get, post
 from test_job_routes import ended
 
-from motiondb.page.motion import read_tracks
 from motiondb.page.app import make_application
+from motiondb.page.motion import read_tracks
 from motiondb.page.settings import PageSettings
 
 WALK = 'diagram "A walk"\ngrammar basketball\nattack A1 at 0 8\n1 walk A1 to 0 6\n'

@@ -10,8 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from motiondb.body import body
-from motiondb.page.motion import container, figure
-from motiondb.page.motion import Track
+from motiondb.page.motion import Track, container, figure
 from motiondb.records import Motion
 
 

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from page_serving import ADDRESS, CheckedClient
 from starlette.testclient import TestClient
 
-from motiondb.page.jobs import Job, Jobs
 from motiondb.page.app import make_application
+from motiondb.page.jobs import Job, Jobs
 from motiondb.page.settings import PageSettings
 
 schemathesis = pytest.importorskip("schemathesis")

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
 from motiondb.page.errors import PageError
-from motiondb.page.uploads import Uploads, clean_name
 from motiondb.page.settings import UploadLimits
+from motiondb.page.uploads import Uploads, clean_name
 
 
 @given(st.text(max_size=80))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import secrets
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from fastapi import APIRouter
 from pydantic import Field, TypeAdapter
 
-from motiondb.answers.scenes import SceneAnswer, SceneRow
+from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
 from motiondb.database.scenes.scene_boards import read_board
 from motiondb.database.scenes.scene_files import TACTICS
 from motiondb.database.scenes.scene_reports import report_facts
@@ -184,7 +184,7 @@ def _read(page: Page, name: str) -> SceneReply:
 
 
 def _listed(ref: str, report: SceneAnswer) -> ListedScene:
-    return ListedScene(**{f.name: getattr(report, f.name) for f in fields(SceneRow)}, ref=ref)
+    return ListedScene(**vars(scene_row(report)), ref=ref)
 
 
 def _title(text: str) -> str:

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
     Exact,
     GrammarName,
+    Html,
     Json,
     Png,
     Seed,
     database,
     picture_name,
 )
-from motiondb.cli.printing import note_pattern, print_json, print_sources, print_table, progress
+from motiondb.cli.printing import (
+    note_pattern,
+    print_json,
+    print_table,
+    progress,
+    write_html,
+)
 
 if TYPE_CHECKING:
     from motiondb import Edit, GrammarSequence, MotionDB
@@ -231,7 +236,7 @@ def _offer(
     return {
         "grammar": name,
         "string": list(edited.before.leaves()),
-        "region": asdict(edited.region),
+        "region": edited.region,
         "alternatives": rows,
     }
 
@@ -240,16 +245,18 @@ def _written(
     base: MotionDB, made: GrammarSequence, seed: int, output: Path | None
 ) -> dict[str, Any]:
     """Return the facts of the motion, which is written if a file is named."""
-    return base.grammars.write(made, output, seed) if output else base.grammars.facts(made, seed)
+    if output:
+        return base.grammars.write(made, output, seed)
+    return dict(vars(base.grammars.facts(made, seed)))
 
 
 def _say_offer(facts: dict[str, Any]) -> None:
     string, region = facts["string"], facts["region"]
-    start, end = region["start"], region["end"]
+    start, end = region.start, region.end
     marked = [*string[:start], "[", *string[start:end], "]", *string[end:]]
-    typer.echo(f"{' '.join(marked)}   {region['symbol']} derives {start} to {end - 1}")
+    typer.echo(f"{' '.join(marked)}   {region.symbol} derives {start} to {end - 1}")
     if not facts["alternatives"]:
-        more = ": try a wider region (--wider)" if region["path"] else ""
+        more = ": try a wider region (--wider)" if region.path else ""
         typer.echo(f"nothing else is possible there{more}")
         return
     rows = [
@@ -290,6 +297,11 @@ def _say_made(facts: dict[str, Any], output: Path | None) -> None:
         f"feet slip {100 * facts['foot_slip']:.1f} cm/s, in the sources "
         f"{100 * facts['foot_slip_of_sources']:.1f}"
     )
-    print_sources(facts)
+    from motiondb import to_json
+
+    for source in to_json(facts["sources"]):
+        typer.echo(
+            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
+        )
     if output:
         typer.echo(f"every frame's origin: {facts['provenance']}")

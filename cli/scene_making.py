@@ -9,9 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.html_files import Html, write_html
-from motiondb.cli.options import DEFAULT_DB, Db, Exact, Json, Png, Seed, database, finite
-from motiondb.cli.printing import note_phrases, print_json, print_table, scene_progress
+from motiondb.cli.options import DEFAULT_DB, Db, Exact, Html, Json, Png, Seed, database, finite
+from motiondb.cli.printing import (
+    note_phrases,
+    print_json,
+    print_table,
+    scene_progress,
+    write_html,
+)
 
 if TYPE_CHECKING:
     from motiondb import Scene, StoredScene
@@ -136,23 +141,23 @@ def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
     facts = Scenes.facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
     if json:
-        print_json(facts | {"folder": str(folder), "took": work | {"all": round(seconds, 3)}})
+        print_json(vars(facts) | {"folder": folder, "took": work | {"all": round(seconds, 3)}})
         return
     typer.echo(
-        f"{scene.record.name}: {facts['characters']} characters, {facts['clips']} clips,"
-        f" {facts['frames']} frames ({facts['seconds']:.1f} s), in {folder}"
+        f"{scene.record.name}: {facts.characters} characters, {facts.clips} clips,"
+        f" {facts.frames} frames ({facts.seconds:.1f} s), in {folder}"
     )
     took = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
-    typer.echo(f"error {facts['error']:.2f} before polish; {took}")
-    touching = len(facts["collisions"])
+    typer.echo(f"error {facts.error:.2f} before polish; {took}")
+    touching = len(facts.collisions)
     typer.echo(
-        f"rules kept: {facts['rules'] - facts['broken']} of {facts['rules']};"
+        f"rules kept: {facts.rules - facts.broken} of {facts.rules};"
         f" collisions: {touching or 'none'}"
     )
     for line in Scenes.remarks(scene.record):
         typer.echo(line)
-    if facts["too_fast"]:
-        typer.echo(f"  faster than people can move: {', '.join(facts['too_fast'])}")
+    if facts.too_fast:
+        typer.echo(f"  faster than people can move: {', '.join(facts.too_fast)}")
     for rule in scene.broken:
         typer.echo(
             f"  broken: {rule.kind} of {rule.player} at {rule.action} ({rule.clip + 1}),"
@@ -181,7 +186,7 @@ def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = Fals
             if png:
                 base.scenes.draw(place, png)
     if json:
-        print_json(Scenes.facts(record) | ({"picture": str(png)} if png else {}))
+        print_json(vars(Scenes.facts(record)) | ({"picture": png} if png else {}))
     else:
         typer.echo(Scenes.report(record))
     _refuse_impossible(record)
@@ -192,8 +197,9 @@ def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
     with database(db) as base:
         facts = [base.scenes.facts(base.scenes.load(name)) for name in base.scenes.names()]
     if json:
-        keys = ("scene", "characters", "clips", "frames", "seconds", "error", "rules", "broken")
-        print_json([{key: fact[key] for key in keys} for fact in facts])
+        from motiondb import scene_row
+
+        print_json([scene_row(fact) for fact in facts])
         return
     if not facts:
         typer.echo("no scenes; motiondb scene make DIAGRAM -o FOLDER --name NAME keeps one")
@@ -203,12 +209,12 @@ def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
         ["scene", "characters", "clips", "seconds", "error", "broken rules"],
         [
             [
-                fact["scene"],
-                str(fact["characters"]),
-                str(fact["clips"]),
-                f"{fact['seconds']:.1f}",
-                f"{fact['error']:.2f}",
-                str(fact["broken"]),
+                fact.scene,
+                str(fact.characters),
+                str(fact.clips),
+                f"{fact.seconds:.1f}",
+                f"{fact.error:.2f}",
+                str(fact.broken),
             ]
             for fact in facts
         ],

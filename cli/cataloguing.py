@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Commands,
     Db,
     Exact,
     From,
+    Html,
     Json,
     Png,
     To,
@@ -31,6 +30,7 @@ from motiondb.cli.printing import (
     print_table,
     progress,
     refuse,
+    write_html,
 )
 
 if TYPE_CHECKING:
@@ -129,8 +129,7 @@ def add(
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if json:
-        facts = asdict(report) | {"captures": total, "drift": asdict(drift) if drift else None}
-        print_json(facts)
+        print_json(vars(report) | {"captures": total, "drift": drift})
     else:
         typer.echo(
             f"{len(report.added)} captures added ({report.seconds:.0f} s of motion), "
@@ -205,8 +204,9 @@ def list_captures(
         captions = base.all_captions()
     shown = infos[:limit]
     if json:
-        words = {i.capture_id: [asdict(c) for c in captions.get(i.capture_id, ())] for i in shown}
-        print_json([asdict(i) | {"words": words[i.capture_id]} for i in shown])
+        from motiondb import listed_capture
+
+        print_json([listed_capture(i, captions.get(i.capture_id, ())) for i in shown])
         return
     rows = [
         [
@@ -229,7 +229,7 @@ def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> Non
         infos = {info.name: info for info in base.captures()}
         groups = base.duplicates(where)
     if json:
-        print_json([asdict(group) for group in groups[:limit]])
+        print_json(groups[:limit])
         return
     rows = [
         [
@@ -288,12 +288,12 @@ def _lines(key: str, value: Any) -> list[str]:  # noqa: ANN401  a fact may be of
     """Lines of text for one fact of a capture."""
     head = f"{key.replace('leg_length', 'leg length') + ':':13}"
     if key == "segments" and value:
-        spans = (f"{s['symbol']}[{s['start']:.1f}-{s['end']:.1f}]" for s in value)
+        spans = (f"{s.symbol}[{s.start:.1f}-{s.end:.1f}]" for s in value)
         return [f"segments:     {' '.join(spans)}"]
     if key == "activities":
         return [
-            f"{'activity:':13} {a['activity']}  {a['start']:.1f}-{a['end']:.1f} s  "
-            f"{' '.join(a['words'])}".rstrip()
+            f"{'activity:':13} {a.activity}  {a.start:.1f}-{a.end:.1f} s  "
+            f"{' '.join(a.words)}".rstrip()
             for a in value
         ]
     if isinstance(value, list):
@@ -386,7 +386,7 @@ def fetch_cmu(
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )
     if json:
-        print_json(asdict(report))
+        print_json(report)
     else:
         typer.echo(
             f"{len(report.fetched)} files fetched into {folder}, "

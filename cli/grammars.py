@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,12 +20,12 @@ from motiondb.cli.options import (
 from motiondb.cli.printing import print_json, print_table, progress, say_word
 
 if TYPE_CHECKING:
-    from motiondb import GrammarSize
+    from motiondb import GrammarAnswer, GrammarSize
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the app."""
-    from motiondb.cli.grammars import parsing, sequences
+    from motiondb.cli import parsing, sequences
 
     group = Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
@@ -101,7 +100,7 @@ def learn(
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
     if json:
-        print_json(facts | {"no_longer_editable": lost})
+        print_json(vars(facts) | {"no_longer_editable": lost})
         return
     typer.echo(summary(size))
     _say_list(facts)
@@ -122,11 +121,11 @@ def _counted(n: int, what: str) -> str:
     return f"{n} {what}{'s' * (n != 1)}"
 
 
-def _say_list(facts: dict[str, Any]) -> None:
+def _say_list(facts: GrammarAnswer) -> None:
     """Print a note if the grammar only lists its sentences, with advice."""
-    if not facts["derives_new"]:
+    if not facts.derives_new:
         typer.echo(
-            f"note: {facts['grammar']} only lists its sentences and derives nothing new. More"
+            f"note: {facts.grammar} only lists its sentences and derives nothing new. More"
             " captures of the same activity, another number of kinds of action (--terminals) or"
             " shorter sentences (--longest) may give it rules.",
             err=True,
@@ -144,22 +143,17 @@ def _say_lost(lost: list[str]) -> None:
 
 def list_grammars(db: Db = DEFAULT_DB, json: Json = False) -> None:
     """List the grammars."""
+    from motiondb import grammar_row
+
     with database(db) as base:
         sizes = base.grammars.sizes()
     if json:
-        print_json([_size_facts(size) for size in sizes])
+        print_json([grammar_row(size) for size in sizes])
         return
     if not sizes:
         typer.echo("no grammars yet: motiondb grammar learn CAPTURE...")
     for size in sizes:
         typer.echo(summary(size))
-
-
-def _size_facts(size: GrammarSize) -> dict[str, Any]:
-    counted = asdict(size)
-    named = {"grammar": counted.pop("name"), "run": counted.pop("run_id")}
-    bits = size.bits | {"sum": sum(size.bits.values())}
-    return named | counted | {"seconds": round(size.seconds, 3), "bits": bits}
 
 
 def show(
@@ -195,28 +189,28 @@ def show(
         print_json(facts)
         return
     typer.echo(summary(size))
-    typer.echo(facts["text_with_loops"])
+    typer.echo(facts.text_with_loops)
     rows = [
         [
-            t["terminal"],
-            str(t["count"]),
-            f"{t['seconds']:.2f}",
-            "  ".join(say_word(w["word"], w["probability"]) for w in t["words"]),
-            "  ".join(f"{s['symbol']}: {s['share']:.0%}" for s in t["symbols"]),
-            f"{t['medoid']['capture']} {t['medoid']['start']:.2f}-{t['medoid']['end']:.2f} s",
+            t.terminal,
+            str(t.count),
+            f"{t.seconds:.2f}",
+            "  ".join(say_word(w.word, w.probability) for w in t.words),
+            "  ".join(f"{s.symbol}: {s.share:.0%}" for s in t.symbols),
+            f"{t.medoid.capture} {t.medoid.start:.2f}-{t.medoid.end:.2f} s",
         ]
-        for t in facts["terminals"]
+        for t in facts.terminals
     ]
     columns = ["terminal", "count", "seconds", "words", "motion symbols", "medoid"]
     used = [k for k, _ in enumerate(columns) if any(row[k] for row in rows)]
     print_table("", [columns[k] for k in used], [[row[k] for k in used] for row in rows])
-    bits = {part: value for part, value in facts["bits"].items() if part != "sum"}
+    bits = {part: value for part, value in facts.bits.items() if part != "sum"}
     said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
-    typer.echo(f"description: {said} = {facts['bits']['sum']:.1f} bits")
-    for capture in facts["captures"]:
-        if not capture["there"]:
+    typer.echo(f"description: {said} = {facts.bits['sum']:.1f} bits")
+    for capture in facts.captures:
+        if not capture.there:
             typer.echo(
-                f"note: {capture['capture']} is no longer in the database: its segments cannot be "
+                f"note: {capture.capture} is no longer in the database: its segments cannot be "
                 "played",
                 err=True,
             )
@@ -230,7 +224,7 @@ def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json =
     with database(db) as base:
         rows = base.grammars.compare(name, seed)
     if json:
-        print_json([asdict(row) for row in rows])
+        print_json(rows)
         return
     table = [
         [

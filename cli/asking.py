@@ -1,25 +1,21 @@
-"""Commands search, like, describe and generate."""
+"""Commands search, like and describe."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.ask import explaining, generation, understanding
-from motiondb.cli.html_files import Html, write_html
 from motiondb.cli.options import (
     DEFAULT_DB,
     Db,
     Exact,
     From,
+    Html,
     Json,
     Limit,
     Png,
-    Seed,
     To,
     Where,
     database,
@@ -31,13 +27,14 @@ from motiondb.cli.printing import (
     note_unchecked,
     note_unlearned,
     print_json,
+    print_question,
     print_table,
-    progress,
     say_word,
+    write_html,
 )
 
 if TYPE_CHECKING:
-    from motiondb import ExampleAnswer, Match, WordAnswer
+    from motiondb import ExampleAnswer, ExplainedWord, Match, WordAnswer
 
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
@@ -47,7 +44,6 @@ def register(app: typer.Typer) -> None:
     app.command()(search)
     app.command()(like)
     app.command()(describe)
-    app.command()(generate)
 
 
 def search(
@@ -88,7 +84,7 @@ def search(
             "search: expected --explain or --by-symbols, found both. An answer by symbols comes "
             "from an alignment of sequences, so there is nothing more to explain."
         )
-    from motiondb import StandalonePage
+    from motiondb import search_answer
 
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
@@ -99,18 +95,17 @@ def search(
         elif png and answer.matches:
             base.draw_matches(answer, png, words)
         if html:
+            from motiondb import StandalonePage
+
             write_html(html, StandalonePage.of_search(base, answer))
     _note_words(answer, silent=explain and not json)
-    why = [e.facts() for e in answer.explanations] if explain else []
-    more = {
-        "question": answer.question.facts(answer.not_used),
-        **_word_facts(answer),
-    }
-    if not json:
-        understanding.print_question(answer.question, answer.not_used, "search")
-    _print_answer(answer, json, reasons=True, why=why, more=more)
-    if explain and not json:
-        explaining.print_explanations(answer)
+    if json:
+        print_json(search_answer(answer, explain))
+        return
+    print_question(answer.question, answer.not_used, "search")
+    _print_answer(answer, reasons=True)
+    if explain:
+        _print_explanations(answer)
 
 
 def _note_words(answer: WordAnswer, silent: bool) -> None:
@@ -124,25 +119,6 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
     if not silent:
         note_sources(answer.sources)
     note_unchecked(answer.unchecked)
-
-
-def _word_facts(answer: WordAnswer) -> dict[str, Any]:
-    """The sources of the words of an answer, for JSON; empty ones are left out."""
-    facts: dict[str, Any] = {
-        "decoding": asdict(answer.decoding) if answer.decoding else None,
-        "sources": [asdict(source) for source in answer.sources],
-        "written": [
-            {
-                "word": w.word,
-                "tags": list(w.tags),
-                "captures": len(w.captures),
-                "in_captions": w.in_captions,
-            }
-            for w in answer.written
-        ],
-        "taken": {word: taking.facts() for word, taking in answer.taken.items()},
-    }
-    return {name: value for name, value in facts.items() if value}
 
 
 def like(
@@ -171,7 +147,7 @@ def like(
     If captures of two or more performers have captions, every answer has a probability that it
     shows the same action, and a line says if none is good enough.
     """
-    from motiondb import StandalonePage
+    from motiondb import like_answer
 
     with database(db) as base:
         answer = base.like(example, start, end, where, limit, meaning, exact)
@@ -181,63 +157,23 @@ def like(
             motion = base.motion(example, start, end)
             base.draw_matches(answer, png, f"like {example}", motion)
         if html:
+            from motiondb import StandalonePage
+
             write_html(html, StandalonePage.of_like(base, answer, example, start, end))
     note_unchecked(answer.unchecked)
-    _print_answer(answer, json, reasons=any(m.reason for m in answer))
-
-
-def _print_answer(
-    answer: WordAnswer | ExampleAnswer,
-    json: bool,
-    reasons: bool = False,
-    why: Sequence[dict[str, Any]] = (),
-    more: Mapping[str, Any] | None = None,
-) -> None:
-    """Print the matches, and whether any is good enough; in JSON one object."""
-    matches, any_match = answer.matches, answer.matches_anything
     if json:
-        rows: list[dict[str, Any]] = [
-            {
-                "rank": m.rank,
-                "capture": m.capture,
-                "start": m.start,
-                "end": m.end,
-                "score": m.score,
-                "probability": m.probability,
-                "words": list(m.words),
-            }
-            for m in matches
-        ]
-        for row, match in zip(rows, matches):
-            row.update(_place_facts(match))
-        for row, reason in zip(rows, why):
-            row["explain"] = reason
-        print_json(
-            {
-                "matches_anything": any_match,
-                "strength": answer.strength,
-                "threshold": answer.threshold,
-                **({"unchecked": answer.unchecked} if answer.unchecked else {}),
-                "matches": rows,
-                **(more or {}),
-            }
-        )
+        print_json(like_answer(answer))
         return
-    if any_match is False:
+    _print_answer(answer, reasons=any(m.reason for m in answer))
+
+
+def _print_answer(answer: WordAnswer | ExampleAnswer, reasons: bool) -> None:
+    """Print the matches, and whether any is good enough."""
+    matches = answer.matches
+    if answer.matches_anything is False:
         typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
         _print_matches(matches, reasons, bool(answer.unchecked))
-
-
-def _place_facts(match: Match) -> dict[str, Any]:
-    """The intervals of an answer to words with certainties, for JSON; empty for other answers."""
-    if not match.parts:
-        return {}
-    return {
-        "interval_probability": match.interval_probability,
-        "place": match.place,
-        "parts": [asdict(part) for part in match.parts],
-    }
 
 
 def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> None:
@@ -286,6 +222,8 @@ def describe(
     json: Json = False,
 ) -> None:
     """Describe a motion by words, with times and probabilities that captions have checked."""
+    from motiondb import words_over_time
+
     with database(db) as base:
         answer = base.describe(example, start, end)
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
@@ -293,16 +231,7 @@ def describe(
     note_sources(sources)
     note_unchecked(unchecked)
     if json:
-        print_json(
-            [
-                {
-                    "start": d.start,
-                    "end": d.end,
-                    "words": [{"word": w, "probability": p} for w, p in d.words],
-                }
-                for d in answer
-            ]
-        )
+        print_json(words_over_time(answer))
         return
     rows = [
         [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(say_word(w, p) for w, p in d.words)]
@@ -311,54 +240,36 @@ def describe(
     print_table("", ["start", "end", "words"], rows)
 
 
-def generate(
-    words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
-    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
-    seed: Seed = 0,
-    method: Annotated[str, typer.Option("--method", help="stitched or trajectory.")] = "stitched",
-    exact: Exact = False,
-    anyway: Annotated[
-        bool,
-        typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
-    ] = False,
-    variants: Annotated[
-        int, typer.Option("--variants", help="Most different motions: FILE-1, FILE-2, ...", min=1)
-    ] = 1,
-    save: Annotated[
-        str | None, typer.Option("--save", help="Also save it as a capture of this name.")
-    ] = None,
-    png: Png = None,
-    html: Html = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
-) -> None:
-    """Generate a motion from a sentence, and say which of its actions the motion shows.
+def _print_explanations(answer: WordAnswer) -> None:
+    """Print the log-odds of every match, then one line for each word."""
+    for source in answer.sources:
+        typer.echo(source.sentence())
+    for match, why in zip(answer.matches, answer.explanations):
+        typer.echo(
+            f"{match.rank} {match.capture}  log-odds {why.log_odds:+.3f}, score {match.score:.3f}"
+        )
+        for word in why.words:
+            typer.echo(f"    {_word_line(word)}")
+        if why.together:
+            typer.echo(f"    all of them together: {why.together:+.3f}")
+        for excluded in why.excluded:
+            typer.echo(
+                f"    not {' '.join(word.word for word in excluded.words)}: "
+                f"{excluded.amount:+.3f}, as its log-odds are {excluded.log_odds:+.3f}"
+            )
+            for word in excluded.words:
+                typer.echo(f"        {_word_line(word)}")
 
-    A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
-    confirmed.
-    """
-    from motiondb import StandalonePage
 
-    with database(db, writing=save is not None) as base, progress(not json) as tell:
-        tell("generating", 0.0, 1.0)
-        names = generation.numbered(variants, output, save, png)
-        for _, name, _ in names:
-            if name is not None:
-                base.check_name_free(name)
-        motions = base.generate_variants(words, variants, seed, method, exact, anyway)
-        facts = []
-        for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
-            facts.append(made.write(path))
-            if name is not None:
-                base.save_generated(name, words, made, made.seed)
-                facts[-1]["capture"] = name
-            if picture is not None:
-                made.draw(picture)
-            if html is not None:
-                page = html if variants == 1 else generation.numbered_path(html, number)
-                write_html(page, StandalonePage.of_generated(base, made, name or ""))
-    note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
-    note_sources(motions[0].sources)
-    generation.print_generated(motions, facts, json, variants)
-    if not all(made.shows_all for made in motions):
-        raise typer.Exit(1)
+def _word_line(word: ExplainedWord) -> str:
+    """The contribution of one word, and its parts."""
+    rest = word.others
+    others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""
+    shares = ", ".join(
+        f"symbol {s.symbol} {s.share:+.3f} ({s.from_:.1f}-{s.to:.1f} s)" for s in word.strongest
+    )
+    written = f", written {word.written:+.3f}" if word.written else ""
+    if word.as_caption:
+        written += f", as part of the caption {word.as_caption:+.3f}"
+    usual = f"{word.word}: {word.contribution:+.3f} = usual {word.prior:+.3f}"
+    return f"{usual}{written}, {shares}{others}"

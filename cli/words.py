@@ -1,8 +1,7 @@
-"""Commands words, words set, import and synonyms: vocabulary and captions."""
+"""Commands words and events: vocabulary, captions, synonyms; foot strikes, catches, releases."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +21,14 @@ def register(app: typer.Typer) -> None:
     group.command("import")(import_words)
     group.command("synonyms")(set_synonyms)
     app.add_typer(group, name="words")
+    marks = Commands(
+        help="Events of captures: foot strikes, catches and releases of a ball.",
+        invoke_without_command=True,
+    )
+    marks.callback()(events)
+    marks.command("show")(show_events)
+    marks.command("import")(import_events)
+    app.add_typer(marks, name="events")
 
 
 def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
@@ -35,9 +42,9 @@ def words(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> No
         return
     table = [
         [
-            r["word"],
-            str(r["count"]),
-            "  ".join(f"{s['symbol']}: {s['probability']:.2f}" for s in r["symbols"]),
+            r.word,
+            str(r.count),
+            "  ".join(f"{s.symbol}: {s.probability:.2f}" for s in r.symbols),
         ]
         for r in rows
     ]
@@ -80,7 +87,7 @@ def import_words(
         report = base.import_words(sheet)
         drift = base.drift()
     if json:
-        print_json(asdict(report))
+        print_json(report)
     else:
         typer.echo(
             f"{report.captures} captures have the sheet's words and tags now, "
@@ -103,3 +110,54 @@ def set_synonyms(
         print_json(dict(table))
     else:
         typer.echo(f"{len(table)} synonyms kept")
+
+
+def events(context: typer.Context, db: Db = DEFAULT_DB, json: Json = False) -> None:
+    """List the kinds of events with their number, and the number of captures."""
+    if context.invoked_subcommand is not None:
+        return
+    with database(db) as base:
+        rows = base.event_rows()
+    if json:
+        print_json(rows)
+    elif rows:
+        table = [[str(value) for value in row.values()] for row in rows]
+        print_table("", ["event", "count", "captures"], table)
+    else:
+        typer.echo("no events; add some with motiondb events import SHEET")
+
+
+def show_events(
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """List the events of one capture."""
+    from motiondb import shown_event
+
+    with database(db) as base:
+        rows = [shown_event(event) for event in base.events(name)]
+    if json:
+        print_json(rows)
+        return
+    table = [[f"{row.seconds:.3f}", str(row.frame), row.name, row.joint, row.other] for row in rows]
+    print_table("", ["seconds", "frame", "event", "joint", "other"], table)
+
+
+def import_events(
+    sheet: Annotated[Path, typer.Argument(help="A sheet of events (TSV or CSV).")],
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Replace the events of the captures of a sheet; rows without a capture are listed (exit 1)."""
+    with database(db, writing=True) as base:
+        report = base.import_events(sheet)
+    if json:
+        print_json(report)
+    else:
+        typer.echo(
+            f"{report.events} events of {report.captures} captures kept, "
+            f"{len(report.problems)} problems"
+        )
+        print_notes(report.notes)
+    refuse(report.problems)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motiondb.cli import scene_making
 from motiondb.cli.options import Commands, Exact, Json, database
 from motiondb.cli.printing import note_phrases, print_json, print_table
-from motiondb.cli.scenes import scene_making
 
 if TYPE_CHECKING:
     from motiondb import GrammarReport, MotionGrammar, ShownAction, Tree
