@@ -157,15 +157,15 @@ class StandalonePage:
         return StandalonePage("scene", scene.record.name, database, reply, motions)
 
 
-def standalone_page(shown: StandalonePage, bundle: Path = BUNDLE) -> str:
+def standalone_page(shown: StandalonePage) -> str:
     """Return the text of the file."""
     index, script, style = (
-        (bundle / name).read_text(encoding="utf-8").replace("\r\n", "\n")
+        (BUNDLE / name).read_text(encoding="utf-8").replace("\r\n", "\n")
         for name in ("index.html", "app.js", "app.css")
     )
     if index.count(STYLE) != 1 or index.count(SCRIPT) != 1 or "</body>" not in index:
         raise MotionDBError(
-            f"{bundle / 'index.html'}: expected one style and one script, found others. Build the"
+            f"{BUNDLE / 'index.html'}: expected one style and one script, found others. Build the"
             " page again: python build_backend.py."
         )
     script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")

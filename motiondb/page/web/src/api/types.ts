@@ -276,22 +276,7 @@ export interface DuplicatesReply {
 }
 
 export interface ElementShape {
-  kind:
-    | "move"
-    | "walk"
-    | "run"
-    | "cut"
-    | "dribble"
-    | "pass"
-    | "shoot"
-    | "layup"
-    | "screen"
-    | "feint"
-    | "fake"
-    | "pivot_left"
-    | "pivot_right"
-    | "guard"
-    | "block";
+  kind: "move" | "walk" | "run" | "cut" | "dribble" | "pass" | "shoot" | "layup" | "screen" | "feint" | "fake" | "pivot_left" | "pivot_right" | "guard" | "block";
   step: number;
   player: string;
   other: string;
