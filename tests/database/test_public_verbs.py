@@ -69,7 +69,6 @@ def test_a_question_says_how_it_is_understood(learned_file: Path) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         question = db.search("walks, then kicks twice", limit=1).question
     assert question.understood == "walk, then (kick 2 times)"
-    assert question.tree_facts()["kind"] == "in_order"
 
 
 def test_kinds_of_events_are_counted(some: Path, tmp_path: Path) -> None:
