@@ -24,7 +24,7 @@ from hmmlearn.hmm import GaussianHMM
 
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
-from motiondb.symbols.divergence import divergence
+from motiondb.symbols.space import divergence
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 _TESTS = Path(__file__).resolve().parents[1] / "tests"
-_SHARED = ("files", "store/checking", "fetch")  # odd files, damage, sites
+_SHARED = ("files", "store", "fetch")  # odd files, damage, sites
 sys.path[:0] = [str(_TESTS / name) for name in _SHARED]
 
 PARTS = ("fuzz", "kills", "damage", "together", "questions")

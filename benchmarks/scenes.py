@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 
 import motiondb
-from motiondb.database.scenes.scene_library import scene_clips
+from motiondb.database.scenes.scene_clips import scene_clips
 from motiondb.database.scenes.scene_making import SceneSettings, make
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.scene.sampling.play import make_play

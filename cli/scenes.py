@@ -63,10 +63,8 @@ def check_grammar(
     )
     for start in report.starts:
         whom = f" ({start.team})" if start.team else ""
-        lalr = "LALR(1)" if not start.lalr_conflicts else "not LALR(1)"
-        kind = f"LR(1), {start.n_states} states, {lalr}" if not start.conflicts else "not LR(1)"
-        ll1 = "LL(1)" if not start.ll1_conflicts else "not LL(1)"
-        typer.echo(f"{start.symbol}{whom}: {kind}, {ll1}")
+        kind = "not LR(1)" if start.conflicts else f"LR(1), {start.n_states} states"
+        typer.echo(f"{start.symbol}{whom}: {kind}")
         for conflict in start.conflicts:
             typer.echo(f"    {conflict.describe(grammar.grammar)}")
         if start.empty:
@@ -100,10 +98,7 @@ def _report_facts(
                 "can_be_empty": start.empty,
                 "lr1": not start.conflicts,
                 "lr1_states": start.n_states,
-                "lalr1": not start.lalr_conflicts,
-                "ll1": not start.ll1_conflicts,
                 "conflicts": [c.describe(rules) for c in start.conflicts],
-                "ll1_conflicts": [c.describe(rules) for c in start.ll1_conflicts],
             }
             for start in report.starts
         ],

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
+    from motiondb.database.checking import check_file
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_facts import grammar_row
     from motiondb.database.grammars.grammar_learning import GrammarSettings
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
+    from motiondb.database.learned_grammar import LearnedGrammar
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
@@ -71,13 +73,13 @@ if TYPE_CHECKING:
     )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
-    from motiondb.search.example_answers import ExampleAnswer
+    from motiondb.search.asked_words import WrittenWord
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.search.chances import WordSource
     from motiondb.search.explained_answer import ExplainedWord, Explanation
-    from motiondb.search.taking import Taking
-    from motiondb.search.word_answers import WordAnswer
-    from motiondb.search.word_sources import WordSource
-    from motiondb.search.written_words import WrittenWord
-    from motiondb.store import GrammarSize, LearnedGrammar, StoredScene, check_file
+    from motiondb.search.unknown_words import Taking
+    from motiondb.store import GrammarSize, StoredScene
 
 __all__ = [
     "CMU_TERMS",
@@ -177,6 +179,8 @@ _PLACES = {
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.database": "MotionDB",
+    "motiondb.database.checking": "check_file",
+    "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
@@ -193,10 +197,10 @@ _PLACES = {
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
-    "motiondb.search.example_answers": "ExampleAnswer",
+    "motiondb.search.by_example": "ExampleAnswer",
     "motiondb.search.explained_answer": "ExplainedWord Explanation",
-    "motiondb.search.word_answers": "WordAnswer",
-    "motiondb.search.word_sources": "WordSource",
+    "motiondb.search.by_words": "WordAnswer",
+    "motiondb.search.chances": "WordSource",
     "motiondb.learn.drift": "Drift",
     "motiondb.generate.shown_actions": "JudgedAction",
     "motiondb.learn.knowledge": "Knowledge",
@@ -204,12 +208,12 @@ _PLACES = {
     "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
-    "motiondb.search.written_words": "WrittenWord",
+    "motiondb.search.asked_words": "WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
-    "motiondb.store": "GrammarSize LearnedGrammar StoredScene check_file",
-    "motiondb.search.taking": "Taking",
+    "motiondb.store": "GrammarSize StoredScene",
+    "motiondb.search.unknown_words": "Taking",
     "motiondb.language.question.known": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",
 }  # The public names of each module, separated by spaces

@@ -1,5 +1,6 @@
--- The store of motiondb: one DuckDB file. This page is the readable truth; the numbered files in
--- migrations/ build the same database step by step (a test compares the two).
+-- The store of motiondb: one DuckDB file. A new database is made by this file. The files
+-- 000N_WHAT.sql beside it, from 0002 on, bring a database of version N - 1 to version N; there is
+-- none yet, because version 1 is that of motiondb 0.1.0.
 --
 -- Rules
 -- * Full constraints stand in the first CREATE: DuckDB cannot add them later.
@@ -14,9 +15,9 @@
 
 -- ── Housekeeping ─────────────────────────────────────────────────────────────────────────────
 
--- schema_version, created_by (motiondb's version), next_capture_id, revision (a number that every
--- committed change raises), motion_revision and content_revision (random marks, new with every
--- change of the motions, or of anything that can be learned from).
+-- schema (the version of the tables), created_by (motiondb's version), next_capture_id, revision (a
+-- number that every committed change raises), motion_revision and content_revision (random marks,
+-- new with every change of the motions, or of anything that can be learned from).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
     value VARCHAR NOT NULL

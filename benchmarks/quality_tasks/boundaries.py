@@ -22,7 +22,8 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.learn.symbol_fitting import LearnSettings
-from motiondb.search.word_answers import search_words
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import search_words
 from quality_protocol.learned_database import learned_database
 from quality_protocol.report import Measure, TaskReport
 
@@ -135,7 +136,7 @@ def ask(db: MotionDB, marked: Marked) -> list[Asked]:
         for of in both:
             try:
                 answer = search_words(
-                    of, word, [numbers[capture]], 1, written=False, features=features
+                    learned_words(of), word, [numbers[capture]], 1, written=False, features=features
                 )
             except MotionDBError:  # the word is not known
                 break

@@ -17,7 +17,7 @@ from motiondb.generate.contact import foot_slip
 from motiondb.meaning import alignment
 from motiondb.pictures.strip import strip_figure
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, Motion
-from motiondb.search.described_motion import describe
+from motiondb.search.described import describe
 from motiondb.symbols import feature_space
 from quality_protocol.captures import load_cmu
 from quality_protocol.confidence import mean_of
@@ -100,9 +100,9 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every "
         f"action is classified from its own frames as one of eight classes (chance "
         f"{1 / len(CLASSES):.3f}): by motiondb (the most probable word of its word map, which is "
-        f"used for the choice of trajectories and Monte-Carlo runs only), and by an independent "
+        f"used for the choice of trajectories only), and by an independent "
         f"judge, trained on real captures of performers other than those whose motion was used "
-        f"for the action (Monte-Carlo and trajectory use no single performer, so all take part in "
+        f"for the action (trajectory uses no single performer, so all take part in "
         f"the training). Last row: real captures of performers that the judge was not trained on, "
         f"every class as often as in the sentences. Medians over sentences; *within 95 %*: share "
         f"of sentences whose foot slip and jerk are at most the 95th percentile of real captures.",

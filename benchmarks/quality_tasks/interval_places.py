@@ -12,7 +12,8 @@ from motiondb.errors import MotionDBError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.meaning import place_fitting
-from motiondb.search.word_answers import search_words
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import search_words
 from quality_protocol.takes import LongTake
 
 Asked = Sequence[tuple[str, str, float]]
@@ -61,7 +62,9 @@ def place_answers(
 
 def _first(learned: Learned, text: str, capture: int) -> tuple[float, float] | None:
     try:
-        matches = search_words(learned, text, [capture], limit=1, written=False).matches
+        matches = search_words(
+            learned_words(learned), text, [capture], limit=1, written=False
+        ).matches
     except MotionDBError:  # none of the words is known
         return None
     return (matches[0].start, matches[0].end) if matches else None

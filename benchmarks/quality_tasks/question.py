@@ -33,7 +33,7 @@ from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
-from motiondb.search.answer_chances import chances_of_kind
+from motiondb.search.chances import chances_of_kind
 from quality_protocol import baselines as base
 from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies
 from quality_protocol.confidence import weighted_draws, weighted_measure

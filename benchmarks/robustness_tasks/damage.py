@@ -1,6 +1,6 @@
 """Damaged copies of a learned database: is one called sound though a question fails?
 
-The runs are those of ``tests/store/checking/damage_runs.py``: five kinds of damage for each seed.
+The runs are those of ``tests/store/damage_runs.py``: five kinds of damage for each seed.
 A copy is checked by ``motiondb check`` and asked for the catalogue, captions, searches by words and
 by example, a description and captures; the answers are compared with those of the undamaged
 database.

@@ -19,7 +19,7 @@ HEAD = """# Robustness: data loss and silent failures
 The tests are run by `python benchmarks/robustness.py PART --out DIR`, with the parts `fuzz`,
 `kills`, `damage`, `together` and `questions`. This page is written by `python
 benchmarks/robustness.py page --out DIR`. Short versions run with the tests (`tests/robustness`,
-`tests/files/test_odd_captures.py`, `tests/store/checking/test_store_damage.py`,
+`tests/files/test_odd_captures.py`, `tests/store/test_store_damage.py`,
 `tests/store/connection/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
 `tests/cli/test_cli_waiting.py`). The tables count the cases that were run. A target with more cases
 than were run is listed as not met. The databases are learned from the sample data."""

@@ -156,7 +156,7 @@ def _read_cfg(data: bytes, _place: Place) -> object:
 
 def _read_motion_grammar(data: bytes, place: Place) -> object:
     """Read a motion grammar from a file, check it, and ask what may come."""
-    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.database.scenes.scene_texts import read_grammar
     from motiondb.scene.services import services
 
     grammar = read_grammar(_file(data, place, "odd.grammar"))
@@ -176,7 +176,7 @@ def _read_tactics(data: bytes, place: Place) -> object:
 
 def _read_actions(data: bytes, _place: Place) -> object:
     """Validate a string of actions, and ask what may follow it."""
-    from motiondb.database.scenes.scene_files import read_grammar
+    from motiondb.database.scenes.scene_texts import read_grammar
     from motiondb.scene.services import services
 
     grammar, actions = read_grammar("basketball"), _text(data).split()

@@ -22,12 +22,10 @@ def _examine_rescued(place: Path) -> list[str]:
 def _check(path: Path) -> list[str]:
     """What ``motiondb check`` finds, in this process."""
     from motiondb import store
-    from motiondb.store.checking.blocks import find_damage
+    from motiondb.database.checking import check
 
     with store.open_store(path, read_only=True, wait=60.0) as opened:
-        faults = store.check_store(opened, sources=True, blocks=False)
-    damage = find_damage(path)
-    return faults + ([damage] if damage else [])
+        return check(opened)
 
 
 def row_sums(place: Path) -> dict[str, str]:

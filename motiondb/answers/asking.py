@@ -11,15 +11,15 @@ from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation.decoding import Decoding
 from motiondb.records import Match
+from motiondb.search.chances import WordSource
 from motiondb.search.explained_answer import Explanation
-from motiondb.search.word_sources import WordSource
 
 if TYPE_CHECKING:
     from motiondb.language.question.known import KnownQuestion
-    from motiondb.search.described_motion import Description
-    from motiondb.search.example_answers import ExampleAnswer
-    from motiondb.search.taking import Taking
-    from motiondb.search.word_answers import WordAnswer
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.search.described import Description
+    from motiondb.search.unknown_words import Taking
 
 
 @dataclass(frozen=True)

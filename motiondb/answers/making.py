@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from motiondb.answers.asking import UnderstoodQuestion, WordProbability
-from motiondb.search.word_sources import WordSource
+from motiondb.search.chances import WordSource
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,16 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
 from motiondb.records import Match, Motion
+from motiondb.search.asked_words import (
+    find_written,
+    learned_words,
+    with_replaced,
+    written_words_of,
+)
+from motiondb.search.by_words import WordAnswer, search_words, with_takings
+from motiondb.search.chances import word_sources
 from motiondb.search.explained_answer import ExplainedWord
-from motiondb.search.taken_words import add_written, leave_unknown, replace_unknown, take_unknown
-from motiondb.search.word_answers import WordAnswer, search_words, with_takings
-from motiondb.search.word_sources import word_sources
-from motiondb.search.written_words import LearnedWithWritten, written_words
+from motiondb.search.unknown_words import leave_unknown, unknown_words, with_likeliest
 
 if TYPE_CHECKING:
     from motiondb.pictures import Timeline
@@ -37,17 +42,22 @@ def search(
     """The answer to a question in words, as ``MotionDB.search`` gives it."""
     with session.reading():
         allowed, learned = allowed_captures(session, where, exact), session.searchable
+        table = nearby_table()
+        asked = learned_words(learned)
         if not by_symbols:  # captions hold words, not symbols
-            learned = add_written(
+            asked = written_words_of(
                 learned,
                 words,
-                lambda: session.kept("written_words", lambda: written_words(session.searchable)),
-                None if exact else nearby_table(),
+                lambda: session.kept("written_words", lambda: find_written(session.searchable)),
+                None if exact else table,
             )
-        replacing = leave_unknown if exact else replace_unknown if by_symbols else take_unknown
-        seen, takings = replacing(learned, words, nearby_table())
+        takings = (leave_unknown if exact else unknown_words)(learned, words, table, asked.added)
+        if by_symbols:
+            asked = learned_words(with_likeliest(learned, takings))
+        else:
+            asked = with_replaced(asked, takings)
         answer = search_words(
-            seen,
+            asked,
             words,
             allowed,
             limit,
@@ -57,11 +67,7 @@ def search(
         )
         answer = with_takings(answer, takings)
         behind = [word for taking in answer.taken.values() for word, _ in taking.words]
-        return replace(
-            answer,
-            sources=(*answer.sources, *word_sources(learned, behind)),
-            written=learned.added_words if isinstance(learned, LearnedWithWritten) else (),
-        )
+        return replace(answer, sources=(*answer.sources, *word_sources(learned, behind)))
 
 
 def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:

@@ -17,14 +17,14 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file
 from motiondb.language.synonyms import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 from motiondb.store import Provenance, Store
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import ShownActivity, ShownSegment
-    from motiondb.database.catalogue import cataloguing, importing
+    from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.session import Session
-    from motiondb.search.duplicates import DuplicateGroup
+    from motiondb.search.copies import DuplicateGroup
 
 
 class Captures:
@@ -75,18 +75,18 @@ class Captures:
         MotionDBError
             When there are no captures to add, or a sheet cannot be read.
         """
-        from motiondb.database.catalogue import added_sheets, cataloguing
+        from motiondb.database.catalogue import cataloguing, sheets
         from motiondb.files.sheets import read_event_sheet, read_sheet
 
-        sheets = added_sheets.Sheets(
+        given = sheets.Sheets(
             read_sheet(words) if words is not None else None,
             read_event_sheet(events) if events is not None else None,
         )
         return cataloguing.add_captures(
-            self.store, Path(folder), sheets, settings or cataloguing.AddSettings(), progress
+            self.store, Path(folder), given, settings or cataloguing.AddSettings(), progress
         )
 
-    def import_words(self, sheet: str | Path) -> importing.ImportReport:
+    def import_words(self, sheet: str | Path) -> sheets.ImportReport:
         """Replace words and tags by those of a sheet; captures without words in it keep theirs.
 
         Parameters
@@ -94,11 +94,11 @@ class Captures:
         sheet : str or Path
             TSV or CSV.
         """
-        from motiondb.database.catalogue import importing
+        from motiondb.database.catalogue import sheets
 
-        return importing.import_words(self.store, sheet)
+        return sheets.import_words(self.store, sheet)
 
-    def import_events(self, sheet: str | Path) -> importing.EventReport:
+    def import_events(self, sheet: str | Path) -> sheets.EventReport:
         """Replace the events of the captures that a sheet names.
 
         Parameters
@@ -106,9 +106,9 @@ class Captures:
         sheet : str or Path
             TSV or CSV.
         """
-        from motiondb.database.catalogue import importing
+        from motiondb.database.catalogue import sheets
 
-        return importing.import_events(self.store, sheet)
+        return sheets.import_events(self.store, sheet)
 
     def check_name_free(self, name: str) -> None:
         """Refuse a name that a capture has already.
@@ -220,7 +220,7 @@ class Captures:
         where : str
             Filter on the catalogue; groups with at least one such capture are returned.
         """
-        from motiondb.search.duplicates import group_duplicates
+        from motiondb.search.copies import group_duplicates
 
         with self.session.reading():
             durations = {info.name: info.duration for info in self.captures()}

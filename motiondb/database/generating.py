@@ -21,11 +21,11 @@ from motiondb.database.generated_files import (
 )
 from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
+from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import (
     MadeMotion,
     make_motion,
 )
-from motiondb.generate.segment_material import Takes
 from motiondb.generate.sentence_plan import speed_of
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.language.question.known import KnownQuestion, hinted, with_hints
@@ -33,9 +33,15 @@ from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.search.taken_words import leave_unknown, nearest_suggested, replace_unknown
-from motiondb.search.taking import Taking, hints_of
-from motiondb.search.word_sources import WordSource, word_sources
+from motiondb.search.chances import WordSource, word_sources
+from motiondb.search.unknown_words import (
+    Taking,
+    hints_of,
+    leave_unknown,
+    nearest_suggested,
+    unknown_words,
+    with_likeliest,
+)
 
 MOST_VARIANTS = 100  # Motions of one sentence that are made at once
 MOST_TRIES = 2
@@ -200,7 +206,8 @@ def generate(
     with session.reading():
         takes = Takes(session.features, session.motions.motion)
         if exact:
-            learned, takings = leave_unknown(session.learned, words, nearby_table())
+            learned = session.learned
+            takings = leave_unknown(learned, words, nearby_table())
             instead: dict[str, str] = {}
         else:
             learned, takings, instead = _replace_unknown(session.learned, words, anyway)
@@ -269,16 +276,15 @@ def _replace_unknown(
     known word.
     """
     try:
-        replaced, takings = replace_unknown(learned, words, nearby_table())
+        takings = unknown_words(learned, words, nearby_table())
     except QueryError:
         instead = nearest_suggested(learned, words, nearby_table()) if anyway else {}
         if not instead:
             raise
         return replace(learned, synonyms={**learned.synonyms, **instead}), {}, instead
     speeds = {word for word in takings if speed_of(word)}
-    synonyms = {w: s for w, s in replaced.synonyms.items() if w not in speeds}
     kept = {word: taking for word, taking in takings.items() if word not in speeds}
-    return replace(replaced, synonyms=synonyms), kept, {}
+    return with_likeliest(learned, kept), kept, {}
 
 
 def _to_generated(

@@ -1,4 +1,4 @@
-"""The database as its users know it: one class, one method for each verb."""
+"""The database as its users know it: one method for each verb, on captures in its base class."""
 
 from __future__ import annotations
 
@@ -15,12 +15,9 @@ from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.learn.learned import Learned
 from motiondb.records import Caption, CaptureInfo, Motion
-from motiondb.search import (
-    described_motion,
-    example_answers,
-    word_answers,
-)
-from motiondb.search.word_sources import WordSource, why_unchecked, word_sources
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import WordAnswer
+from motiondb.search.chances import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
@@ -31,6 +28,8 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
     from motiondb.learn.symbol_fitting import LearnSettings, Progress
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.described import Description
 
 
 class MotionDB(Captures):
@@ -231,7 +230,7 @@ class MotionDB(Captures):
         by_symbols: bool = False,
         written: bool = True,
         exact: bool = False,
-    ) -> word_answers.WordAnswer:
+    ) -> WordAnswer:
         """Find the intervals that show the actions of a question, best first.
 
         Parameters
@@ -267,7 +266,7 @@ class MotionDB(Captures):
         limit: int = 10,
         meaning: bool | None = None,
         exact: bool = False,
-    ) -> example_answers.ExampleAnswer:
+    ) -> ExampleAnswer:
         """Find the intervals that move like an example, best first.
 
         Parameters
@@ -296,16 +295,18 @@ class MotionDB(Captures):
         QueryError
             When there is no such capture, or the filter cannot be read.
         """
+        from motiondb.search.by_example import search_motion
+
         with self.session.reading():
             motion = self.motion(example, start, end)
             allowed = asking.allowed_captures(self.session, where, exact)
-            return example_answers.search_motion(
+            return search_motion(
                 self.searchable, self.session.features, motion, allowed, limit, meaning
             )
 
     def describe(
         self, example: str | Path | Motion, start: float | None = None, end: float | None = None
-    ) -> tuple[described_motion.Description, ...]:
+    ) -> tuple[Description, ...]:
         """The words of a motion over time, with probabilities.
 
         Parameters
@@ -324,8 +325,10 @@ class MotionDB(Captures):
         QueryError
             When there is no such capture.
         """
+        from motiondb.search.described import describe
+
         with self.session.reading():
-            return described_motion.describe(self.learned, self.motion(example, start, end))
+            return describe(self.learned, self.motion(example, start, end))
 
     def word_sources(self, words: Iterable[str]) -> tuple[WordSource, ...]:
         """The captions from which some words were learned; empty without a start.
@@ -349,7 +352,7 @@ class MotionDB(Captures):
             Words that were learned; others are left out.
         """
         asked = list(words)
-        return why_unchecked(self.learned, asked) if asked else ""
+        return why_unchecked(learned_words(self.learned), asked) if asked else ""
 
     def vocabulary(self) -> tuple[str, ...]:
         """The words that were learned; word numbers count from 0 in this order."""
@@ -393,7 +396,7 @@ class MotionDB(Captures):
 
     def draw_matches(
         self,
-        answer: word_answers.WordAnswer | example_answers.ExampleAnswer,
+        answer: WordAnswer | ExampleAnswer,
         path: str | Path,
         title: str = "",
         example: Motion | None = None,
@@ -418,9 +421,7 @@ class MotionDB(Captures):
         """
         return asking.draw_matches(self.session, answer.matches, path, title, example)
 
-    def draw_reasons(
-        self, answer: word_answers.WordAnswer, path: str | Path, title: str = ""
-    ) -> Path:
+    def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
         """Draw the best match over a timeline of contributions for each word, as PNG.
 
         Parameters
@@ -541,7 +542,9 @@ class MotionDB(Captures):
 
     def check(self) -> list[str]:
         """Faults of the store, none in a sound one."""
-        return store.check_store(self.store, sources=True)
+        from motiondb.database.checking import check
+
+        return check(self.store)
 
     def info(self) -> DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""

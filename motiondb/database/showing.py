@@ -23,11 +23,12 @@ from motiondb.answers.catalogue import (
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.database.asking import unlearned_captures
 from motiondb.database.learn.knowledge import start_facts
+from motiondb.database.learned_grammar import load_learned_grammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, SegmentTable
-from motiondb.search.described_motion import describe
+from motiondb.search.described import describe
 from motiondb.symbols.activities import find_activities
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def describe_capture(session: Session, name: str) -> dict[str, Any]:
         derivation = store.load_derivation(session.store, info.capture_id)
         if derivation is not None:
             facts["grammar"] = derivation.grammar
-            learned = store.load_grammar(session.store, derivation.grammar)
+            learned = load_learned_grammar(session.store, derivation.grammar)
             string = derive_by(learned.grammar, derivation.rules).leaves()
             facts["string"] = " ".join(string)
     if store.is_learned(session.store):

@@ -37,7 +37,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import RELATED, said_words
 from motiondb.records import FloatArray, IntArray
 
-NEIGHBOURS = 10  # Number of neighbouring captures. The first measurements compared ten; not tuned
+NEIGHBOURS = 10  # Number of neighbouring captures
 SMALL = 0.03  # The share of one in about thirty neighbours; below it a word counts as absent
 MOST_RIVALRY = 16.0
 """Nats a second beyond which r is no larger, so that it weighs no more than the evidence of the
@@ -82,10 +82,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
 def neighbour_gain(
     others: DescribedSegments, capture: int, vectors: FloatArray, asked: Collection[int]
 ) -> FloatArray:
-    """Gain q of every segment of a capture: array (segments,), at most about 3.5 nats.
-
-    Shapes: `vectors` (segments, values).
-    """
+    """Gain q of `vectors` (segments, values) of a capture: array (segments,), up to 3.5 nats."""
     kept = others.captures != capture
     if not kept.any() or not asked:
         return np.zeros(len(vectors))
@@ -104,9 +101,7 @@ def neighbour_gain(
 
 
 def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
-    """Return words that mostly occur in the same captures as one of some words, and these words.
-
-    Shapes: `says` (captures, words).
+    """Words that mostly occur in the same captures as one of some words, and these words.
 
     >>> sorted(related_words(np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]), [1]))
     [0, 1]
@@ -122,9 +117,7 @@ def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
 
 
 def rival_gain(evidence: FloatArray, asked: Collection[int], rivals: Collection[int]) -> FloatArray:
-    """Gain r of every segment: array (segments,), nats a second.
-
-    Shapes: `evidence` (segments, words).
+    """Gain r of every segment, nats a second: (segments,), from `evidence` (segments, words).
 
     >>> rival_gain(np.array([[3.0, 1.0, -2.0], [1.0, -1.0, -2.0]]), [0], [1, 2]).tolist()
     [2.0, 1.0]

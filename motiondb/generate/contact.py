@@ -29,10 +29,7 @@ FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"
 
 
 def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
-    """Detect which foot is on the ground: array (frames, 2), left and right.
-
-    Shapes: `positions` (frames, 21, 3).
-    """
+    """Which foot, left or right, is on the ground: array (frames, 2); positions (frames, 21, 3)."""
     contacts = np.zeros((len(positions), 2), dtype=bool)
     for foot, side in enumerate("lr"):
         ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
@@ -43,10 +40,7 @@ def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
 
 
 def foot_heights(positions: FloatArray) -> FloatArray:
-    """Height of the feet above the ground: array (frames, 2), metres; 0 in a flat stance.
-
-    Shapes: `positions` (frames, 21, 3).
-    """
+    """Height of the feet over the ground: array (frames, 2), m, of positions (frames, 21, 3)."""
     ankles, toes = positions[:, FEET[::2], 1], positions[:, FEET[1::2], 1]
     return np.minimum(ankles - body.ANKLE_HEIGHT, toes - TOE_HEIGHT)
 
@@ -81,7 +75,7 @@ def lock_feet(
 ) -> Motion:
     """Hold the feet in place while they are in contact; bone lengths do not change.
 
-    Shapes: `free` (frames,); `contacts` (frames, 2).
+    Never at frames that are `free` (frames,); `contacts` (frames, 2) adds to those detected.
     """
     if motion.n_frames < 3:
         return motion
@@ -164,7 +158,7 @@ def _fade(moved: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
 
 
 def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames (chosen by hand)."""
+    """Close gaps of up to 2 frames and drop contacts of fewer than 4 frames."""
     steady = contact.copy()
     for start, end in runs(~contact):
         if end - start <= 2 and start > 0 and end < len(contact):

@@ -46,9 +46,7 @@ class Loop:
 
 
 def self_difference(poses: FloatArray, longest: int) -> FloatArray:
-    """Compute D(T) for the lags T = 0, 1, ..., longest: array (longest + 1,).
-
-    Shapes: `poses` (frames, values).
+    """D(T) for the lags T = 0, 1, ..., longest: array (longest + 1,); `poses` (frames, values).
 
     >>> wave = np.sin(2 * np.pi * np.arange(40) / 10)[:, None]
     >>> self_difference(wave, 10).round(2)[[0, 5, 10]]
@@ -62,9 +60,7 @@ def self_difference(poses: FloatArray, longest: int) -> FloatArray:
 
 
 def find_period(poses: FloatArray, periodic: float = PERIODIC) -> int | None:
-    """Find the period of a movement in frames; None if it is not periodic.
-
-    Shapes: `poses` (frames, values).
+    """The period of a movement in frames, None without one; `poses` (frames, values).
 
     >>> wave = np.sin(2 * np.pi * np.arange(80) / 20)[:, None]
     >>> find_period(wave), find_period(np.linspace(0, 1, 80)[:, None])
@@ -85,9 +81,7 @@ def find_period(poses: FloatArray, periodic: float = PERIODIC) -> int | None:
 def best_loop(
     edges: FloatArray, shortest: int, missing: tuple[float, float] | None = None
 ) -> Loop | None:
-    """Find the loop of least cost; None if there is none.
-
-    Shapes: `edges` (frames + 1, values).
+    """The loop of least cost, None if there is none; `edges` (frames + 1, values).
 
     >>> loop = best_loop(np.sin(2 * np.pi * np.arange(31) / 10)[:, None], 8)
     >>> loop.length, round(loop.cost, 6)
@@ -127,9 +121,9 @@ def repeat(first: int, behind: int, loop: Loop, times: int) -> list[tuple[int, i
 
 
 def calmest_phase(poses: FloatArray, period: int) -> int:
-    """Find the frame of the first period at which the movement is slowest, averaged over periods.
+    """The frame of the first period at which the movement is slowest, averaged over periods.
 
-    Shapes: `poses` (frames, values).
+    `poses` (frames, values).
 
     >>> calmest_phase(np.cos(2 * np.pi * (np.arange(60) - 4) / 20)[:, None], 20) in (4, 14)
     True

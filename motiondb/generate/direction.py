@@ -22,8 +22,7 @@ punch            (:mod:`motiondb.generate.occurrences`)
 ===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
-amounts were chosen by hand; they are well above the sway of a standing person, and a running
-person's pelvis is not aloft.
+amounts are well above the sway of a standing person, and a running person's pelvis is not aloft.
 """
 
 from __future__ import annotations
@@ -116,7 +115,7 @@ def say_not_gone(direction: str) -> str:
 def progress(path: FloatArray, direction: str) -> FloatArray:
     """Distance moved in a direction up to each frame, in full amounts: array (frames,).
 
-    Shapes: `path` (frames, 4 or more).
+    `path` (frames, 4 or more): the columns of ``measured_track``.
 
     >>> path = np.zeros((31, 4)); path[:, 2] = 0.5
     >>> [float(progress(path, word)[-1].round(3)) for word in ("forward", "backward")]
@@ -151,8 +150,6 @@ def gone(path: FloatArray, direction: str) -> float:
 
     What stops is at rest in the end, and what starts is at rest in the beginning; so these compare
     the last or first frame with the frame of most speed.
-
-    Shapes: `path` (frames, 4 or more).
     """
     if not len(path):
         return 0.0
@@ -167,11 +164,7 @@ def gone(path: FloatArray, direction: str) -> float:
 
 
 def furthest_part(path: FloatArray, direction: str, longest: int) -> tuple[int, int]:
-    """Return the shortest part that travels nearly as far as any part of ``longest`` frames.
-
-    Its first frame and last frame + 1.
-
-    Shapes: `path` (frames, 4 or more).
+    """The shortest part, [first, behind), that travels nearly as far as any of ``longest`` frames.
 
     >>> path = np.zeros((120, 4)); path[:, 0] = [1.0] * 40 + [0.5] * 40 + [1.0] * 40
     >>> furthest_part(path, "up", 120)

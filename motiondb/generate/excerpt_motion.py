@@ -7,45 +7,47 @@ Notation: action k has candidates i, excerpts with cuts moved by some frames. Dy
 
 where the target cost is minus the score of the excerpt, and for "slowly" and "fast" a cost of the
 distance from the speed that is asked for. Choice 0 is that sequence. Choice c > 0 prefers place c
-of each action (:mod:`motiondb.generate.excerpt_places`), counted modulo their number:
+of each action (:mod:`motiondb.generate.excerpts`), counted modulo their number:
 the place is made as good as the best one, and excerpts of other places cost ``OTHER_PLACE`` more.
+
+Tempo: frame t of the result is frame r t of the source, so that a rate r > 1 is faster; path values
+that are speeds are multiplied by r. The *speed* of a motion is the mean speed of its joints in the
+world, metres a second on the standard body. A rate is *natural* if the resulting speed lies within
+the speeds of recorded motions of the same action.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body import pose_vectors
-from motiondb.generate import contact, stitching, tempo
+from motiondb.body import pose_vectors, retarget, rotation
+from motiondb.generate import contact, stitching
 from motiondb.generate.action_sources import ActionSources
-from motiondb.generate.directed_excerpts import (
+from motiondb.generate.direction import ONCE, gone
+from motiondb.generate.excerpts import (
     DIRECTION_WEIGHT,
+    LONGEST,
     NOT_DONE,
     REACHED,
-    complete,
-    direct,
-)
-from motiondb.generate.direction import ONCE, gone
-from motiondb.generate.excerpt_places import number_places
-from motiondb.generate.excerpts import (
-    LONGEST,
     SHORTEST,
     Excerpt,
     Layout,
     Movement,
+    complete,
+    direct,
     find_excerpts,
     lay_out,
+    number_places,
     occurrences_in,
     recount,
 )
+from motiondb.generate.material import Material, SequenceMotion, Takes, gather, pose_vectors_of
 from motiondb.generate.occurrences import measured_track
-from motiondb.generate.segment_material import Takes, pose_vectors_of
 from motiondb.generate.sentence_plan import PlannedAction
-from motiondb.generate.sequence_motion import SequenceMotion
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
@@ -65,6 +67,11 @@ LEAST_FRAMES = 15
 """Smallest bound on the length of an excerpt, frames (0.5 s), however short the requested
 duration."""
 LEAST_CHANGE = 0.02  # Smallest relative change of the tempo that is made
+SLOW_SHARE, FAST_SHARE = 0.15, 0.85
+"""Quantiles of the recorded speeds that "slowly" and "fast" ask for."""
+MOST_CHANGE = 1.4
+"""Largest factor by which a recorded motion is played faster or slower. Beyond it jumps look as if
+gravity had changed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,15 +100,11 @@ class ExcerptMotion:
 
 
 @dataclass(frozen=True, eq=False)
-class _Material:
-    """Captures as paths, measured tracks, pose vectors and edges, all at their own tempo."""
+class _Material(Material):
+    """Captures as paths and pose vectors with what excerpts are compared by."""
 
-    motions: Mapping[int, Motion]
-    tracks: Mapping[int, FloatArray]
-    paths: Mapping[int, tuple[FloatArray, FloatArray]]
-    means: FloatArray
-    vectors: Mapping[int, FloatArray]
-    scale: FloatArray
+    tracks: Mapping[int, FloatArray]  # Capture -> measured track: array (frames, 10)
+    scale: FloatArray  # (values,): standard deviations of the pose vectors
 
 
 def excerpt_motion(
@@ -112,7 +115,7 @@ def excerpt_motion(
 ) -> ExcerptMotion:
     """Make a motion that shows actions in order."""
     likely = [_likely(each) for each in actions]
-    material = _gather(takes, sorted({e.capture for each in likely for e in each}))
+    material = _gather(takes, {e.capture for each in likely for e in each})
     directed = [_direct(material, of, each) for of, each in zip(actions, likely)]
     excerpts = [each for each, _ in directed]
     speeds = [_speeds(material, each) for each in excerpts]
@@ -140,7 +143,7 @@ def excerpt_motion(
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
-            sources[key] = tempo.resample(*material.paths[excerpt.capture], one.rate)
+            sources[key] = resample(*material.paths[excerpt.capture], one.rate)
             origins[key] = (excerpt.capture, one.rate)
         pieces += [stitching.Piece(key, a, b) for a, b in one.layout.parts]
         lengths.append(one.layout.n_frames)
@@ -245,19 +248,17 @@ def _direct(
     return directed, honoured
 
 
-def _gather(takes: Takes, captures: Sequence[int]) -> _Material:
-    motions = {c: takes.motion(c) for c in captures}
-    paths = {c: pose_vectors.to_path(m) for c, m in motions.items()}
-    means = pose_vectors.mean_rotations(np.concatenate([turned for _, turned in paths.values()]))
-    vectors = {c: pose_vectors_of(paths[c], means) for c in captures}
-    scale = np.concatenate(list(vectors.values())).std(axis=0) + 1e-6
-    tracks = {c: measured_track(m) for c, m in motions.items()}
-    return _Material(motions, tracks, paths, means, vectors, scale)
+def _gather(takes: Takes, captures: Iterable[int]) -> _Material:
+    """The material of some captures, with measured tracks."""
+    base = gather(takes, captures)
+    scale = np.concatenate(list(base.vectors.values())).std(axis=0) + 1e-6
+    tracks = {c: measured_track(m) for c, m in base.motions.items()}
+    return _Material(**vars(base), tracks=tracks, scale=scale)
 
 
 def _speeds(material: _Material, excerpts: Sequence[Excerpt]) -> FloatArray:
     """Mean speed of the joints of every excerpt: array (excerpts,), m/s."""
-    of = {c: tempo.joint_speeds(material.motions[c]) for c in {e.capture for e in excerpts}}
+    of = {c: joint_speeds(material.motions[c]) for c in {e.capture for e in excerpts}}
     return np.array([float(of[e.capture][e.start : e.end].mean()) for e in excerpts])
 
 
@@ -265,7 +266,7 @@ def _speed_costs(action: PlannedAction, speeds: FloatArray) -> FloatArray:
     """Cost of the distance from the speed that is asked for: array (excerpts,)."""
     if not action.speed:
         return np.zeros(len(speeds))
-    wanted = tempo.wanted_speed(speeds, action.speed == "fast")
+    wanted = wanted_speed(speeds, action.speed == "fast")
     return SPEED_WEIGHT * np.abs(np.log(np.maximum(speeds, 1e-3) / max(wanted, 1e-3)))
 
 
@@ -302,10 +303,7 @@ def _edges(material: _Material, capture: int) -> FloatArray:
 
 
 def edges_of(vectors: FloatArray, scale: FloatArray) -> FloatArray:
-    """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values).
-
-    Shapes: `vectors` (frames, values); `scale` (values,).
-    """
+    """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values)."""
     extended = np.concatenate([vectors, vectors[-1:]])
     speed = np.diff(extended, axis=0, prepend=extended[:1])[:, 4:] / scale[4:] * 5.0
     return np.concatenate([extended / scale, speed], axis=1) / np.sqrt(vectors.shape[1])
@@ -323,14 +321,14 @@ def _lay_out(
     if action.speed:
         speed = float(_speeds(material, [excerpt])[0])
         fast = action.speed == "fast"
-        wanted = tempo.wanted_speed(speeds, fast)
-        rate = tempo.natural_rate(speed, wanted, speeds, fast)
+        wanted = wanted_speed(speeds, fast)
+        rate = natural_rate(speed, wanted, speeds, fast)
         rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
         range_of = (speed, float(speeds.min()), float(speeds.max()))
     vectors = material.vectors[excerpt.capture]
     span = excerpt.start, excerpt.end
     if rate != 1.0:
-        path = tempo.resample(*material.paths[excerpt.capture], rate)
+        path = resample(*material.paths[excerpt.capture], rate)
         vectors = pose_vectors_of(path, material.means)
         span = round(span[0] / rate), min(round(span[1] / rate), len(vectors))
     movement = Movement(
@@ -341,3 +339,49 @@ def _lay_out(
     )
     layout = lay_out(action, span, movement)
     return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)
+
+
+def joint_speeds(motion: Motion) -> FloatArray:
+    """Mean speed of the joints at every frame: array (frames,), metres a second."""
+    positions, _ = retarget.motion_positions(motion)
+    if len(positions) < 2:
+        return np.zeros(len(positions))
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=-1).mean(axis=1) * MOTION_FPS
+    return np.append(steps, steps[-1])
+
+
+def wanted_speed(speeds: FloatArray, fast: bool) -> float:
+    """Speed that "fast" or "slowly" asks for, among the recorded speeds of the action.
+
+    >>> wanted_speed(np.array([1.0, 2.0, 3.0]), True)
+    2.7
+    """
+    return round(float(np.quantile(speeds, FAST_SHARE if fast else SLOW_SHARE)), 9)
+
+
+def natural_rate(speed: float, wanted: float, speeds: FloatArray, fast: bool) -> float:
+    """Playback rate at which a motion has a requested speed, within the range of recorded speeds.
+
+    A motion that is fast enough is not slowed down where it is to be fast, and the other way round.
+
+    >>> natural_rate(1.0, 1.3, np.array([0.8, 1.2]), True)
+    1.2
+    >>> natural_rate(1.5, 1.3, np.array([0.8, 1.5]), True)
+    1.0
+    """
+    wanted = float(np.clip(wanted, speeds.min(), speeds.max()))
+    rate = wanted / max(speed, 1e-6)
+    rate = max(rate, 1.0) if fast else min(rate, 1.0)
+    return float(np.clip(rate, 1.0 / MOST_CHANGE, MOST_CHANGE))
+
+
+def resample(path: FloatArray, rotations: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    """Play a path (frames, 4) and its rotations (frames, joints, 4) at another rate."""
+    times = np.arange(0.0, len(path) - 1 + 1e-9, rate)
+    low = np.minimum(times.astype(np.int64), max(len(path) - 2, 0))
+    share = times - low
+    high = np.minimum(low + 1, len(path) - 1)
+    values = path[low] * (1.0 - share[:, None]) + path[high] * share[:, None]
+    values[:, 1:] *= rate
+    weights = np.repeat(share[:, None], rotations.shape[1], axis=1)
+    return values, rotation.slerp(rotations[low], rotations[high], weights)

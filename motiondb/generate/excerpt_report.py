@@ -61,10 +61,7 @@ def report_excerpt(
 
 
 def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
-    """The count that was asked for, if another one is measured in the motion.
-
-    Shapes: `track` (frames, 10).
-    """
+    """The count that was asked for, if another one is measured in the motion."""
     times = shown.action.times
     word = counted_word(shown.action)
     if times is None or word is None:

@@ -21,10 +21,9 @@ from motiondb.generate.excerpt_report import (
     report_excerpt,
     segments_of,
 )
+from motiondb.generate.material import SequenceMotion, Takes
 from motiondb.generate.occurrences import measured_track
-from motiondb.generate.segment_material import Takes
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
-from motiondb.generate.sequence_motion import SequenceMotion
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.symbol_motion import symbol_motion
 from motiondb.language.lemmas import VERBS
@@ -285,9 +284,8 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
     ]
     actions = tuple(words for words in known if words)
     made_of_symbols = symbol_motion(learned, takes, actions)
-    frames = np.bincount(
-        made_of_symbols.plan.positions, weights=made_of_symbols.made.lengths
-    ).astype(int)
+    lengths = made_of_symbols.made.lengths
+    frames = np.bincount(made_of_symbols.positions, weights=lengths).astype(int)
     ends = np.cumsum([0, *frames])
     asked = [
         Asked(action.groups, action.excluded, int(a), int(b))
@@ -299,9 +297,9 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
     left = [one for action in wanted.actions for one in _not_by_symbols(action)]
     return MadeMotion(
         made_of_symbols.made,
-        made_of_symbols.plan.symbols,
-        made_of_symbols.plan.positions,
-        made_of_symbols.plan.actions,
+        made_of_symbols.symbols,
+        made_of_symbols.positions,
+        actions,
         made_of_symbols.decodings,
         made_of_symbols.recognised,
         wanted.question,

@@ -12,8 +12,8 @@ punch               a time in which a hand is far from its shoulder, not lower t
                     that began quickly
 ==================  =============================================================================
 
-Times of both limbs that overlap are one occurrence. The limits were chosen by hand, with a look at
-kicks and punches of six captures of CMU.
+Times of both limbs that overlap are one occurrence. The limits were set on kicks and punches of six
+captures of CMU.
 """
 
 from __future__ import annotations
@@ -74,8 +74,6 @@ def measured_track(motion: Motion) -> FloatArray:
 def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """First frame and last frame + 1 of each occurrence, in the order of time.
 
-    Shapes: `track` (frames, 10).
-
     >>> height = np.full((90, 1), 0.9); height[20:30] = height[60:70] = 1.1
     >>> find_occurrences(height, "jump")
     [(20, 30), (60, 70)]
@@ -112,10 +110,7 @@ def _begun(extended: NDArray[np.bool_], speeds: FloatArray) -> NDArray[np.bool_]
 
 
 def _is_hop(feet: FloatArray, flight: tuple[int, int]) -> bool:
-    """Whether both feet leave the ground, and one that it began on is the first to land.
-
-    Shapes: `feet` (frames, 2).
-    """
+    """Whether both `feet` (frames, 2) leave the ground, and one that it began on lands first."""
     down = feet <= MAX_HEIGHT
     first, last = max(flight[0] - NEAR_GROUND, 0), flight[1] + NEAR_GROUND
     up = list(runs(np.asarray(~down[first:last].any(axis=1))))

@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.generate.directed_excerpts import REACHED
 from motiondb.generate.direction import gone, say_not_gone
+from motiondb.generate.excerpts import REACHED
 from motiondb.generate.occurrences import measured_track
 from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import (

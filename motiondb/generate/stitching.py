@@ -1,8 +1,8 @@
-"""Motion from recorded segments that follow a trajectory: selection and blending.
+"""Motion from recorded segments, one after the other: selection and blending.
 
-Notation: position k of the symbol sequence has candidates i, real segments of that symbol, with
+Notation: position k of a sequence has candidates i, recorded segments, with
 
-    target cost  t_k(i)     distance of the segment from its part of the trajectory (and the words)
+    target cost  t_k(i)     how badly the segment shows what the position asks for
     join cost    j(i, i')   |continuation of i - entry of i'|^2, between poses and velocities
 
 where the continuation of i is the pose that follows in its own capture, so that the join cost of a
@@ -25,8 +25,8 @@ from motiondb.records import FloatArray, IntArray
 BLEND_FRAMES = 10  # Frames (1/3 s) of a cross-fade of similar poses
 MOST_BLEND_FRAMES = 30  # Frames (1 s) of a cross-fade of poses that are far apart
 AGAIN_COST = 10.0
-"""Cost of playing frames of the previous segment again. Chosen by hand: larger than that of
-poses that do not fit."""
+"""Cost of playing frames of the previous segment again: larger than that of poses that do not
+fit."""
 NEAR, FAR = 0.15, 0.6
 """Mean angles of the joints, radians, between poses that are similar and that are far apart:
 standing and walking, standing and sitting."""

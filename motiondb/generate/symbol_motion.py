@@ -1,35 +1,61 @@
-"""Motion from the symbols of a sentence: trajectories of the HMMs, and frames drawn from them.
+"""Motion from the symbols of a sentence: the most probable trajectory of their HMMs.
 
-Methods: ``trajectory`` (the most probable smooth trajectory) and ``montecarlo`` (every frame drawn
-by itself, as paper A prints it). Neither supports durations, counts or speeds; these are reported
-as not used.
+Symbols. Every action is decoded in turn, for its duration. Captions speak of whole captures, so
+t(word | symbol) alone cannot tell the jump from the standing before it. It is therefore replaced by
+a measure of how clearly a symbol's own segments show the action and nothing else, combined with t.
+The number of symbols of an action follows from its duration in captures and the durations of the
+symbols that show it.
 
-A generated motion is recognised like a new capture, from its movement alone. Where the
-words of an action are not recognised in its part, the motion is made again without the symbol that
-shows the action least (``generate.clarity``).
+Clarity: p_r(w) the probability that segment r shows word w; A the requested words. A segment that
+shows a kick and a handstand is a worse example of "kick" than one that shows a kick alone, so
+
+    c_r(w) = p_r(w) [prod_{v not in A} (1 - p_r(v))]^h,    w in A.
+
+For h = 1 this is the probability that the word is shown and no other, if words are independent.
+They are not: a motion of sitting on a stool shows "stool" too. Hence the exponent h < 1. The
+clarity of a symbol is the geometric mean of two means over its segments: over all of them, and over
+the few clearest.
+
+Motion. A symbol's HMM sees whitened features, from which there is no way back to rotations. So the
+frames of a symbol's segments are divided among its states by the most probable path, and a second
+HMM with the same states is fitted to pose vectors (:mod:`motiondb.body.pose_vectors`), from which a
+motion can be made. Durations, counts and speeds are not supported.
+
+A generated motion is recognised like a new capture, from its movement alone. Where the words of an
+action are not recognised in its part, the motion is made again without the symbol that shows the
+action least clearly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from motiondb.body import pose_vectors
 from motiondb.body.features import FEATURE_STEP
-from motiondb.generate import clarity
-from motiondb.generate.action_symbols import decode_actions, word_numbers
-from motiondb.generate.segment_material import Takes, gather_material
-from motiondb.generate.sequence_motion import SequenceMotion, SymbolPlan, model_motion
+from motiondb.errors import QueryError
+from motiondb.generate import trajectory
+from motiondb.generate.contact import lock_feet
+from motiondb.generate.material import Material, SequenceMotion, Takes, gather
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import recognise
-from motiondb.records import FloatArray, IntArray, Motion
+from motiondb.learn.recognition import Place, decode, recognise
+from motiondb.records import MOTION_FPS, Association, FloatArray, IntArray, Motion, MotionSymbols
+from motiondb.symbols import hmm
 
+SHORTEST, LONGEST = 2.0, 5.0  # Bounds on the duration of an action, seconds
+MOST_SYMBOLS = 4  # Largest number of symbols of one action
+CLEAR_WEIGHT = 3.0  # w: weight of the symbol's own segments relative to t
+CLEAREST = 3  # Number of clearest segments
+UNASKED_SHARE = 0.5  # h
+UNSAID = 1e-4  # Bound on t(word | NULL), because the symbols must explain requested actions
 ATTEMPTS = 4  # Largest number of attempts until every action is recognised
 RECOGNISED_FROM = 0.5  # Smallest mean probability of a recognised word: more probable than not
 LEAST_PROBABILITY = 1e-6
 """Probabilities are kept away from 0 and 1 by this much, so that logarithms stay finite."""
+MEMBERS = 60  # Largest number of segments per symbol; the most probable ones are used
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,53 +63,262 @@ class SymbolMotion:
     """A motion made from symbols."""
 
     made: SequenceMotion  # The motion; its lengths are those of the symbols
-    plan: SymbolPlan  # Actions and decoded symbols
-    decodings: tuple[decoding.Decoding, ...]
+    symbols: IntArray  # (symbols,): the decoded symbols in their order
+    positions: tuple[int, ...]  # Per symbol the number of its action
+    decodings: tuple[decoding.Decoding, ...]  # Per action
     recognised: IntArray  # (segments,): symbols recognised in the motion
-    clarities: tuple[float, ...]  # log c per action
-    # Number of every action that is not recognised -> the symbol that shows it least
-    unclear: Mapping[int, int]
     captures: frozenset[int]  # Captures from whose segments the HMMs were estimated
 
 
-def symbol_motion(
-    learned: Learned,
-    takes: Takes,
-    actions: tuple[tuple[str, ...], ...],
-) -> SymbolMotion:
-    """Make a motion from the symbols of actions."""
+def symbol_motion(learned: Learned, takes: Takes, actions: Sequence[Sequence[str]]) -> SymbolMotion:
+    """Make a motion from the symbols of actions: the clearest of up to ATTEMPTS attempts."""
     avoided: list[set[int]] = [set() for _ in actions]
-    best: SymbolMotion | None = None
+    best, best_clarity = None, -np.inf
     for _ in range(ATTEMPTS):
-        attempt = _attempt(learned, takes, (actions, avoided))
-        if best is None or np.mean(attempt.clarities) > np.mean(best.clarities):
-            best = attempt
-        if not attempt.unclear:
+        symbols, positions, decodings = decode_actions(learned, actions, avoided)
+        made, captures = _trajectory_motion(learned, takes, symbols)
+        probabilities, recognised = _frame_probabilities(learned, made.motion)
+        clarities, unclear = _check_actions(
+            learned, actions, symbols, positions, made.lengths, probabilities
+        )
+        if best is None or np.mean(clarities) > best_clarity:
+            best_clarity = float(np.mean(clarities))
+            best = SymbolMotion(
+                made, symbols, tuple(positions), tuple(decodings), recognised, captures
+            )
+        if not unclear:
             break
-        for action, symbol in attempt.unclear.items():
+        for action, symbol in unclear.items():
             avoided[action].add(symbol)
     assert best is not None
     return best
 
 
-def _attempt(
+def decode_actions(
     learned: Learned,
-    takes: Takes,
-    wanted: tuple[tuple[tuple[str, ...], ...], Sequence[set[int]]],
-) -> SymbolMotion:
-    """One attempt; ``wanted``: the actions, and per action the symbols to avoid."""
-    actions, avoided = wanted
-    symbols, positions, decodings = decode_actions(learned, actions, avoided)
-    plan = SymbolPlan(symbols, tuple(positions), actions)
-    material = gather_material(learned, takes, symbols)
-    made = model_motion(material, symbols)
-    probabilities, recognised = frame_probabilities(learned, made.motion)
-    clarities, unclear = _check_actions(learned, plan, made.lengths, probabilities)
-    captures = frozenset(material.paths)
-    return SymbolMotion(made, plan, tuple(decodings), recognised, clarities, unclear, captures)
+    actions: Sequence[Sequence[str]],
+    avoided: Sequence[Collection[int]] = (),
+) -> tuple[IntArray, list[int], list[decoding.Decoding]]:
+    """Symbols of all actions, the action of every symbol, and the decoding of every action.
+
+    Each decoding starts where the one before it ended, and may begin and end within a movement.
+
+    `avoided`: Per action, the symbols that must not show it. An action that avoids some may follow
+    any symbol.
+    """
+    symbols: list[int] = []
+    positions: list[int] = []
+    decodings = []
+    seconds = typical_seconds(learned, actions)
+    for number, action in enumerate(actions):
+        clear = _clarity(learned, action)
+        banned = list(avoided[number]) if avoided else []
+        clear[banned] = 0.0
+        association = _shown_association(learned, action, clear)
+        length = _count_symbols(learned, clear, seconds[number])
+        for n_symbols in dict.fromkeys((length, 1)):  # one symbol, where none ever followed
+            decoded = decode(
+                learned,
+                _said_throughout(action, n_symbols),
+                place=Place(
+                    symbols[-1] if symbols and not banned else None, first=False, last=False
+                ),
+                length=n_symbols,
+                association=association,
+            )
+            if decoded is not None:
+                break
+        if decoded is None:
+            raise QueryError(
+                f"generate: expected symbols for {' '.join(action)!r}, found none that "
+                "occur together with these words. Add captures with these words and learn again."
+            )
+        symbols += decoded.symbols
+        positions += [number] * len(decoded.symbols)
+        decodings.append(decoded)
+    return np.array(symbols), positions, decodings
 
 
-def frame_probabilities(learned: Learned, motion: Motion) -> tuple[FloatArray, IntArray]:
+def typical_seconds(learned: Learned, actions: Sequence[Sequence[str]]) -> list[float]:
+    """Durations of actions: medians over captures described with their words, within bounds.
+
+    A capture of several actions gives each an equal share. If no caption of this database holds a
+    word of the action, the duration is that of the knowledge it started from.
+    """
+    described = learned.described
+    start = {} if learned.started is None else learned.started.seconds
+    if not described and not start:
+        raise QueryError(
+            "generate: expected captures with words, found none. Write some down (motiondb words "
+            "set) and learn again."
+        )
+    seconds = []
+    for action in actions:
+        said = [d for d in described if set(action) <= set(d.words)]
+        said = said or [d for d in described if set(action) & set(d.words)]
+        taught = [start[word] for word in action if word in start]
+        if not said and not taught:
+            said, taught = list(described), list(start.values())
+        if said:
+            typical = np.median([(d.end - d.start) / d.n_actions for d in said]) / MOTION_FPS
+        else:
+            typical = np.median(taught)
+        seconds.append(float(np.clip(typical, SHORTEST, LONGEST)))
+    return seconds
+
+
+def word_numbers(learned: Learned, action: Sequence[str]) -> IntArray:
+    """Numbers of an action's words, each once."""
+    numbers = dict.fromkeys(learned.word_numbers[w] for w in action)
+    return np.array(list(numbers), dtype=np.int64)
+
+
+def _clarity(learned: Learned, action: Sequence[str]) -> FloatArray:
+    """How clearly every symbol shows an action's words: array (symbols, different words)."""
+    return symbol_clarity(
+        learned.segment_probabilities,
+        word_numbers(learned, action),
+        learned.segments.symbols,
+        learned.symbols.n_symbols,
+    )
+
+
+def _count_symbols(learned: Learned, clear: FloatArray, seconds: float) -> int:
+    """Number of symbols that fill a duration, by the durations of those that show the action."""
+    table = learned.segments
+    count = np.maximum(np.bincount(table.symbols, minlength=len(clear)), 1)
+    frames = np.bincount(table.symbols, table.ends - table.starts, minlength=len(clear)) / count
+    weights = clear.prod(axis=1) ** 2
+    if weights.sum() <= 0.0:
+        weights = np.ones(len(clear))
+    typical = float(np.average(frames, weights=weights)) / MOTION_FPS
+    return int(np.clip(round(seconds / max(typical, 1e-6)), 1, MOST_SYMBOLS))
+
+
+def _said_throughout(action: Sequence[str], n_symbols: int) -> list[str]:
+    """Repeat the words of an action once per symbol, because every symbol is to show it.
+
+    >>> _said_throughout(["turn", "left"], 3)
+    ['turn', 'left', 'turn', 'left']
+    """
+    return list(action) * -(-n_symbols // len(action))
+
+
+def _shown_association(learned: Learned, action: Sequence[str], clear: FloatArray) -> Association:
+    """How well a symbol shows a word of an action, in place of t(word | symbol): (t + w c) c.
+
+    Rows need not sum to 1: a symbol that shows nothing clearly has a small sum.
+    """
+    asked = word_numbers(learned, action)
+    t = learned.smoothed_association.translation.copy()
+    t[0] = np.minimum(t[0], UNSAID)
+    t[1:, asked] = (t[1:, asked] + CLEAR_WEIGHT * clear) * clear
+    return replace(learned.smoothed_association, translation=t)
+
+
+def log_unasked(probabilities: FloatArray, asked: IntArray) -> FloatArray:
+    """sum_{v not in A} log(1 - p_r(v)) of every segment: array (segments,), at most 0.
+
+    `probabilities` (segments, words); `asked`: numbers of the words of A.
+
+    >>> np.exp(log_unasked(np.array([[0.9, 0.5, 0.2]]), np.array([0]))).round(6)
+    array([0.4])
+    """
+    others = np.ones(probabilities.shape[1], dtype=bool)
+    others[asked] = False
+    return np.asarray(np.log1p(-probabilities[:, others]).sum(axis=1))
+
+
+def symbol_clarity(
+    probabilities: FloatArray,
+    asked: IntArray,
+    symbols: IntArray,
+    n_symbols: int,
+    unasked_share: float = UNASKED_SHARE,
+) -> FloatArray:
+    """Clarity of the requested words in every symbol: array (symbols, requested words), 0 to 1.
+
+    `probabilities` (segments, words); `symbols` (segments,).
+
+    >>> symbol_clarity(np.array([[0.8, 0.5], [0.2, 0.0]]), np.array([0]), np.array([0, 1]), 2, 1.0)
+    array([[0.4],
+           [0.2]])
+    """
+    clear = probabilities[:, asked]
+    clear = clear * np.exp(unasked_share * log_unasked(probabilities, asked))[:, None]
+    answer = np.zeros((n_symbols, len(asked)))
+    for symbol in np.unique(symbols):
+        rising = np.sort(clear[symbols == symbol], axis=0)
+        answer[symbol] = np.sqrt(rising.mean(axis=0) * rising[-CLEAREST:].mean(axis=0))
+    return answer
+
+
+def _trajectory_motion(
+    learned: Learned, takes: Takes, sequence: IntArray
+) -> tuple[SequenceMotion, frozenset[int]]:
+    """Motion along the most probable trajectory of symbols, and the captures it was learned from.
+
+    `sequence` (symbols,).
+    """
+    used, numbers = np.unique(sequence, return_inverse=True)
+    members = [_members(learned, int(s)) for s in used]
+    captures = frozenset(int(learned.segments.capture_ids[i]) for rows in members for i in rows)
+    material = gather(takes, captures)
+    hmms = _fit_hmms(learned, takes, material, used, members)
+    joined = trajectory.join_series(hmms, numbers)
+    states = np.repeat(np.arange(len(joined.self_loops)), trajectory.expected_durations(joined))
+    means, covars = joined.means[states], joined.covars[states]
+    values = trajectory.most_probable(means, covars)
+    n_dims = values.shape[1]
+    values = trajectory.widen(values, means[:, :n_dims], covars[:, :n_dims])
+    leg_length = float(np.median([m.leg_length for m in material.motions.values()]))
+    motion = pose_vectors.from_vectors(values, material.means, leg_length=leg_length)
+    lengths = np.bincount(joined.positions[states], minlength=len(sequence))
+    n_frames = motion.n_frames
+    made = SequenceMotion(
+        lock_feet(motion),
+        np.full(n_frames, -1),
+        np.zeros(n_frames),
+        ("trajectory",) * n_frames,
+        tuple(lengths.tolist()),
+    )
+    return made, captures
+
+
+def _fit_hmms(
+    learned: Learned, takes: Takes, material: Material, used: IntArray, members: Sequence[IntArray]
+) -> MotionSymbols:
+    """HMMs on pose vectors, one per symbol used."""
+    table = learned.segments
+    segments, states = [], []
+    for symbol, rows in zip(used, members):
+        of_symbol, paths = [], []
+        for row in rows:
+            capture, start, end = (
+                int(column[row]) for column in (table.capture_ids, table.starts, table.ends)
+            )
+            whitened = learned.feature_space.project(takes.features.of_capture(capture))
+            features = whitened[start // FEATURE_STEP : -(-end // FEATURE_STEP)]
+            path = hmm.viterbi(learned.symbols, int(symbol), features)
+            of_symbol.append(material.vectors[capture][start:end])
+            paths.append(np.repeat(path, FEATURE_STEP)[: end - start])
+        segments.append(of_symbol)
+        states.append(paths)
+    return trajectory.fine_symbols(segments, states, int(learned.symbols.n_states.max()))
+
+
+def _members(learned: Learned, symbol: int) -> IntArray:
+    """Rows of the most probable segments of a symbol."""
+    rows = np.flatnonzero(learned.segments.symbols == symbol)
+    if len(rows) == 0:
+        raise QueryError(
+            f"symbol {symbol}: expected segments in the database, found none. Learn again."
+        )
+    order = np.argsort(-learned.segments.log_likelihoods[rows], kind="stable")
+    return np.sort(rows[order[:MEMBERS]])
+
+
+def _frame_probabilities(learned: Learned, motion: Motion) -> tuple[FloatArray, IntArray]:
     """Probability of every word at every frame: array (frames, words); and the symbols recognised.
 
     Frames run at 30 a second.
@@ -97,34 +332,33 @@ def frame_probabilities(learned: Learned, motion: Motion) -> tuple[FloatArray, I
     return np.clip(frames[which], LEAST_PROBABILITY, 1.0 - LEAST_PROBABILITY), seen.symbols
 
 
-def log_clarity(probabilities: FloatArray, asked: IntArray) -> float:
-    """log c of a part of a motion, mean over its frames and the words asked for.
-
-    Shapes: `probabilities` (frames, words); `asked` (n,).
-    """
-    said = np.log(probabilities[:, asked]).mean(axis=1)
-    unasked = clarity.log_unasked(probabilities, asked)
-    return float(np.mean(said + clarity.UNASKED_SHARE * unasked))
-
-
-def shows_all(probabilities: FloatArray, asked: Sequence[int] | IntArray, least: float) -> bool:
-    """Whether every word asked for has at least this mean probability over a part of a motion."""
-    return bool((probabilities[:, asked].mean(axis=0) >= least).all())
-
-
 def _check_actions(
-    learned: Learned, plan: SymbolPlan, lengths: Sequence[int], probabilities: FloatArray
-) -> tuple[tuple[float, ...], dict[int, int]]:
+    learned: Learned,
+    actions: Sequence[Sequence[str]],
+    symbols: IntArray,
+    positions: Sequence[int],
+    lengths: Sequence[int],
+    probabilities: FloatArray,
+) -> tuple[list[float], Mapping[int, int]]:
     """log c of every action, and the least clear symbol of those that are not recognised."""
     bounds = np.minimum(np.cumsum([0, *lengths]), len(probabilities) - 1)
     clarities, unclear = [], {}
-    for number, action in enumerate(plan.actions):
+    for number, action in enumerate(actions):
         asked = word_numbers(learned, action)
-        places = [k for k, position in enumerate(plan.positions) if position == number]
+        places = [k for k, position in enumerate(positions) if position == number]
         part = probabilities[bounds[places[0]] : bounds[places[-1] + 1] + 1]
         clarities.append(log_clarity(part, asked))
-        if not shows_all(part, asked, RECOGNISED_FROM):
+        if (part[:, asked].mean(axis=0) < RECOGNISED_FROM).any():
             parts = [probabilities[bounds[k] : bounds[k + 1] + 1] for k in places]
             least = int(np.argmin([log_clarity(one, asked) for one in parts]))
-            unclear[number] = int(plan.symbols[places[least]])
-    return tuple(clarities), unclear
+            unclear[number] = int(symbols[places[least]])
+    return clarities, unclear
+
+
+def log_clarity(probabilities: FloatArray, asked: IntArray) -> float:
+    """log c of a part of a motion, mean over its frames and the words asked for.
+
+    `probabilities` (frames, words); `asked` (n,).
+    """
+    said = np.log(probabilities[:, asked]).mean(axis=1)
+    return float(np.mean(said + UNASKED_SHARE * log_unasked(probabilities, asked)))

@@ -1,6 +1,16 @@
-"""The most probable smooth trajectory of a joined HMM.
+"""The most probable smooth trajectory of motion symbols in series.
 
-Notation: c (frames, D) the static values sought; W stacks them with their time differences
+Fine symbols: recognition needs few broad states; a smooth trajectory needs at least eight states a
+second. After Viterbi alignment, each state of a symbol is divided into ``SPLIT`` parts of equal
+length within every segment of the symbol. Mean, variance and duration of each part are estimated
+over these segments, on pose vectors with first and second differences, at 30 frames a second. The
+result is again a set of left-to-right HMMs.
+
+Series: a state with self-loop a is left with probability 1 - a, in the last state of symbol k for
+the first state of symbol k + 1, so that every row of the transition matrix sums to 1. (Paper A sets
+this exit to 1, which gives rows of a larger sum.)
+
+Trajectory: c (frames, D) the static values sought; W stacks them with their time differences
 
     delta c_t = (c_{t+1} - c_{t-1}) / 2,    delta^2 c_t = c_{t+1} - 2 c_t + c_{t-1}
 
@@ -14,9 +24,90 @@ Toda and Tokuda (2007) for the global variance.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
-from motiondb.records import FloatArray
+from motiondb.records import FloatArray, IntArray, MotionSymbols
+
+SPLIT = 3  # Number of parts of a recognition state
+VARIANCE_FLOOR = 1e-3  # Least variance of a state, as a share of the overall variance
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """The states of joined HMMs in their order, N in all."""
+
+    self_loops: FloatArray  # (N,): probability to stay in a state
+    means: FloatArray  # (N, dimensions)
+    covars: FloatArray  # (N, dimensions): variances
+    positions: IntArray  # (N,): position in the sequence of the symbol that each state belongs to
+
+
+def join_series(symbols: MotionSymbols, sequence: IntArray) -> Series:
+    """Put the HMMs of a symbol sequence in series; `sequence` (length,)."""
+    counts = symbols.n_states[sequence]
+    picks = [(s, k) for s, n in zip(sequence, counts) for k in range(n)]
+    rows, states = np.array(picks).T
+    return Series(
+        symbols.self_loops[rows, states],
+        symbols.means[rows, states],
+        symbols.covars[rows, states],
+        np.repeat(np.arange(len(sequence)), counts),
+    )
+
+
+def expected_durations(series: Series) -> IntArray:
+    """Number of frames of each state: array (N,), the rounded mean 1 / (1 - self-loop), at least 1.
+
+    Rounding errors are carried over to the next state, so the total is correct to one frame.
+    """
+    mean = 1.0 / np.maximum(1.0 - series.self_loops, 1e-3)
+    ends = np.round(np.cumsum(mean)).astype(np.int64)
+    return np.maximum(np.diff(ends, prepend=0), 1)
+
+
+def fine_symbols(
+    segments: Sequence[Sequence[FloatArray]], states: Sequence[Sequence[IntArray]], n_states: int
+) -> MotionSymbols:
+    """Estimate the finer symbols; `segments` each (frames, D); `states` each (frames,)."""
+    n_fine = SPLIT * n_states
+    everything = np.concatenate([with_deltas(v) for group in segments for v in group])
+    floor = np.maximum(VARIANCE_FLOOR * everything.var(axis=0), 1e-10)
+    means = np.empty((len(segments), n_fine, everything.shape[1]))
+    covars = np.empty_like(means)
+    loops = np.empty((len(segments), n_fine))
+    for s, (group, paths) in enumerate(zip(segments, states)):
+        values = np.concatenate([with_deltas(v) for v in group])
+        fine = np.concatenate([fine_states(path, n_states) for path in paths])
+        count = np.bincount(fine, minlength=n_fine).astype(float)
+        for k in range(n_fine):
+            inside = values[fine == k] if count[k] else values[[_nearest(fine, k)]]
+            means[s, k] = inside.mean(axis=0)
+            covars[s, k] = np.maximum(inside.var(axis=0), floor)
+        duration = np.maximum(count / len(group), 1.0)
+        loops[s] = 1.0 - 1.0 / duration
+    return MotionSymbols(np.full(len(segments), n_fine), loops, means, covars)
+
+
+def fine_states(path: IntArray, n_states: int) -> IntArray:
+    """Divide every visit of a state in a path (frames,) into SPLIT equal parts.
+
+    A skipped state has no frames.
+
+    >>> fine_states(np.array([0, 0, 0, 1, 1, 1, 1]), 2)
+    array([0, 1, 2, 3, 3, 4, 5])
+    """
+    fine = np.empty(len(path), dtype=np.int64)
+    for state in range(n_states):
+        inside = np.flatnonzero(path == state)
+        fine[inside] = SPLIT * state + np.arange(len(inside)) * SPLIT // max(len(inside), 1)
+    return fine
+
+
+def _nearest(fine: IntArray, k: int) -> int:
+    return int(np.argmin(np.abs(fine - k)))
 
 
 def with_deltas(values: FloatArray) -> FloatArray:
@@ -63,11 +154,9 @@ def _normal_equations(mean: FloatArray, precision: FloatArray) -> tuple[FloatArr
 def widen(
     trajectory: FloatArray, means: FloatArray, covars: FloatArray, strength: float = 0.8
 ) -> FloatArray:
-    """Scale every dimension about its mean towards the variance of the states.
+    """Scale every dimension about its mean, by 1 to 1.6, towards the variance of the states.
 
-    The factor is between 1 and 1.6; this bound and the default strength were chosen by hand.
-
-    Shapes: `trajectory`, `means`, `covars` (frames, D).
+    All arrays (frames, D).
     """
     centre = trajectory.mean(axis=0)
     wanted = means.var(axis=0) + covars.mean(axis=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -128,11 +128,13 @@ def decode(
     )
 
 
-def understand(learned: Learned, text: str) -> KnownQuestion:
-    """Understand a question in the words that the database knows."""
-    counts = {
-        word: int(count)
-        for word, count in zip(learned.association.words, learned.association.counts)
-        if count > 0
-    }
+def understand(
+    learned: Learned, text: str, added: Mapping[str, int] | None = None
+) -> KnownQuestion:
+    """Understand a question in the words that the database knows.
+
+    `added`: words that are known to this question although they were not learned -> their counts.
+    """
+    counted = zip(learned.association.words, learned.association.counts)
+    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
     return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

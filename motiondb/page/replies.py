@@ -43,7 +43,7 @@ from motiondb.database.grammars.grammar_facts import (
     tree_nodes,
 )
 from motiondb.database.scenes.scene_facts import action_captions
-from motiondb.database.scenes.scene_reports import report_facts
+from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.page.diagrams import DiagramShape, diagram_shape
 from motiondb.records import MOTION_FPS, Caption, Match, Relation
 from motiondb.scene.language.tactics_file import parse_diagram
@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scene_verbs import Scene
-    from motiondb.search.example_answers import ExampleAnswer
-    from motiondb.search.word_answers import WordAnswer
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
     from motiondb.store import StoredScene
 
 

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
     from motiondb.database.scenes.scene_verbs import Scene
-    from motiondb.search.example_answers import ExampleAnswer
-    from motiondb.search.word_answers import WordAnswer
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
 """Elements that the page's ``index.html`` contains exactly once."""

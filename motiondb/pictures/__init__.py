@@ -2,13 +2,11 @@
 
 from motiondb.pictures.animation import draw_animation
 from motiondb.pictures.hits import draw_hits
-from motiondb.pictures.scenes.scene_animation import draw_scene_animation
-from motiondb.pictures.scenes.scene_paths import draw_scene_paths
-from motiondb.pictures.scenes.tactics import draw_tactics
+from motiondb.pictures.scenes import draw_scene_animation, draw_scene_paths
 from motiondb.pictures.space import draw_symbol_space
 from motiondb.pictures.strings import StringBar, TerminalCard, draw_strings
-from motiondb.pictures.strip import draw_strip
-from motiondb.pictures.timelines import Timeline
+from motiondb.pictures.strip import Timeline, draw_strip
+from motiondb.pictures.tactics import draw_tactics
 from motiondb.pictures.trees import TreePicture, draw_trees
 
 __all__ = [

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
 from motiondb.pictures.stick import HEAD_RADIUS, draw_figure, view_motion
-from motiondb.pictures.timelines import Timeline, cut_timeline, draw_timeline, n_lanes
+from motiondb.pictures.strip import Timeline, cut_timeline, draw_timeline, n_lanes
 from motiondb.records import Motion
 
 if TYPE_CHECKING:

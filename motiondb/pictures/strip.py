@@ -1,7 +1,8 @@
 """A capture on a page: stick figures over time, with timelines of symbols and words below.
 
 The horizontal axis is time: every figure is drawn above its own time, not at its place in the
-world. Long captures are divided into rows of equal duration, all at one scale.
+world. Long captures are divided into rows of equal duration, all at one scale. A timeline shows
+labelled intervals as bars, in lanes where they overlap.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ import numpy as np
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
 from motiondb.pictures.stick import View, draw_figure, view_motion
-from motiondb.pictures.timelines import Timeline, cut_timeline, draw_timeline, n_lanes
 from motiondb.records import MOTION_FPS, Motion
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH, _LEFT, _RIGHT = 12.0, 0.75, 0.25
-"""Width of the figure and of its margins in inches. Chosen by eye."""
+"""Width of the figure and of its margins in inches."""
 _FIGURES, _LANE, _AXIS, _GAP, _TITLE = 1.55, 0.21, 0.34, 0.12, 0.45  # Inches
 _SECONDS_PER_ROW = 12.0  # Seconds in a row, unless there would be too many rows
 _MAX_ROWS = 10  # Rows on a page
@@ -185,3 +185,100 @@ def _draw_ruler(axes: Axes, start: float, end: float, stop: float) -> None:
     kept = [float(tick) for tick in ticks if start - 1e-6 <= tick <= stop + 1e-6]
     axes.set_xticks(kept, [f"{tick:g} s" for tick in kept])
     axes.tick_params(axis="x", length=3, pad=2, labelsize=7.5)
+
+
+Span = tuple[float, float, str, int | str]
+"""(start, end, label, colour key), seconds; equal keys have equal colours."""
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """A named row of intervals, such as the symbols or the words of a capture."""
+
+    name: str
+    spans: Sequence[Span]
+
+
+def lanes(spans: Sequence[Span]) -> tuple[int, ...]:
+    """Lane, from 0, of every interval, so that no two in a lane overlap.
+
+    >>> lanes([(0.0, 2.0, "a", 0), (1.0, 3.0, "b", 1), (2.0, 4.0, "c", 2)])
+    (0, 1, 0)
+    """
+    free_from: list[float] = []
+    assigned = [0] * len(spans)
+    for number in sorted(range(len(spans)), key=lambda n: spans[n][:2]):
+        start, end = spans[number][:2]
+        lane = next((k for k, t in enumerate(free_from) if t <= start + 1e-9), len(free_from))
+        if lane == len(free_from):
+            free_from.append(end)
+        free_from[lane] = end
+        assigned[number] = lane
+    return tuple(assigned)
+
+
+def n_lanes(timeline: Timeline) -> int:
+    """Number of lanes of a timeline, at least 1."""
+    return max(lanes(timeline.spans), default=0) + 1
+
+
+def cut_timeline(timeline: Timeline, start: float, end: float) -> Timeline:
+    """Part of a timeline between two times.
+
+    >>> cut_timeline(Timeline("words", [(0.0, 2.0, "a", 0), (2.0, 3.0, "b", 1)]), 1.5, 2.0).spans
+    [(1.5, 2.0, 'a', 0)]
+    """
+    parts = [(max(a, start), min(b, end), label, key) for a, b, label, key in timeline.spans]
+    return Timeline(timeline.name, [part for part in parts if part[1] > part[0]])
+
+
+def fit_label(label: str, width: float, letter: float) -> str:
+    """Shorten a label to a width; empty if it does not fit.
+
+    >>> fit_label("cartwheel", 5.0, 1.0), fit_label("jump", 5.0, 1.0), fit_label("17", 1.5, 1.0)
+    ('cart…', 'jump', '')
+    """
+    room = int(width / letter)
+    if len(label) <= room:
+        return label
+    return label[: room - 1] + "…" if room >= 3 and not label.isdigit() else ""
+
+
+def draw_timeline(
+    axes: Axes, timeline: Timeline, start: float, end: float, seconds_per_inch: float
+) -> None:
+    """Draw a timeline on axes between two times; lanes have height 1, from the top down."""
+    from matplotlib.patches import Rectangle
+
+    letter = 0.075 * seconds_per_inch
+    for (left, right, label, key), lane in zip(timeline.spans, lanes(timeline.spans)):
+        axes.add_patch(
+            Rectangle(
+                (left, lane + 0.08),
+                right - left,
+                0.84,
+                facecolor=style.tint(key),
+                edgecolor="white",
+                linewidth=0.8,
+                gid="span",
+            )
+        )
+        text = fit_label(label, right - left - 0.5 * letter, letter)
+        if text:
+            middle = (left + right) / 2.0
+            axes.text(
+                middle, lane + 0.52, text, ha="center", va="center", fontsize=7.5, gid="label"
+            )
+    axes.set_ylim(n_lanes(timeline), 0)
+    axes.set_xlim(start, end)
+    axes.set_axis_off()
+    axes.text(
+        -0.008,
+        0.5,
+        timeline.name,
+        transform=axes.transAxes,
+        ha="right",
+        va="center",
+        fontsize=8,
+        color=style.FAINT,
+    )

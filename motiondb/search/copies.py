@@ -10,26 +10,27 @@ the best offsets, and up to half a frame around them, the distance is computed o
 distance of a copy is below ``NEAR`` metres and below a quarter of the motion's own variation, so
 that two people who stand still are not copies of each other. ``docs/duplicates.md`` measures how
 many planted copies are found with these values.
+
+A relation connects two captures of which one repeats the other. Groups are the connected components
+of all relations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from motiondb.body import body, features, retarget, rotation
-from motiondb.records import Float32Array, IntArray, Motion
+from motiondb.records import Float32Array, IntArray, Motion, Relation
 
 NEAR = 0.01  # Largest distance of a copy, metres
 RELATIVE = 0.25  # Largest distance of a copy, as a share of the motion's spread about its mean pose
-KEY_FRAMES = 12
-"""Frames of the query that are compared first. Chosen by hand; it affects only the time."""
+KEY_FRAMES = 12  # Frames of the query that are compared first; affects only the time
 FIRST_KEYS = (0, 5, 11)  # Key frames that are compared with every frame of every take
 LEAST_FRAMES = 20  # Least length of a query, frames (2/3 s): shorter ones agree by chance
-BLOCK = 32
-"""Number of queries that are compared with all takes in one matrix product: bounds memory."""
+BLOCK = 32  # Queries compared with all takes in one matrix product; bounds memory
 SLACK = 2  # Largest difference in length of two files of one take, frames
 
 
@@ -175,3 +176,47 @@ def _keys(poses: Float32Array) -> IntArray:
 
 def _take(library: Library, number: int) -> Float32Array:
     return library.poses[library.bounds[number] : library.bounds[number + 1]]
+
+
+@dataclass(frozen=True)
+class DuplicateGroup:
+    """Captures that repeat one another."""
+
+    # Names: first the one to keep, then the others in the order in which they were added
+    captures: tuple[str, ...]
+    relations: tuple[Relation, ...]
+
+
+def group_duplicates(
+    relations: Sequence[Relation], durations: Mapping[str, float]
+) -> tuple[DuplicateGroup, ...]:
+    """Connected components of relations, the largest first.
+
+    The first capture of a group is the one to keep: the longest, and of equally long ones the one
+    that was added first.
+
+    >>> cut = Relation("b", "a", "cut", 1.0, 2.0, 0.0)
+    >>> group_duplicates([cut], {"b": 1.0, "a": 5.0, "c": 5.0})[0].captures
+    ('a', 'b')
+    """
+    parent: dict[str, str] = {}
+
+    def root(name: str) -> str:
+        parent.setdefault(name, name)
+        while parent[name] != name:
+            parent[name] = parent[parent[name]]
+            name = parent[name]
+        return name
+
+    for relation in relations:
+        parent[root(relation.capture)] = root(relation.other)
+    order = {name: n for n, name in enumerate(durations)}
+    members: dict[str, list[str]] = {}
+    for name in sorted(parent, key=order.__getitem__):
+        members.setdefault(root(name), []).append(name)
+    groups = []
+    for key, names in members.items():
+        keep = max(names, key=lambda name: (round(durations[name], 1), -order[name]))
+        inside = tuple(r for r in relations if root(r.capture) == key)
+        groups.append(DuplicateGroup((keep, *(n for n in names if n != keep)), inside))
+    return tuple(sorted(groups, key=lambda g: (-len(g.captures), order[g.captures[0]])))

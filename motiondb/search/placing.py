@@ -17,8 +17,6 @@ and not of the segments. If more than ``NARROW`` of the interval would remain, i
 then it shows one long activity, and not a short action with something else around it. The
 probability is that of the interval before its boundaries are refined, and so is the comparison of
 an answer with others.
-
-Databases that learned before there was evidence of places keep the intervals of the word map.
 """
 
 from __future__ import annotations
@@ -29,13 +27,13 @@ from math import prod
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
-from motiondb.learn.learned import Learned
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
 from motiondb.meaning.edge_map import refine_interval
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
 from motiondb.records import Float32Array, FloatArray
-from motiondb.search.answer_chances import PartChance
+from motiondb.search.asked_words import AskedWords
+from motiondb.search.chances import PartChance
 
 Features = Callable[[int], Float32Array]
 """Capture number -> recognition features (frames, 130), 15 a second."""
@@ -71,7 +69,7 @@ class PartPlace:
 
 
 def place_answer(
-    learned: Learned,
+    asked: AskedWords,
     capture: int,
     hit: QuestionHit,
     reading: Reading,
@@ -80,10 +78,10 @@ def place_answer(
 ) -> tuple[PartPlace, ...]:
     """Where a capture shows every part of a reading."""
     sure = [None if one is None else one.probability for one in said]
-    placed = _placed(learned, capture, reading, written)
+    placed = _placed(asked, capture, reading, written)
     if placed is None:
         return tuple(
-            _unplaced(learned, capture, part, span, one, written)
+            _unplaced(asked, capture, part, span, one, written)
             for part, span, one in zip(reading.parts, hit.parts, said)
         )
     ends = int(placed.starts[0]), int(placed.ends[-1])
@@ -91,15 +89,13 @@ def place_answer(
     for k, (first, behind) in enumerate(placed.spans):
         span = int(placed.starts[first]), int(placed.ends[behind - 1])
         part = reading.parts[k]
-        right = None if sure[k] is None else _right(learned, capture, placed, part, k)
-        labelled = written and _is_labelled(learned, capture, part)
+        right = None if sure[k] is None else _right(asked, capture, placed, part, k)
+        labelled = written and _is_labelled(asked, capture, part)
         unknown = (
             not labelled
             and _only_by_caption(said[k])
             and (
-                not _is_placed_elsewhere(learned, capture, part)
-                if right is None
-                else right < LIKELY
+                not _is_placed_elsewhere(asked, capture, part) if right is None else right < LIKELY
             )
         )
         places.append(PartPlace(*(ends if unknown else span), sure[k], right, unknown))
@@ -107,7 +103,7 @@ def place_answer(
 
 
 def refine_places(
-    learned: Learned,
+    asked: AskedWords,
     capture: int,
     reading: Reading,
     places: Sequence[PartPlace],
@@ -120,24 +116,24 @@ def refine_places(
     for nothing, for a least length, or for words whose places were not learned, and where more than
     ``NARROW`` of it would remain. No part is extended into another one.
     """
-    edges = learned.edges
+    edges = asked.learned.edges
     kept = [
         edges is None
         or place.unknown
         or not part.actions
         or part.seconds > 0.0
-        or not learned.placed_words.issuperset(_words(learned, part))
-        or (written and _is_labelled(learned, capture, part))
+        or not asked.learned.placed_words.issuperset(_words(asked, part))
+        or (written and _is_labelled(asked, capture, part))
         for place, part in zip(places, reading.parts)
     ]
     if edges is None or all(kept):
         return tuple(places)
-    frames = learned.feature_space.project(features(capture))
+    frames = asked.learned.feature_space.project(features(capture))
     bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
     refined, end = [], 0
     for k, place in enumerate(places):
         if not kept[k]:
-            evidence = edges.evidence(frames, _words(learned, reading.parts[k]))
+            evidence = edges.evidence(frames, _words(asked, reading.parts[k]))
             start, stop = _refined(evidence, (place.start, place.end), (end, bounds[k + 1]))
             place = replace(place, start=start, end=stop)
         refined.append(place)
@@ -173,24 +169,24 @@ def interval_probability(
 
 
 def _placed(
-    learned: Learned, capture: int, reading: Reading, written: bool
+    asked: AskedWords, capture: int, reading: Reading, written: bool
 ) -> PlacedReading | None:
     """Places by the evidence of places; None without it, or where it has no room for the parts.
 
     There is no such evidence for words that no caption held when the database learned.
     """
-    take = learned.place_takes.get(capture)
-    asked = {learned.word_numbers[w] for part in reading.parts for a in part.actions for w in a}
-    if take is None or not asked <= learned.placed_words:
+    take = asked.learned.place_takes.get(capture)
+    words = {asked.numbers[w] for part in reading.parts for a in part.actions for w in a}
+    if take is None or not words <= asked.learned.placed_words:
         return None
-    said = learned.said_places.get(capture) if written else None
+    said = asked.said_places.get(capture) if written else None
     if said is not None:
         take = replace(take, windows=take.windows + said)
-    return by_question.place_reading(take, reading, learned.word_numbers)
+    return by_question.place_reading(take, reading, asked.numbers)
 
 
 def _unplaced(
-    learned: Learned,
+    asked: AskedWords,
     capture: int,
     part: Part,
     span: tuple[int, int],
@@ -203,26 +199,26 @@ def _unplaced(
     checked what the motion says.
     """
     unchecked = said is not None and said.probability is None and _only_by_caption(said)
-    if unchecked and not (written and _is_labelled(learned, capture, part)):
-        take = learned.takes[capture]
+    if unchecked and not (written and _is_labelled(asked, capture, part)):
+        take = asked.takes[capture]
         return PartPlace(int(take.starts[0]), int(take.ends[-1]), None, None, True)
     return PartPlace(*span, None if said is None else said.probability)
 
 
 def _right(
-    learned: Learned, capture: int, placed: PlacedReading, part: Part, k: int
+    asked: AskedWords, capture: int, placed: PlacedReading, part: Part, k: int
 ) -> float | None:
     """Probability that the interval of part k is right; None if it was not learned.
 
     Nor is it known if no captions of other performers hold the words.
     """
-    sure = learned.certainties.place
-    performer = learned.performers[capture]
-    support = count_performers(learned.listed_by, _words(learned, part), [performer])
+    sure = asked.learned.certainties.place
+    performer = asked.learned.performers[capture]
+    support = count_performers(asked.learned.listed_by, _words(asked, part), [performer])
     if sure is None or not support:
         return None
     cues = interval_cues(placed.values[k], placed.ends, *placed.spans[k], support)
-    return PlaceCertainty(sure, learned.certainties.single).probability(cues)
+    return PlaceCertainty(sure, asked.learned.certainties.single).probability(cues)
 
 
 def _only_by_caption(said: PartChance | None) -> bool:
@@ -230,19 +226,19 @@ def _only_by_caption(said: PartChance | None) -> bool:
     return said is not None and said.by_caption and said.by_motion < LIKELY
 
 
-def _is_placed_elsewhere(learned: Learned, capture: int, part: Part) -> bool:
+def _is_placed_elsewhere(asked: AskedWords, capture: int, part: Part) -> bool:
     """Whether captions of other captures list all words of a part."""
-    places = {} if learned.places is None else learned.places.words
+    places = {} if asked.learned.places is None else asked.learned.places.words
     others = [words for other, words in places.items() if other != capture]
-    return all(any(word in words for words in others) for word in _words(learned, part))
+    return all(any(word in words for words in others) for word in _words(asked, part))
 
 
-def _is_labelled(learned: Learned, capture: int, part: Part) -> bool:
+def _is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
     """Whether captions of intervals say all words of a part."""
-    said = learned.said_places.get(capture)
-    return said is not None and bool((said[:, _words(learned, part)].max(axis=0) > 0.0).all())
+    said = asked.said_places.get(capture)
+    return said is not None and bool((said[:, _words(asked, part)].max(axis=0) > 0.0).all())
 
 
-def _words(learned: Learned, part: Part) -> list[int]:
+def _words(asked: AskedWords, part: Part) -> list[int]:
     """Numbers of the words that a part asks for."""
-    return [learned.word_numbers[word] for action in part.actions for word in action]
+    return [asked.numbers[word] for action in part.actions for word in action]

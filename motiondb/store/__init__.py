@@ -6,8 +6,12 @@ Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take th
 
 from motiondb.store.catalogue.annotations import (
     load_captions,
+    load_events,
+    load_relations,
     load_synonyms,
     save_captions,
+    save_events,
+    save_relations,
     save_synonyms,
     save_tags,
 )
@@ -25,8 +29,6 @@ from motiondb.store.catalogue.captures import (
     remove_capture,
     save_capture,
 )
-from motiondb.store.catalogue.events import load_events, save_events
-from motiondb.store.catalogue.filters import CAPTION, COLUMNS, Filter, OneOf
 from motiondb.store.catalogue.generated import (
     Provenance,
     SourceCapture,
@@ -34,25 +36,48 @@ from motiondb.store.catalogue.generated import (
     save_provenance,
     to_provenance,
 )
-from motiondb.store.catalogue.names import check_new_name
-from motiondb.store.catalogue.relations import load_relations, save_relations
-from motiondb.store.catalogue.runs import finish_run, load_runs, save_runs, start_run
-from motiondb.store.catalogue.sources import Source, digest, load_source, pack_source
-from motiondb.store.catalogue.where import Condition, matches, parse_where
-from motiondb.store.checking.beside import check_file
-from motiondb.store.checking.check import check_store
-from motiondb.store.checking.compaction import compact, count_rows
-from motiondb.store.checking.salvage import (
-    SalvagedCapture,
-    opened_damaged,
-    salvage_captures,
-    salvage_runs,
+from motiondb.store.catalogue.names import (
+    check_new_name,
 )
-from motiondb.store.checking.shared import copy_shared, was_learned
-from motiondb.store.connection.faults import DamagedFileError
-from motiondb.store.connection.handle import Store
-from motiondb.store.connection.opening import open_store
-from motiondb.store.connection.sharing import released
+from motiondb.store.catalogue.runs import (
+    finish_run,
+    load_runs,
+    save_runs,
+    start_run,
+)
+from motiondb.store.catalogue.sources import (
+    Source,
+    digest,
+    load_source,
+    pack_source,
+)
+from motiondb.store.catalogue.where import (
+    CAPTION,
+    COLUMNS,
+    Condition,
+    Filter,
+    OneOf,
+    matches,
+    parse_where,
+)
+from motiondb.store.checks import (
+    check_store,
+)
+from motiondb.store.compaction import (
+    compact,
+    count_rows,
+)
+from motiondb.store.connection.faults import (
+    DamagedFileError,
+    damage_sentence,
+)
+from motiondb.store.connection.handle import (
+    Store,
+    released,
+)
+from motiondb.store.connection.opening import (
+    open_store,
+)
 from motiondb.store.connection.transactions import (
     check_writable,
     content_revision,
@@ -60,31 +85,22 @@ from motiondb.store.connection.transactions import (
     revision,
     transaction,
 )
-from motiondb.store.grammars.derivations import Derivation, load_derivation, save_derivation
-from motiondb.store.grammars.grammars import (
+from motiondb.store.grammars import (
+    Derivation,
     GrammarSize,
     GrammarSource,
-    LearnedGrammar,
+    StoredGrammar,
+    load_derivation,
+    load_derivations,
     load_grammar,
     load_grammar_names,
     load_grammar_sizes,
     load_source_numbers,
     remove_grammar,
+    save_derivation,
     save_grammar,
 )
-from motiondb.store.grammars.scenes import (
-    SceneClip,
-    ScenePlayer,
-    SceneRule,
-    StoredScene,
-    load_scene,
-    load_scene_captures,
-    load_scene_names,
-    remove_scene,
-    save_scene,
-)
-from motiondb.store.learned.learning import (
-    LearningSize,
+from motiondb.store.learned import (
     is_learned,
     learning_is_current,
     load_association,
@@ -97,6 +113,25 @@ from motiondb.store.learned.learning import (
     load_transition_counts,
     save_learning,
 )
+from motiondb.store.salvage import (
+    SalvagedCapture,
+    copy_shared,
+    opened_damaged,
+    salvage_captures,
+    salvage_runs,
+    was_learned,
+)
+from motiondb.store.scenes import (
+    SceneClip,
+    ScenePlayer,
+    SceneRule,
+    StoredScene,
+    load_scene,
+    load_scene_captures,
+    load_scene_names,
+    remove_scene,
+    save_scene,
+)
 
 __all__ = [
     "CAPTION",
@@ -107,8 +142,6 @@ __all__ = [
     "Filter",
     "GrammarSize",
     "GrammarSource",
-    "LearnedGrammar",
-    "LearningSize",
     "MotionPool",
     "OneOf",
     "Provenance",
@@ -119,9 +152,9 @@ __all__ = [
     "Source",
     "SourceCapture",
     "Store",
+    "StoredGrammar",
     "StoredScene",
     "cached_arrays",
-    "check_file",
     "check_new_name",
     "check_store",
     "check_writable",
@@ -129,6 +162,7 @@ __all__ = [
     "content_revision",
     "copy_shared",
     "count_rows",
+    "damage_sentence",
     "digest",
     "finish_run",
     "is_cached",
@@ -139,6 +173,7 @@ __all__ = [
     "load_capture",
     "load_captures",
     "load_derivation",
+    "load_derivations",
     "load_digests",
     "load_events",
     "load_grammar",

@@ -10,12 +10,14 @@ objective is the description length of the segments, in nats:
         + S K (2 D + 1) / 2 ln(F)             the symbols: means, variances, self-loops
 
 with S symbols of K states in D dimensions and F frames. An update is accepted only if L falls.
-Then every capture is segmented again by the best path through the network of all symbols, each
-passed from its first state to its last, and the symbols are fitted to the new segments. So the
-segments of one symbol begin in the same phase of the movement.
+The first symbols come from k-means on the mean features of each third of a segment, so that the
+same poses in another order are described otherwise. In the end every capture is segmented again by
+the best path through the network of all symbols, each passed from its first state to its last, and
+the symbols are fitted to the new segments. So the segments of one symbol begin in the same phase of
+the movement.
 
-Source: paper A, section 2 (competitive learning of motion symbols); the description length follows
-Rissanen (1978).
+Source: paper A, section 2 (competitive learning of motion symbols); Rissanen, Modeling by shortest
+data description, 1978; Arthur and Vassilvitskii, k-means++, 2007 (the start of k-means).
 """
 
 from __future__ import annotations
@@ -28,8 +30,7 @@ import numpy as np
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
-from motiondb.symbols import description, hmm
-from motiondb.symbols.seeding import describe_segments, n_distinct, seed_groups
+from motiondb.symbols import hmm
 
 Progress = Callable[[str, float], None]
 
@@ -155,7 +156,7 @@ def _judge(arena: _Arena, symbols: MotionSymbols) -> _State:
     scores = hmm.score(symbols, arena.frames, arena.starts, arena.ends)
     winners = np.argmax(scores, axis=1)
     total = float(scores[np.arange(len(scores)), winners].sum(dtype=np.float64))
-    length = description.description_length(total, len(scores), symbols, len(arena.frames))
+    length = description_length(total, len(scores), symbols, len(arena.frames))
     return _State(symbols, scores, winners, length)
 
 
@@ -205,8 +206,8 @@ def _refit(arena: _Arena, state: _State) -> MotionSymbols:
 
 def _kill(arena: _Arena, state: _State) -> MotionSymbols | None:
     """Remove the symbols whose parameters cost more than they save."""
-    price = description.prices(state.symbols, len(arena.frames))
-    order, gains = description.deaths(state.scores, price)
+    price = prices(state.symbols, len(arena.frames))
+    order, gains = deaths(state.scores, price)
     return _without(state, order[gains > 0])
 
 
@@ -216,9 +217,9 @@ def _thin(arena: _Arena, state: _State) -> MotionSymbols | None:
     Where two symbols share the segments of one movement, each seems useful, because neither is
     fitted to the segments of the other. A twentieth was chosen by hand.
     """
-    price = description.prices(state.symbols, len(arena.frames))
+    price = prices(state.symbols, len(arena.frames))
     least = max(1, state.symbols.n_symbols // 20)
-    left = _without(state, description.deaths(state.scores, price, least)[0])
+    left = _without(state, deaths(state.scores, price, least)[0])
     if left is None:
         return None
     winners = np.argmax(hmm.score(left, arena.frames, arena.starts, arena.ends), axis=1)
@@ -302,3 +303,100 @@ def join(first: MotionSymbols, second: MotionSymbols) -> MotionSymbols:
         np.concatenate([first.means, second.means]),
         np.concatenate([first.covars, second.covars]),
     )
+
+
+def prices(symbols: MotionSymbols, n_frames: int) -> FloatArray:
+    """Bits of each symbol's means, variances and self-loops, in nats: array (symbols,)."""
+    each = 0.5 * (2 * symbols.means.shape[2] + 1) * np.log(max(n_frames, 2))
+    return symbols.n_states * each
+
+
+def description_length(
+    log_likelihood: float, n_segments: int, symbols: MotionSymbols, n_frames: int
+) -> float:
+    """L, nats, given the segments' total log-likelihood under their symbols.
+
+    >>> s = MotionSymbols(np.array([1]), np.ones((1, 1)), np.zeros((1, 1, 2)), np.ones((1, 1, 2)))
+    >>> round(description_length(-10.0, 3, s, 100), 4)  # 10 + 3 ln 1 + 5 / 2 ln 100
+    21.5129
+    """
+    names = n_segments * np.log(symbols.n_symbols)
+    return float(-log_likelihood + names + prices(symbols, n_frames).sum())
+
+
+def deaths(
+    scores: Float32Array | FloatArray, prices: FloatArray, least: int = 1
+) -> tuple[IntArray, FloatArray]:
+    """Which symbols to remove, greedily, and how much each removal shortens the description.
+
+    After each removal the loss of likelihood is computed again, so that the gains add up. The
+    list ends with the first removal that lengthens the description, but holds at least ``least``
+    symbols; one symbol always stays.
+
+    Shapes: `scores` (segments, symbols); `prices` (symbols,); result (removals,).
+
+    >>> scores = np.array([[-10.0, -50.0, -12.0], [-60.0, -10.0, -55.0]])
+    >>> order, gains = deaths(scores, np.full(3, 20.0))
+    >>> order, gains.round(1)  # 20 + 2 ln 3/2 - 0, then 20 + 2 ln 2 - 40
+    (array([2, 0]), array([ 20.8, -18.6]))
+    """
+    alive, rows = np.arange(scores.shape[1]), np.arange(len(scores))
+    order: list[int] = []
+    gains: list[float] = []
+    while len(alive) > 1 and (len(order) < least or gains[-1] > 0):
+        left = scores[:, alive].astype(np.float64)
+        winners = np.argmax(left, axis=1)
+        best = left[rows, winners]
+        left[rows, winners] = -np.inf
+        loss = np.bincount(winners, weights=best - left.max(axis=1), minlength=len(alive))
+        names = len(rows) * np.log(len(alive) / (len(alive) - 1))
+        gain = prices[alive] + names - loss
+        weakest = int(np.argmax(gain))
+        order.append(int(alive[weakest]))
+        gains.append(float(gain[weakest]))
+        alive = np.delete(alive, weakest)
+    return np.array(order, dtype=np.int64), np.array(gains)
+
+
+def describe_segments(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+    """Mean features of every third of a segment: array (segments, 3 * dimensions).
+
+    Shapes: `frames` (frames, dimensions); `starts`, `ends` (segments,).
+    """
+    sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
+    parts = []
+    for third in range(3):
+        low = starts + (ends - starts) * third // 3
+        high = np.maximum(starts + (ends - starts) * (third + 1) // 3, low + 1)
+        high = np.minimum(high, len(frames))
+        parts.append((sums[high] - sums[low]) / (high - low)[:, None])
+    return np.concatenate(parts, axis=1)
+
+
+def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:
+    """First groups by k-means (k-means++ start): array (segments,), no group empty.
+
+    Shapes: `descriptors` (segments, values).
+    """
+    from sklearn.cluster import KMeans
+    from threadpoolctl import threadpool_limits
+
+    n_groups = min(n_groups, n_distinct(descriptors))
+    if n_groups == 1:
+        return np.zeros(len(descriptors), dtype=np.int64)
+    seed = int(rng.integers(2**31))
+    means = KMeans(n_groups, n_init=1, max_iter=30, random_state=seed)
+    with threadpool_limits(1):  # sums of several threads differ in their last bits
+        labels = means.fit_predict(descriptors)
+    return np.unique(labels, return_inverse=True)[1].astype(np.int64)
+
+
+def n_distinct(descriptors: FloatArray) -> int:
+    """Number of descriptors that differ by more than rounding errors.
+
+    Shapes: `descriptors` (segments, values).
+
+    >>> n_distinct(np.array([[1.0, 2.0], [1.0, 2.0 + 1e-9], [1.0, 3.0]]))
+    2
+    """
+    return len(np.unique(descriptors.round(6), axis=0))

@@ -12,6 +12,17 @@ Two likelihoods of a segment o_1 ... o_T:
 - ``exit=True``: the path ends in the last state and leaves it after o_T. These are the densities of
   whole passages: they add up over symbols in series. Zero for segments of fewer frames than states.
 
+Fitting is Baum-Welch, from equal parts of segments as first states. The E step computes, for state
+k of a symbol and summed over its segments, the expected number of frames (gamma), of stays and of
+leaves; the M step is
+
+    a_k = stays / (stays + leaves),   m_k = sum gamma o / sum gamma,
+    v_k = max(sum gamma (o - m_k)^2 / sum gamma, floor).
+
+Each of these is the maximum of its own term, so that with a floor on v_k and bounds on a_k the
+constrained maximum is the clipped one, and the likelihood cannot fall. A transition of probability
+0 has no expected count and stays 0.
+
 Frames are one array for all captures, segments are intervals [start, end) in it; they may overlap.
 The results do not depend on the number of threads.
 
@@ -20,21 +31,180 @@ Source: Rabiner, A tutorial on hidden Markov models, 1989; left to right as in p
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm_kernels as kernels
-from motiondb.symbols.emissions import check_symbols, log_density_blocks, log_symbols
-from motiondb.symbols.hmm_fit import SELF_LOOP_BOUNDS, fit, initialise
 from motiondb.symbols.hmm_jobs import (
     check_assignment,
     check_segments,
     frame_blocks,
     in_threads,
+    shares,
 )
+from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols, score_block
 from motiondb.symbols.network import segment_by_symbols
-from motiondb.symbols.score_kernels import score_block
+
+SELF_LOOP_BOUNDS = (0.01, 0.999)
+"""EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
+
+
+def initialise(
+    frames: FloatArray | Float32Array,
+    starts: IntArray,
+    ends: IntArray,
+    assignment: IntArray,
+    n_states: IntArray,
+    variance_floor: ArrayLike,
+) -> MotionSymbols:
+    """First symbols: every segment is cut into equal parts, one a state.
+
+    A segment of fewer frames than states fills the first states with one frame each. A state
+    without frames takes the mean and variance of its symbol's frames, or of all frames.
+
+    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,); `n_states`
+    (symbols,); `variance_floor` (dimensions,) or float.
+    """
+    n_states = np.asarray(n_states, dtype=np.int64)
+    n_symbols, n_padded = len(n_states), int(n_states.max())
+    floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (frames.shape[1],))
+    lengths = ends - starts
+    place, number = _flatten(starts, ends)
+    segment_states = n_states[assignment][number]
+    within = place - starts[number]
+    part = np.where(
+        lengths[number] >= segment_states, within * segment_states // lengths[number], within
+    )
+    values = np.asarray(frames[place], dtype=np.float64)
+    everything = _moments(values, np.zeros(len(values), dtype=np.int64), 1)
+    whole = _moments(values, assignment[number], n_symbols)
+    parts = _moments(values, assignment[number] * n_padded + part, n_symbols * n_padded)
+    shape = (n_symbols, n_padded, frames.shape[1])
+    count = parts[0].reshape(shape[:2])
+    chosen = []
+    for all_of, symbol, state in zip(everything[1:], whole[1:], parts[1:]):
+        fallback = np.where(whole[0][:, None] > 0, symbol, all_of)[:, None, :]
+        chosen.append(np.where(count[..., None] > 0, state.reshape(shape), fallback))
+    visits = np.maximum(np.bincount(assignment, minlength=n_symbols), 1)[:, None]
+    loops = np.clip(1.0 - visits / np.maximum(count, visits), 0.1, SELF_LOOP_BOUNDS[1])
+    real = np.arange(n_padded) < n_states[:, None]
+    return MotionSymbols(
+        n_states,
+        np.where(real, loops, 0.0),
+        np.where(real[..., None], chosen[0], 0.0),
+        np.where(real[..., None], np.maximum(chosen[1], floor), 1.0),
+    )
+
+
+def fit(
+    symbols: MotionSymbols,
+    frames: FloatArray | Float32Array,
+    starts: IntArray,
+    ends: IntArray,
+    assignment: IntArray,
+    *,
+    n_iterations: int,
+    variance_floor: ArrayLike,
+    exit_required: bool = True,
+) -> tuple[MotionSymbols, FloatArray]:
+    """Baum-Welch for all symbols at once, each from the segments assigned to it.
+
+    Shapes: `frames` (frames, dimensions); `starts`, `ends`, `assignment` (segments,);
+    `variance_floor` (dimensions,) or float.
+
+    `exit_required`: Whether every segment is a whole passage, from the first state out of the last,
+    as in generation and ``segment_by_symbols``. Segments of fewer frames than states may then end
+    in any state. If False, all segments may end in any state, as in hmmlearn.
+    """
+    check_symbols(symbols)
+    frames, starts, ends = check_segments(symbols, frames, starts, ends)
+    frames = np.ascontiguousarray(frames, dtype=np.float64)
+    segments = check_assignment(symbols, starts, ends, assignment)
+    floor = np.broadcast_to(np.asarray(variance_floor, dtype=np.float64), (frames.shape[1],))
+    symbols = _within_bounds(symbols, floor)
+    trace = np.empty(n_iterations + 1)
+    for iteration in range(n_iterations + 1):
+        statistics, log_likelihoods = _expectations(symbols, frames, segments, exit_required)
+        trace[iteration] = log_likelihoods.sum()
+        if iteration < n_iterations:
+            symbols = _maximise(symbols, statistics, floor)
+    return symbols, trace
+
+
+def _expectations(
+    symbols: MotionSymbols, frames: FloatArray, segments: IntArray, must_exit: bool
+) -> tuple[kernels.Statistics, FloatArray]:
+    """E step in threads, each with its own symbols; sums run in the order of the segments."""
+    prepared = log_symbols(symbols)
+    statistics = kernels.Statistics(
+        *(np.zeros(symbols.self_loops.shape) for _ in range(3)),
+        *(np.zeros(symbols.means.shape) for _ in range(2)),
+    )
+    log_likelihoods = np.zeros(len(segments))
+    job = partial(kernels.accumulate, frames, prepared, must_exit, statistics, log_likelihoods)
+    work = (segments[:, 1] - segments[:, 0]) * symbols.means[0].size
+    in_threads(job, [segments[share] for share in shares(work, segments[:, 2])])
+    return statistics, log_likelihoods
+
+
+def _maximise(
+    symbols: MotionSymbols, statistics: kernels.Statistics, floor: FloatArray
+) -> MotionSymbols:
+    """M step; states without expected frames keep their parameters."""
+    occupancy = statistics.occupancy[..., None]
+    visited = occupancy > 1e-8
+    weight = np.where(visited, occupancy, 1.0)
+    shift = statistics.deviations / weight
+    variance = np.maximum(statistics.squares / weight - shift**2, floor)
+    moves = statistics.stays + statistics.leaves
+    counted = (moves > 1e-8) & (symbols.self_loops > 0) & (symbols.self_loops < 1)
+    loops = np.clip(statistics.stays / np.where(moves > 1e-8, moves, 1.0), *SELF_LOOP_BOUNDS)
+    return MotionSymbols(
+        symbols.n_states,
+        np.where(counted, loops, symbols.self_loops),
+        np.where(visited, symbols.means + shift, symbols.means),
+        np.where(visited, variance, symbols.covars),
+    )
+
+
+def _within_bounds(symbols: MotionSymbols, floor: FloatArray) -> MotionSymbols:
+    loops = symbols.self_loops
+    free = (loops > 0) & (loops < 1)
+    real = np.arange(loops.shape[1]) < symbols.n_states[:, None]
+    return MotionSymbols(
+        symbols.n_states,
+        np.where(free, np.clip(loops, *SELF_LOOP_BOUNDS), loops),
+        symbols.means,
+        np.where(real[..., None], np.maximum(symbols.covars, floor), symbols.covars),
+    )
+
+
+def _moments(
+    values: FloatArray, group: IntArray, n_groups: int
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Count (groups,), mean and variance (groups, dimensions) of the rows of every group."""
+    count = np.bincount(group, minlength=n_groups)
+    weight = np.maximum(count, 1)[:, None]
+
+    def mean_of(columns: FloatArray) -> FloatArray:
+        sums = [np.bincount(group, column, n_groups) for column in columns.T]
+        return np.stack(sums, axis=1) / weight
+
+    mean = mean_of(values)
+    return count, mean, mean_of((values - mean[group]) ** 2)
+
+
+def _flatten(starts: IntArray, ends: IntArray) -> tuple[IntArray, IntArray]:
+    """Frame number and segment number of every frame of every segment, segment after segment."""
+    lengths = ends - starts
+    number = np.repeat(np.arange(len(starts)), lengths)
+    before = np.cumsum(lengths) - lengths
+    return np.arange(len(number)) - before[number] + starts[number], number
+
 
 __all__ = [
     "SELF_LOOP_BOUNDS",

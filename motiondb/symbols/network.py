@@ -20,14 +20,16 @@ from numba import njit
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
-from motiondb.symbols.emissions import (
+from motiondb.symbols.hmm_jobs import check_segments, one_blas_thread
+from motiondb.symbols.hmm_kernels import (
     BLOCK_VALUES,
+    NEVER,
+    LogSymbols,
     check_symbols,
     log_density_blocks,
     log_symbols,
+    posteriors,
 )
-from motiondb.symbols.hmm_jobs import check_segments, one_blas_thread
-from motiondb.symbols.hmm_kernels import NEVER, LogSymbols, posteriors
 
 
 def segment_by_symbols(

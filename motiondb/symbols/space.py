@@ -1,6 +1,18 @@
-"""The symbol space: points whose distances approximate those of the symbols.
+"""The symbol space: distances between symbols, points at such distances, and clusters of them.
 
-Multidimensional scaling finds coordinates x_i that minimise the stress
+Distances are a symmetric Kullback-Leibler rate, estimated by Monte Carlo. With y_in the n-th of N
+sequences of T frames sampled from symbol i,
+
+    d_n(i, j) = 1 / 2T [ log P_i(y_in) - log P_j(y_in) + log P_j(y_jn) - log P_i(y_jn) ]
+    D(i, j)   = max(0, mean_n d_n(i, j)),   variance = var_n d_n(i, j) / N,   D(i, i) = 0.
+
+A symbol that has reached its last state stays there, so that every P is a density over sequences of
+T frames; then the expectation of d_n is not negative, and a negative estimate is set to 0. All
+symbols share their random numbers: sequence n of every symbol has the same uniforms for its
+transitions and the same normals for its frames. That lowers the variance of the differences.
+Symbols of one state have D = symmetric divergence of their Gaussians.
+
+Coordinates. Multidimensional scaling finds points x_i that minimise the stress
 
     sqrt( sum_i<j (|x_i - x_j| - D_ij)^2 / sum_i<j D_ij^2 )
 
@@ -12,21 +24,48 @@ first, and every axis is signed so that its largest coordinate is positive: two 
 Number of dimensions (``choose_dimensions``): the smallest one at which the stress is below 0.05, or
 after which one more dimension lowers the stress by less than a twentieth of that of one dimension.
 
-Source: Borg and Groenen, Modern Multidimensional Scaling, 2005, chapters 8 and 12.
+Clusters come from a Gaussian mixture, its size and shape chosen by BIC = -2 log L + parameters
+ln(points). Mixtures of 1, 2, ... components are fitted with spherical,
+diagonal, tied (one covariance for all) and full covariances, because full covariances need many
+points. The mixture of lowest BIC is taken, among equals the first; mixtures with a component that
+holds a single point are taken only if there is no other. Each point belongs to its most probable
+component; components without points are left out. Clusters are numbered along the first axis.
+
+Source: Juang and Rabiner, A probabilistic distance measure for hidden Markov models, 1985; paper A
+prints it with one sequence; Borg and Groenen, Modern Multidimensional Scaling, 2005, chapters 8 and
+12; Fraley and Raftery, Model-based clustering, 2002; Schwarz, 1978.
 """
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 
 from motiondb.errors import MotionDBError
-from motiondb.records import FloatArray, MotionSymbols, SymbolSpace
-from motiondb.symbols.clusters import find_clusters
-from motiondb.symbols.divergence import N_SEQUENCES, divergence
+from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
+from motiondb.symbols import hmm
+
+if TYPE_CHECKING:
+    from sklearn.mixture import GaussianMixture
+
+N_SEQUENCES = 32
+"""Sequences a symbol; the variance of every distance is stored beside it."""
+_LONGEST = 60  # frames, 4 s: a self-loop near 1 would ask for endless sequences.
+_VALUES_AT_ONCE = 2_000_000  # 16 MB of samples: bounds memory, changes no result
 
 MAX_DIMENSIONS = 8  # Largest number of dimensions tried
 GOOD_STRESS = 0.05  # Stress that Kruskal (1964) calls good
 LEAST_GAIN = 0.05  # Least fall of the stress, in that of one dimension, for a further one
+
+MAX_CLUSTERS = 20  # More groups of symbols would not be read
+SHAPES = ("spherical", "diag", "tied", "full")
+_POINTS_A_CLUSTER = 3  # least mean number: fewer points do not determine a covariance.
+_SINGLE_POINT_PENALTY = 1e9  # added to the BIC of a mixture with a component of one point
+_PATIENCE = 4  # the search ends after so many sizes in a row that do not lower the BIC.
+_RELATIVE_FLOOR = 0.03  # least variance, share of the coordinates' mean variance.
 
 
 def build_space(
@@ -42,6 +81,189 @@ def build_space(
     coordinates, stress = scale(distances, n_dimensions=n_dimensions)
     clusters = find_clusters(coordinates, rng, n_clusters=n_clusters)
     return SymbolSpace(distances, variances, coordinates, stress, *clusters)
+
+
+def divergence(
+    symbols: MotionSymbols,
+    rng: np.random.Generator,
+    *,
+    n_sequences: int = N_SEQUENCES,
+    n_frames: int | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Distances between all pairs of symbols.
+
+    Shapes: result (symbols, symbols).
+
+    `n_frames`: T; None: the mean expected duration of the symbols, at most 60, and at least as many
+    frames as the longest symbol has states.
+    """
+    if n_sequences < 2:
+        raise MotionDBError(
+            f"divergence: expected at least 2 sequences a symbol, found {n_sequences}. "
+            "One sequence has no variance: sample more."
+        )
+    waiting = _waiting_at_the_end(symbols)
+    n_frames = n_frames or typical_duration(symbols)
+    n_symbols, _, n_dims = symbols.means.shape
+    uniforms = rng.random((n_sequences, n_frames))
+    normals = rng.standard_normal((n_sequences, n_frames, n_dims))
+    losses = np.empty((n_symbols, n_sequences, n_symbols))
+    width = max(1, _VALUES_AT_ONCE // normals.size)
+    for first in range(0, n_symbols, width):
+        some = np.arange(first, min(first + width, n_symbols))
+        frames = sample_together(waiting, some, uniforms, normals).reshape(-1, n_dims)
+        starts = np.arange(0, len(frames), n_frames)
+        totals = hmm.score(waiting, frames, starts, starts + n_frames).astype(np.float64)
+        totals = totals.reshape(len(some), n_sequences, n_symbols)
+        true = totals[np.arange(len(some)), :, some]
+        losses[some] = (true[:, :, None] - totals) / n_frames
+    both = 0.5 * (losses.transpose(1, 0, 2) + losses.transpose(1, 2, 0))
+    distances = np.maximum(both.mean(axis=0), 0.0)
+    variances = both.var(axis=0, ddof=1) / n_sequences
+    np.fill_diagonal(distances, 0.0)
+    np.fill_diagonal(variances, 0.0)
+    return distances, variances
+
+
+def typical_duration(symbols: MotionSymbols) -> int:
+    """Mean expected duration of the symbols in frames, at most 60 for each of them.
+
+    >>> s = MotionSymbols(np.array([2]), np.array([[0.9, 0.5]]), *[np.ones((1, 2, 1))] * 2)
+    >>> typical_duration(s)  # 10 + 2 frames
+    12
+    """
+    real = np.arange(symbols.self_loops.shape[1]) < symbols.n_states[:, None]
+    stays = np.where(real, 1.0 / np.maximum(1.0 - symbols.self_loops, 1.0 / _LONGEST), 0.0)
+    mean = float(np.mean(np.minimum(stays.sum(axis=1), _LONGEST)))
+    return max(round(mean), int(symbols.n_states.max()))
+
+
+def sample_together(
+    symbols: MotionSymbols, chosen: IntArray, uniforms: FloatArray, normals: FloatArray
+) -> FloatArray:
+    """Sequences of several symbols from the same random numbers.
+
+    Shapes: `chosen` (chosen,); `uniforms` (sequences, frames); `normals` (sequences, frames,
+    dimensions); result (chosen, sequences, frames, dimensions).
+    """
+    rows = chosen[:, None]
+    state = np.zeros((len(chosen), len(uniforms)), dtype=np.int64)
+    frames = np.empty((len(chosen), *normals.shape))
+    for t in range(normals.shape[1]):
+        frames[:, :, t] = symbols.means[rows, state]
+        frames[:, :, t] += np.sqrt(symbols.covars[rows, state]) * normals[:, t]
+        moves = uniforms[:, t] >= symbols.self_loops[rows, state]
+        state = np.minimum(state + moves, symbols.n_states[rows] - 1)
+    return frames
+
+
+def _waiting_at_the_end(symbols: MotionSymbols) -> MotionSymbols:
+    loops = symbols.self_loops.copy()
+    loops[np.arange(symbols.n_symbols), symbols.n_states - 1] = 1.0
+    return MotionSymbols(symbols.n_states, loops, symbols.means, symbols.covars)
+
+
+class Clusters(NamedTuple):
+    """A Gaussian mixture and the component of every point."""
+
+    clusters: IntArray  # (points,): component of each point
+    weights: FloatArray  # (clusters,): weights of the components; they sum to 1
+    means: FloatArray  # (clusters, dimensions): means of the components
+    covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the components
+
+
+def find_clusters(
+    coordinates: FloatArray, rng: np.random.Generator, *, n_clusters: int | None = None
+) -> Clusters:
+    """Cluster points by a Gaussian mixture.
+
+    Shapes: `coordinates` (points, dimensions).
+
+    `n_clusters`: Number of clusters. None: chosen by BIC, at most a third of the points and at most
+    20. Where points coincide or components stay empty, there are fewer clusters than given.
+    """
+    n_points = len(coordinates)
+    if n_points == 0:
+        raise MotionDBError("clusters: expected at least one symbol, found none. Learn first.")
+    if n_clusters is not None and not 1 <= n_clusters <= n_points:
+        raise MotionDBError(
+            f"clusters: expected a number from 1 to {n_points} (the symbols), found {n_clusters}. "
+            "Ask for fewer clusters, or leave the number to motiondb."
+        )
+    distinct = len(np.unique(coordinates.round(9), axis=0))
+    most = min(max(1, n_points // _POINTS_A_CLUSTER), MAX_CLUSTERS, distinct)
+    sizes = range(1, most + 1) if n_clusters is None else [min(n_clusters, distinct)]
+    floor = max(_RELATIVE_FLOOR * float(np.mean(np.var(coordinates, axis=0))), 1e-9)
+    seed = int(rng.integers(2**31))
+    if distinct == 1:
+        n_dims = coordinates.shape[1]
+        spread = floor * np.eye(n_dims)[None]
+        labels = np.zeros(n_points, dtype=np.int64)
+        return Clusters(labels, np.ones(1), coordinates[:1].copy(), spread)
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # on matrices of this size a second thread costs more than it saves
+        families = [_best_of_shape(coordinates, sizes, shape, floor, seed) for shape in SHAPES]
+    return _in_order(min(families, key=lambda pair: pair[0])[1], coordinates)
+
+
+def _best_of_shape(
+    coordinates: FloatArray, sizes: Iterable[int], shape: str, floor: float, seed: int
+) -> tuple[float, GaussianMixture]:
+    """Lowest BIC and its mixture; the search ends after a few sizes in a row without progress."""
+    tried: list[tuple[float, GaussianMixture]] = []
+    for size in sizes:
+        mixture = _fit_mixture(coordinates, size, shape, floor, seed)
+        bic = float(mixture.bic(coordinates))
+        if size > 1 and 1 in np.bincount(mixture.predict(coordinates)):
+            bic += _SINGLE_POINT_PENALTY
+        tried.append((bic, mixture))
+        if len(tried) - int(np.argmin([bic for bic, _ in tried])) > _PATIENCE:
+            break
+    return min(tried, key=lambda pair: pair[0])
+
+
+def _fit_mixture(
+    coordinates: FloatArray, size: int, shape: str, floor: float, seed: int
+) -> GaussianMixture:
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.mixture import GaussianMixture
+
+    # k-means++ starts from single points, so that a tied covariance would start far too wide
+    mixture = GaussianMixture(
+        size,
+        covariance_type=shape,
+        reg_covar=floor,
+        n_init=4,
+        max_iter=300,
+        init_params="kmeans" if shape == "tied" else "k-means++",
+        random_state=seed,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # the BIC decides
+        return mixture.fit(coordinates)
+
+
+def _in_order(mixture: GaussianMixture, coordinates: FloatArray) -> Clusters:
+    """Components with points, ordered along the first axis, with weights that sum to 1."""
+    labels = mixture.predict(coordinates)
+    alive = np.unique(labels)
+    alive = alive[np.lexsort(mixture.means_[alive].T[::-1])]
+    number = np.empty(len(mixture.weights_), dtype=np.int64)
+    number[alive] = np.arange(len(alive))
+    weights, means = mixture.weights_[alive], mixture.means_[alive]
+    return Clusters(number[labels], weights / weights.sum(), means, _full_covars(mixture)[alive])
+
+
+def _full_covars(mixture: GaussianMixture) -> FloatArray:
+    """Covariances of all components, whatever their shape: array (components, d, d)."""
+    n_components, n_dims = mixture.means_.shape
+    covars = np.asarray(mixture.covariances_)
+    if mixture.covariance_type == "tied":
+        return np.repeat(covars[None], n_components, axis=0)
+    if mixture.covariance_type == "full":
+        return covars
+    return covars.reshape(n_components, -1, 1) * np.eye(n_dims)
 
 
 def scale(

@@ -89,7 +89,7 @@ def test_another_file_and_a_newer_database(command: Any, some: Path, tmp_path: P
     assert "text.duckdb: expected a database of motiondb, found another kind of file" in ended.err
     command("add", some)
     with duckdb.connect("motions.duckdb") as connection:
-        connection.execute("UPDATE meta SET value = '999' WHERE key = 'schema_version'")
+        connection.execute("UPDATE meta SET value = '999' WHERE key = 'schema'")
     for words in (("list",), ("learn",), ("add", some), ("check",)):
         ended = command(*words)
         assert ended.code == 1

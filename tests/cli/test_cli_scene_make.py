@@ -131,7 +131,7 @@ def test_bad_diagrams_leave_nothing(
 def test_a_weight_of_zero_is_refused(
     command: Any, learned_file: Path, tmp_path: Path, diagram: Path
 ) -> None:
-    from motiondb.database.scenes.scene_files import text_of
+    from motiondb.database.scenes.scene_texts import text_of
 
     text, _ = text_of("basketball", ".grammar")
     (tmp_path / "basketball.grammar").write_text(f"{text}\nweight collision 0\n")

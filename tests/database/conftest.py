@@ -59,7 +59,7 @@ def _keep_nested_grammar(db: MotionDB) -> None:
     )
     with store.transaction(db.store):
         run_id = store.start_run(db.store, "grammar", {"name": "nested"})
-        store.save_grammar(db.store, nested, run_id)
+        store.save_grammar(db.store, nested.stored, run_id)
         store.finish_run(db.store, run_id)
 
 

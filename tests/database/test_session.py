@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -14,34 +15,36 @@ import pytest
 import motiondb
 from motiondb import MotionDB, store
 from motiondb.database.catalogue.cataloguing import AddSettings
-from motiondb.database.scenes.scene_making import SceneSettings
-from motiondb.errors import NotLearnedError, QueryError
+from motiondb.errors import QueryError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.learn.symbol_fitting import LearnSettings
 
-DIAGRAM = """diagram "Two"
-grammar basketball
-attack A1 at 0 7
-attack A2 at -3.5 5
-1 pass A1 to A2
-2 shoot A2
-"""
 WORDS = {"ana/bow_1": "bow", "ana/jump_1": "jump", "boris/kick_1": "kick", "boris/punch_1": "punch"}
-N_THREADS = 16
+N_THREADS = 8
 
 
-@pytest.fixture
-def few(tmp_path: Path, some: Path) -> Path:
+@pytest.fixture(scope="module")
+def learned_few(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
     """A database that has learned three symbols from four captures with words."""
-    path = tmp_path / "few.duckdb"
-    with motiondb.open(path) as db:
-        db.add(some, settings=AddSettings(jobs=1))
+    folder = tmp_path_factory.mktemp("few")
+    for name in WORDS:
+        target = folder / "captures" / f"{name}.bvh"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(samples_folder / f"{name}.bvh", target)
+    with motiondb.open(folder / "few.duckdb") as db:
+        db.add(folder / "captures", settings=AddSettings(jobs=1))
         for name, words in WORDS.items():
             db.set_words(name, words)
         db.learn(LearnSettings(n_symbols=3))
-    return path
+    return folder / "few.duckdb"
+
+
+@pytest.fixture
+def few(tmp_path: Path, learned_few: Path) -> Path:
+    """A copy that a test may change."""
+    return shutil.copy(learned_few, tmp_path / "few.duckdb")
 
 
 @pytest.fixture
@@ -65,18 +68,6 @@ def assert_whole(learned: Learned) -> None:
     assert set(learned.rows) == set(learned.captures)
     assert learned.segments.scores.shape[1] == learned.symbols.n_symbols
     assert len(learned.distances) == learned.symbols.n_symbols
-
-
-def test_scenes_kept_after_a_question_are_found(learned_copy: Path, tmp_path: Path) -> None:
-    diagram = tmp_path / "two.tactics"
-    diagram.write_text(DIAGRAM)
-    with motiondb.open(learned_copy) as db:
-        assert db.search("pass", where="kind=generated").matches == ()
-        settings = SceneSettings(seed=2, minutes=0.02, tries=1)
-        db.scenes.keep(db.scenes.make(diagram, settings, name="play"))
-        actual = db.search("pass", where="kind=generated").matches
-        assert {match.capture for match in actual} == {"play/A1", "play/A2"}
-        assert db.like("play/A1", limit=1)[0].capture == "play/A1"
 
 
 def test_another_opening_of_the_file_learns_anew(few: Path) -> None:
@@ -125,6 +116,9 @@ def test_values_are_kept_for_one_revision(db: MotionDB) -> None:
     with store.transaction(db.store):
         assert db.session.kept("x", load) == 3  # it may yet be undone, so it is not kept
     assert [db.session.kept("x", load) for _ in range(2)] == [4, 4]
+    with pytest.raises(ZeroDivisionError):
+        db.session.kept("z", lambda: 1 // 0)  # nothing is kept of a load that raised
+    assert db.session.kept("z", load) == 5
 
 
 def test_a_long_load_keeps_nobody_from_other_values(db: MotionDB) -> None:
@@ -197,17 +191,8 @@ def test_a_reader_of_an_earlier_revision_keeps_to_it(few: Path) -> None:
         assert one.learned.association.counts.sum() == 5
 
 
-def test_nothing_learned_is_not_remembered(tmp_path: Path, some: Path) -> None:
-    with motiondb.open(tmp_path / "new.duckdb") as db:
-        db.add(some, settings=AddSettings(jobs=1))
-        with pytest.raises(NotLearnedError):
-            db.search("kick")
-        db.learn(LearnSettings(n_symbols=2))
-        assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
-
-
 def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -> None:
-    """16 threads ask; meanwhile words change, and a capture comes and goes."""
+    """Threads ask; meanwhile words change, and a capture comes and goes."""
     ended = threading.Event()
     walk = samples_folder / "ana/walk_1.bvh"
 
@@ -228,17 +213,16 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
 
     def ask(number: int) -> int:
         rounds = 0
-        while rounds < 3 or not ended.is_set():
+        while rounds < 2 or not ended.is_set():
             asked[(number + rounds) % len(asked)]()
             rounds += 1
         return rounds
 
     def change() -> None:
         try:
-            for words in ("bow, kick", "bow", "bow, jump", "bow"):
-                db.set_words("ana/bow_1", words)
-                db.add(walk, settings=AddSettings(jobs=1))
-                db.remove(["walk_1"])
+            db.set_words("ana/bow_1", "bow, kick")
+            db.add(walk, settings=AddSettings(jobs=1))
+            db.remove(["walk_1"])
         finally:
             ended.set()
 
@@ -246,17 +230,15 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
         changing = pool.submit(change)
         rounds = list(pool.map(ask, range(N_THREADS)))
         changing.result()
-    assert min(rounds) >= 3
+    assert min(rounds) >= 2
     assert db.check() == []
 
 
-@pytest.mark.parametrize("ask", [MotionDB.search, MotionDB.like, MotionDB.describe])
+@pytest.mark.parametrize("ask", [MotionDB.like, MotionDB.describe])
 def test_every_thread_gets_the_same_answer(
-    few: Path, ask: Callable[[MotionDB, str], object]
+    learned_few: Path, ask: Callable[[MotionDB, str], object]
 ) -> None:
     """All threads ask an open database for the first time at once."""
-    question = "kick" if ask is MotionDB.search else "ana/jump_1"
-    with motiondb.open(few, read_only=True) as db, ThreadPoolExecutor(N_THREADS) as pool:
-        answers = list(pool.map(lambda _: ask(db, question), range(N_THREADS)))
-        matches = {str(getattr(answer, "matches", answer)) for answer in answers}
-        assert len(matches) == 1
+    with motiondb.open(learned_few, read_only=True) as db, ThreadPoolExecutor(N_THREADS) as pool:
+        answers = list(pool.map(lambda _: ask(db, "ana/jump_1"), range(N_THREADS)))
+        assert len({str(getattr(answer, "matches", answer)) for answer in answers}) == 1

@@ -118,12 +118,12 @@ def test_a_folder_that_may_not_be_read_is_named(tmp_path: Path, folder: Path) ->
 def test_files_are_read_here_where_no_process_can_start(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from joblib.externals.loky import ProcessPoolExecutor
+    from pebble.pool.process import WorkerManager
 
     def refuse(*_: object) -> None:
         raise OSError(24, "Too many open files")
 
-    monkeypatch.setattr(ProcessPoolExecutor, "submit", refuse)
+    monkeypatch.setattr(WorkerManager, "create_channels", refuse)
     path = folder / "good.bvh"
     jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
     readings = list(read_all(jobs, 2))

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
+from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.files import read_capture
 from motiondb.generate import contact
 from motiondb.records import FloatArray, Motion
 
 SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
-NAMES = ("ana/walk_1", "goran/run_1", "emil/dance_1", "boris/kick_1", "dora/turn_left_1")
+NAMES = ("ana/walk_1", "emil/dance_1", "boris/kick_1")
 I = body.INDEX  # noqa: E741
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT
 
@@ -105,12 +105,6 @@ def test_one_who_stands_still_stays() -> None:
     assert contact.foot_slip(motion) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_foot_under_the_ground_is_lifted_by_hand() -> None:
-    motion = standing(10, bend=10.0, height=STANDING - 0.05)
-    after, _ = retarget.motion_positions(contact.lock_feet(motion))
-    assert lowest(after) == pytest.approx(0.0, abs=1e-4)
-
-
 @pytest.mark.parametrize("n_frames", [1, 2])
 def test_a_frame_or_two_are_left_alone(n_frames: int) -> None:
     motion = standing(n_frames)
@@ -155,13 +149,3 @@ def test_a_nearly_straight_knee_does_not_snap() -> None:
     upper, _ = kinematics.two_bone(hip, knee, ankle, target, ahead)
     moved = np.linalg.norm(hip + rotation.rotate(upper, knee - hip) - knee)
     assert moved < 2 * 0.0022
-
-
-def test_generated_paths_walk_over_flat_ground() -> None:
-    """From vectors of a walk with a changed speed: the feet would skate, and are held."""
-    path, local = pose_vectors.to_path(sample("dora/walk_1"))
-    path[:, 2] *= 1.15
-    motion = pose_vectors.from_path(path, local)
-    locked = contact.lock_feet(motion)
-    assert contact.foot_slip(locked) < 0.5 * contact.foot_slip(motion)
-    assert features.runs(contact.find_contacts(retarget.motion_positions(locked)[0])[:, 0])

@@ -43,11 +43,6 @@ def test_the_furthest_part_is_the_shortest_that_goes_nearly_as_far() -> None:
     assert direction.furthest_part(path, "up", 130) == (49, 51)
 
 
-def test_a_side_of_a_limb_is_no_direction() -> None:
-    assert direction.directions_of(("kick", "left", "leg")) == ()
-    assert direction.directions_of(("turn", "left")) == ("left",)
-
-
 def _speeds(*steps: tuple[float, int]) -> np.ndarray:
     path = np.zeros((sum(n for _, n in steps), 4))
     path[:, 2] = np.concatenate([np.full(n, speed) for speed, n in steps])
@@ -92,14 +87,3 @@ def test_a_jump_leaves_the_usual_height_and_a_run_does_not() -> None:
     assert direction.gone(jump, "jump") == pytest.approx(9 / 30 / 0.2)
     assert direction.gone(run, "hop") < 0.5
     assert direction.gone(np.full((90, 4), 0.9), "hop") == 0.0
-
-
-def test_around_is_a_direction_of_turns_alone() -> None:
-    assert direction.directions_of(("turn", "around")) == ("around",)
-    assert direction.directions_of(("walk", "around")) == ()
-
-
-def test_what_a_motion_lacks_is_said_plainly() -> None:
-    assert direction.say_not_gone("down") == "it does not go down"
-    assert direction.say_not_gone("jump") == "it does not jump"
-    assert direction.say_not_gone("around") == "it does not turn around"

@@ -75,14 +75,6 @@ def sources(n_captures: int = 3, n_frames: int = 60) -> Sources:
     return made
 
 
-def test_a_single_piece_is_played_as_it_is() -> None:
-    made = stitching.stitch([Piece(1, 5, 25)], sources())
-    np.testing.assert_array_equal(made.path[:, 0], 100 + np.arange(5, 25))
-    np.testing.assert_array_equal(made.frames, np.arange(5, 25))
-    assert set(made.captures.tolist()) == {1}
-    assert set(made.shares.tolist()) == {1.0}
-
-
 def test_pieces_that_follow_one_another_have_no_seam() -> None:
     made = stitching.stitch([Piece(0, 0, 10), Piece(0, 10, 30)], sources())
     np.testing.assert_array_equal(made.path[:, 0], np.arange(30))

@@ -12,7 +12,7 @@ from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning import by_question
 from motiondb.meaning.bounds import SLACK, take_extremes, upper_bounds
 from motiondb.meaning.by_words import TakeScores
-from motiondb.search.question_search import likeliest_takes
+from motiondb.search.ranking import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 QUESTIONS = (

@@ -11,7 +11,7 @@ from motiondb.meaning.asked_certainty import (
     without_questions,
 )
 from motiondb.meaning.calibration import Certainty, KindCertainty
-from motiondb.search.answer_chances import Chances, PartChance, chances_of_kind
+from motiondb.search.chances import Chances, PartChance, chances_of_kind
 
 NAMES = ["walk", "run", "jump"]
 SHOWN = np.array(

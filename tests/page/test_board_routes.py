@@ -8,11 +8,9 @@ import pytest
 from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
-from motiondb.database.scenes.scene_boards import read_board
-from motiondb.database.scenes.scene_files import TACTICS, shipped, shipped_text
-from motiondb.scene.language.diagram_text import format_diagram
+from motiondb.database.scenes.scene_texts import TACTICS, read_board, shipped, shipped_text
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.language.tactics_file import format_diagram, read_diagram
 
 DRILL = """diagram "Drill"
 attack A1 at 0 8

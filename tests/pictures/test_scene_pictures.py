@@ -12,8 +12,7 @@ from motiondb.body import pose_vectors, rotation
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import MotionDBError
 from motiondb.pictures import draw_scene_animation, draw_scene_paths
-from motiondb.pictures.scenes.scene_animation import scene_images
-from motiondb.pictures.scenes.scene_paths import performer_colours, scene_paths_figure
+from motiondb.pictures.scenes import performer_colours, scene_images, scene_paths_figure
 from motiondb.records import Motion
 
 DIAGRAM = read_scene_text("give-and-go").diagram

@@ -10,8 +10,7 @@ from matplotlib.patches import Ellipse
 
 from motiondb.errors import MotionDBError
 from motiondb.pictures import draw_symbol_space
-from motiondb.pictures.labels import place_labels
-from motiondb.pictures.space import cluster_look, space_figure
+from motiondb.pictures.space import cluster_look, place_labels, space_figure
 from motiondb.records import SymbolSpace
 
 

@@ -13,8 +13,7 @@ from PIL import Image
 
 from motiondb.errors import MotionDBError
 from motiondb.pictures import Timeline, draw_strip, style
-from motiondb.pictures.strip import strip_figure
-from motiondb.pictures.timelines import lanes, n_lanes
+from motiondb.pictures.strip import lanes, n_lanes, strip_figure
 
 SYMBOLS = Timeline("symbols", [(0.0, 1.0, "17", 17), (1.0, 3.0, "4", 4)])
 WORDS = Timeline("words", [(0.0, 2.0, "walk", "walk"), (0.5, 3.0, "swing arms", "swing arms")])

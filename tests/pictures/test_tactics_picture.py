@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.patches import Circle
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.pictures import draw_tactics
-from motiondb.pictures.scenes.tactics import tactics_figure
+from motiondb.pictures.tactics import tactics_figure
 from motiondb.scene.language.tactics_file import read_diagram
 
 
@@ -76,7 +76,7 @@ def test_who_is_guarded_is_where_they_are_then() -> None:
     assert dotted[1].tolist() == [4.0, 7.64]
 
 
-@pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
+@pytest.mark.parametrize("name", scene_texts.shipped(scene_texts.TACTICS))
 def test_every_shipped_diagram_has_all_its_numbers(name: str) -> None:
     diagram = read_scene_text(name).diagram
     (axes,) = tactics_figure(diagram).axes

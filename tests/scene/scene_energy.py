@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import FloatArray
+from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.energy import scene_arrays, token_errors
 from motiondb.scene.energy.placement import ClipArrays
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.semantic_rules import Weights
 
 

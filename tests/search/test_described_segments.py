@@ -14,9 +14,9 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import Caption
-from motiondb.search.described_motion import word_probabilities
-from motiondb.search.described_segments import segment_words
-from motiondb.search.taken_words import take_unknown
+from motiondb.search.asked_words import learned_words, with_replaced
+from motiondb.search.described import segment_words, word_probabilities
+from motiondb.search.unknown_words import unknown_words
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def _by_motion(learned: Learned, capture: int) -> np.ndarray:
 def test_words_that_no_caption_of_the_take_lists_are_those_of_the_motion(learned: Learned) -> None:
     capture = _capture(learned, "ana/long_1")
     assert learned.places is not None
-    words = segment_words(learned, capture)
+    words = segment_words(learned_words(learned), capture)
     others = np.ones(words.probabilities.shape[1], bool)
     others[list(learned.places.words[capture])] = False
     by_motion = _by_motion(learned, capture)
@@ -64,7 +64,7 @@ def test_the_alignment_of_a_whole_caption_counts_where_it_says_more(learned: Lea
     whole = (Caption("walks, sits down, waves"),)
     changed = _with_captions(learned, capture, whole)
     assert changed.places is not None
-    words = segment_words(changed, capture)
+    words = segment_words(learned_words(changed), capture)
     listed = list(changed.places.words[capture])
     shown, by_motion = changed.places.shown[capture], _by_motion(changed, capture)[:, listed]
     np.testing.assert_allclose(words.probabilities[:, listed], np.maximum(shown, by_motion))
@@ -76,7 +76,7 @@ def test_a_caption_of_an_interval_says_where_its_words_are(learned: Learned) -> 
     capture = _capture(learned, "ana/long_1")
     parts = (Caption("bows", start=11.4, end=13.0), Caption("walks, bows"))
     changed = _with_captions(learned, capture, parts)
-    words = segment_words(changed, capture)
+    words = segment_words(learned_words(changed), capture)
     bow = learned.word_numbers["bow"]
     said = changed.said_places[capture][:, bow] > 0.0
     assert said.any()
@@ -97,28 +97,28 @@ def test_words_that_no_caption_holds_any_more_are_left_out(learned: Learned) -> 
         capture,
         (Caption("walks"),),
     )
-    assert (segment_words(without, capture).probabilities[:, bow] == 0.0).all()
+    assert (segment_words(learned_words(without), capture).probabilities[:, bow] == 0.0).all()
 
 
 @pytest.mark.parametrize("calibrated", [True, False])
 def test_a_taken_word_is_what_it_is_taken_as(learned: Learned, calibrated: bool) -> None:
     if not calibrated:  # as databases with a start, and of older versions
         learned = replace(learned, description_calibration=None)
-    taken, takings = take_unknown(learned, "stroll", nearby_table())
+    takings = unknown_words(learned, "stroll", nearby_table())
+    taken = with_replaced(learned_words(learned), takings)
     assert takings["stroll"].is_taken
     capture = _capture(learned, "ana/walk_1")
     words = segment_words(taken, capture).probabilities
-    plain = segment_words(learned, capture).probabilities
+    plain = segment_words(learned_words(learned), capture).probabilities
     np.testing.assert_allclose(words[:, : plain.shape[1]], plain)
     assert words.shape[1] == plain.shape[1] + 1
     assert words[:, -1].max() > 0.3
-    assert taken.meaning_space is learned.meaning_space
 
 
 def test_without_places_the_motion_says_everything(learned: Learned) -> None:
     capture = _capture(learned, "ana/long_1")
     whole = (Caption("walks, sits down, waves"),)
     without = _with_captions(replace(learned, places=None), capture, whole)
-    words = segment_words(without, capture)
+    words = segment_words(learned_words(without), capture)
     np.testing.assert_allclose(words.probabilities, _by_motion(without, capture), atol=1e-9)
     assert not words.aligned.any()

@@ -13,7 +13,7 @@ from motiondb.body import retarget
 from motiondb.files import read_capture
 from motiondb.records import Motion, Relation
 from motiondb.search import copies
-from motiondb.search.duplicates import group_duplicates
+from motiondb.search.copies import group_duplicates
 
 SAMPLES = Path(__file__).parents[2] / "sample_data" / "captures"
 TAKES = tuple(

@@ -13,14 +13,8 @@ import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search import reasons
-from motiondb.search.taken_words import (
-    LearnedWithTaken,
-    replace_unknown,
-    take_unknown,
-    unknown_words,
-    with_taken,
-)
-from motiondb.search.taking import Taking
+from motiondb.search.asked_words import learned_words, with_replaced
+from motiondb.search.unknown_words import Taking, unknown_words, with_likeliest
 
 
 @pytest.fixture(scope="module")
@@ -34,25 +28,19 @@ TAKING = Taking("strolls", (("walk", 0.8), ("step", 0.4)))
 
 def test_the_log_odds_of_a_taken_word_are_the_mean_of_its_words(db: motiondb.MotionDB) -> None:
     learned = db.searchable
-    view = with_taken(learned, {"stroll": TAKING})
-    assert isinstance(view, LearnedWithTaken)
+    view = with_replaced(learned_words(learned), {"stroll": TAKING})
     walk, step = learned.word_numbers["walk"], learned.word_numbers["step"]
-    stroll = view.word_numbers["stroll"]
+    stroll = view.numbers["stroll"]
     assert stroll == len(learned.association.words)
-    assert "stroll" in view.known_words
+    assert list(view.added) == ["stroll"]
     for capture, take in view.takes.items():
         before = learned.takes[capture]
         for had, has in ((before.windows, take.windows), (before.whole[None], take.whole[None])):
             np.testing.assert_array_equal(has[:, :-1], had)
         odds = learned.motion_log_odds[capture]
         np.testing.assert_allclose(
-            view.motion_log_odds[capture][:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
+            view.odds(capture)[:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
         )
-    np.testing.assert_allclose(
-        view.association.translation[:, stroll],
-        (2 * learned.association.translation[:, walk] + learned.association.translation[:, step])
-        / 3,
-    )
 
 
 def test_reasons_add_up_for_a_taken_word(db: motiondb.MotionDB) -> None:
@@ -67,7 +55,7 @@ def test_reasons_add_up_for_a_taken_word(db: motiondb.MotionDB) -> None:
 def test_the_probability_of_the_taking_goes_into_the_answers(db: motiondb.MotionDB) -> None:
     """A word taken as one known word ranks as that word, and is as much less sure."""
     learned = db.searchable
-    view = with_taken(learned, {"zork": Taking("zork", (("kick", 0.6),))})
+    view = with_replaced(learned_words(learned), {"zork": Taking("zork", (("kick", 0.6),))})
     np.testing.assert_allclose(
         [take.whole[-1] for take in view.takes.values()],
         [take.whole[learned.word_numbers["kick"]] for take in learned.takes.values()],
@@ -117,16 +105,15 @@ def test_the_users_synonyms_win(learned_copy: Path, tmp_path: Path) -> None:
         assert after.actions == (("kick",),)
 
 
-def test_what_is_known_is_not_looked_at(db: motiondb.MotionDB) -> None:
-    learned = db.searchable
-    view, takings = take_unknown(learned, "walk, kick", nearby_table())
-    assert view is learned
+def test_what_is_known_is_not_replaced(db: motiondb.MotionDB) -> None:
+    takings = unknown_words(db.searchable, "walk, kick", nearby_table())
     assert takings == {}
+    assert with_replaced(learned_words(db.searchable), takings).columns is None
 
 
 def test_for_one_sequence_the_likeliest_word_is_read(db: motiondb.MotionDB) -> None:
-    view, takings = replace_unknown(db.searchable, "strolling", nearby_table())
-    assert view.synonyms["stroll"] == "walk"
+    takings = unknown_words(db.searchable, "strolling", nearby_table())
     assert takings["stroll"].word == "strolling"
+    assert with_likeliest(db.searchable, takings).synonyms["stroll"] == "walk"
     answer = db.search("stroll", limit=1, by_symbols=True)
     assert answer.actions == (("walk",),)

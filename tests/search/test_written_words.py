@@ -16,7 +16,7 @@ from motiondb.database import MotionDB
 from motiondb.errors import QueryError
 from motiondb.meaning.by_words import UNWRITTEN, WRITTEN
 from motiondb.search import reasons
-from motiondb.search.written_words import with_written, written_words
+from motiondb.search.asked_words import find_written, with_written
 
 TIRED = ("ana/walk_1", "boris/walk_1")
 
@@ -67,16 +67,19 @@ def test_reasons_of_written_words_add_up(db: MotionDB) -> None:
 
 def test_evidence_is_that_of_written_words(db: MotionDB) -> None:
     learned = db.searchable
-    actual = written_words(learned)
+    actual = find_written(learned)
     view = with_written(learned, actual, ["exhaust", "zwickel", "walk", "nowhere"])
-    assert view.known_words[-2:] == ("exhaust", "zwickel")
-    column = view.word_numbers["exhaust"]
+    assert view.names[-2:] == ("exhaust", "zwickel")
+    assert view.added == {"exhaust": 2, "zwickel": 1}
+    column = view.numbers["exhaust"]
     names = {info.name: number for number, info in learned.captures.items()}
     for name, value in (("ana/walk_1", WRITTEN), ("chidi/walk_1", UNWRITTEN)):
-        np.testing.assert_array_equal(view.written[names[name]][:, column], value)
-    for capture, odds in view.motion_log_odds.items():
-        np.testing.assert_array_equal(odds[:, :column], learned.motion_log_odds[capture])
-    assert with_written(learned, actual, ["walk", "nowhere"]) is learned
+        written = view.written(names[name])
+        assert written is not None
+        np.testing.assert_array_equal(written[:, column], value)
+    for capture, odds in learned.motion_log_odds.items():
+        np.testing.assert_array_equal(view.odds(capture)[:, : odds.shape[1]], odds)
+    assert with_written(learned, actual, ["walk", "nowhere"]).columns is None
 
 
 def test_a_filter_takes_words_that_nothing_holds(db: MotionDB) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from motiondb import store
-from motiondb.grammar.cfg.context_free import Grammar, Rule
 from motiondb.records import (
     Association,
     Caption,
@@ -164,35 +163,25 @@ def grammar(
     grammar_id: int = 0,
     objective: float = 2.5,
     probability: float = 0.25,
-) -> store.LearnedGrammar:
+) -> store.StoredGrammar:
     """Two takes of three segments each: x y x and x z x; S -> x A x, A -> y | z."""
-    from motiondb.grammar.terminals.terminals import Terminals
-
     ends = np.array([(n * i.motion_frames) // 3 for i in infos for n in (1, 2, 3)], dtype=np.int64)
-    starts = np.where(np.arange(6) % 3 == 0, 0, np.roll(ends, 1))
-    terminals = Terminals(
-        ("x", "y", "z"),
-        np.repeat(np.arange(2), 3),
-        starts,
-        ends,
-        np.array([0, 1, 0, 0, 2, 0]),
-        np.array([3, 1, 4]),
-        objective,
-    )
-    rules = (
-        Rule("S", ("x", "A", "x")),
-        Rule("A", ("y",), probability),
-        Rule("A", ("z",), 1 - 0.25),
-    )
-    return store.LearnedGrammar(
+    return store.StoredGrammar(
         name,
-        tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
-        terminals,
-        np.array([-1, 4, 2]),
-        Grammar("S", rules, ("x", "y", "z")),
-        np.array([[0, 3], [3, 6]]),
-        ((0, 1), (0, 2)),
-        {"motion": 512.25, "grammar": 17.5},
-        run_id,
-        grammar_id,
+        sources=tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
+        terminals=("x", "y", "z"),
+        symbols=np.array([-1, 4, 2]),
+        takes=np.repeat(np.arange(2), 3),
+        starts=np.where(np.arange(6) % 3 == 0, 0, np.roll(ends, 1)),
+        ends=ends,
+        labels=np.array([0, 1, 0, 0, 2, 0]),
+        medoids=np.array([3, 1, 4]),
+        objective=objective,
+        start="S",
+        rules=(("S", ("x", "A", "x"), 1.0), ("A", ("y",), probability), ("A", ("z",), 0.75)),
+        sentences=np.array([[0, 3], [3, 6]]),
+        parses=((0, 1), (0, 2)),
+        bits={"motion": 512.25, "grammar": 17.5},
+        run_id=run_id,
+        grammar_id=grammar_id,
     )

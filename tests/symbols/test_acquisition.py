@@ -15,7 +15,7 @@ from naive_hmm import random_symbols
 
 from motiondb.errors import MotionDBError
 from motiondb.records import MotionSymbols
-from motiondb.symbols import acquisition, description, hmm, seeding, segmentation
+from motiondb.symbols import acquisition, hmm, segmentation
 from motiondb.symbols.acquisition import Acquired, AcquisitionSettings
 
 Planted: Any = naive.Planted
@@ -97,7 +97,7 @@ def test_description_lengths_strictly_fall_and_end_at_what_the_twin_counts() -> 
 def test_description_length_by_hand() -> None:
     """2 symbols of 1 and 2 states in 2 dimensions, 50 frames: 5 + 4 ln 2 + 3 * 5 / 2 ln 50."""
     symbols = random_symbols(np.random.default_rng(0), [1, 2], 2)
-    bits = description.description_length(-5.0, 4, symbols, 50)
+    bits = acquisition.description_length(-5.0, 4, symbols, 50)
     assert bits == pytest.approx(5 + 4 * 0.693147181 + 7.5 * 3.912023005)
 
 
@@ -241,14 +241,14 @@ def test_two_symbols_that_share_one_movement_become_one() -> None:
 def test_seed_groups_are_numbered_without_gaps(seed: int, n: int, n_groups: int) -> None:
     rng = np.random.default_rng(seed)
     descriptors = rng.integers(0, 3, (n, 2)).astype(float)
-    groups = seeding.seed_groups(descriptors, n_groups, rng)
+    groups = acquisition.seed_groups(descriptors, n_groups, rng)
     expected = min(n_groups, len(np.unique(descriptors, axis=0)))
     np.testing.assert_array_equal(np.unique(groups), np.arange(expected))
 
 
 def test_segments_are_described_by_their_thirds() -> None:
     frames = np.arange(12, dtype=np.float32)[:, None]
-    actual = seeding.describe_segments(frames, np.array([0, 6, 11]), np.array([6, 11, 12]))
+    actual = acquisition.describe_segments(frames, np.array([0, 6, 11]), np.array([6, 11, 12]))
     np.testing.assert_allclose(actual, [[0.5, 2.5, 4.5], [6, 7.5, 9.5], [11, 11, 11]])
 
 

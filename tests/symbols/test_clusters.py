@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray
-from motiondb.symbols import clusters
-from motiondb.symbols.clusters import find_clusters
+from motiondb.symbols import space
+from motiondb.symbols.space import find_clusters
 
 
 def blobs(seed: int, centres: FloatArray, n_each: int) -> FloatArray:
@@ -47,19 +47,19 @@ def test_bic_finds_the_shape_that_made_the_points(shape: str) -> None:
     parts = [rng.multivariate_normal([12.0 * n, 0.0], truth[n], 80) for n in range(2)]
     points = np.concatenate(parts)
     with threadpool_limits(1):
-        tried = [clusters._best_of_shape(points, range(1, 4), s, 0.01, 0) for s in clusters.SHAPES]
-    assert clusters.SHAPES[int(np.argmin([bic for bic, _ in tried]))] == shape
+        tried = [space._best_of_shape(points, range(1, 4), s, 0.01, 0) for s in space.SHAPES]
+    assert space.SHAPES[int(np.argmin([bic for bic, _ in tried]))] == shape
     actual = find_clusters(points, np.random.default_rng(5))
     np.testing.assert_array_equal(actual.clusters, np.repeat([0, 1], 80))
     spread = 0.03 * np.var(points, axis=0).mean() * np.eye(2)  # the floor that BIC may not see
     np.testing.assert_allclose(actual.covars - spread, truth, atol=0.7)
 
 
-@pytest.mark.parametrize("shape", clusters.SHAPES)
+@pytest.mark.parametrize("shape", space.SHAPES)
 def test_covariances_of_every_shape_are_written_out_in_full(shape: str) -> None:
     points = blobs(6, CENTRES[:3], 12)
-    mixture = clusters._fit_mixture(points, 3, shape, 0.01, 0)
-    full = clusters._full_covars(mixture)
+    mixture = space._fit_mixture(points, 3, shape, 0.01, 0)
+    full = space._full_covars(mixture)
     assert full.shape == (3, 2, 2)
     for n in range(3):
         one = np.asarray(mixture.covariances_ if shape == "tied" else mixture.covariances_[n])
@@ -71,7 +71,7 @@ def test_shapes_are_weighed_by_their_parameters() -> None:
     """One component in 2 dimensions: 3, 4, 5 and 5 parameters, of ln n each, beside -2 log L."""
     points = np.random.default_rng(7).normal(0, 1, (50, 2))
     for shape, n_parameters in zip(("spherical", "diag", "tied", "full"), (3, 4, 5, 5)):
-        mixture = clusters._fit_mixture(points, 1, shape, 1e-6, 0)
+        mixture = space._fit_mixture(points, 1, shape, 1e-6, 0)
         likelihood = -2 * mixture.score_samples(points).sum()
         assert mixture.bic(points) == pytest.approx(
             likelihood + n_parameters * np.log(50), abs=1e-3

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, MotionSymbols
-from motiondb.symbols import divergence as module
 from motiondb.symbols import hmm
-from motiondb.symbols.divergence import divergence, sample_together
+from motiondb.symbols import space as module
+from motiondb.symbols.space import divergence, sample_together
 
 
 def symbols_of(seed: int, n_states: list[int], n_dims: int = 3) -> MotionSymbols:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, IntArray, MotionSymbols
-from motiondb.symbols import emissions, hmm, hmm_jobs, hmm_kernels
+from motiondb.symbols import hmm, hmm_jobs, hmm_kernels
 
 TWO_COINS = MotionSymbols(
     np.array([2]),
@@ -71,7 +71,7 @@ def test_score_posteriors_and_path_are_sums_over_all_paths(
         expected = naive.log_likelihood(symbols, s, frames, exit) if possible else -1e30
         assert scores[0, s] == pytest.approx(expected, rel=1e-4, abs=1e-4)
         ends = exit and possible
-        gamma = hmm_kernels.posteriors(frames, emissions.log_symbols(symbols), s, exit)[0]
+        gamma = hmm_kernels.posteriors(frames, hmm_kernels.log_symbols(symbols), s, exit)[0]
         np.testing.assert_allclose(gamma, naive.posteriors(symbols, s, frames, ends), atol=1e-9)
         path = hmm.viterbi(symbols, s, frames, exit=exit)
         assert tuple(path) == naive.best_path(symbols, s, frames, ends)
@@ -103,7 +103,7 @@ def test_blocks_threads_and_order_change_nothing(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(hmm_jobs, "FRAMES_AT_ONCE", 30)
     monkeypatch.setattr(hmm_jobs, "LEAST_WORK", 0)
     monkeypatch.setattr(hmm_jobs, "N_THREADS", 3)
-    monkeypatch.setattr(emissions, "BLOCK_VALUES", 50)
+    monkeypatch.setattr(hmm_kernels, "BLOCK_VALUES", 50)
     np.testing.assert_allclose(hmm.score(symbols, frames, starts, ends), expected, rtol=1e-5)
 
 

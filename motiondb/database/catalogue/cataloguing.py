@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import files as capture
 from motiondb import store
-from motiondb.database.catalogue.added_sheets import (
-    Sheets,
-    captions_within,
-    events_left,
-    sheet_notes,
-    words_left,
-)
 from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
+from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder
-from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, capture_name
+from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
 
@@ -65,8 +59,7 @@ def add_captures(
         if names[capture_name(_below(path, folder))] != path
     ]
     jobs = [
-        (name, path, _entry(sheets.words, name), folder, settings)
-        for name, path in sorted(names.items())
+        (name, path, sheets.entry(name), folder, settings) for name, path in sorted(names.items())
     ]
     readings = []
     store.check_writable(opened)
@@ -81,51 +74,38 @@ def add_captures(
     if chosen.new:
         with store.transaction(opened):  # others may have added meanwhile
             chosen = _sort_readings(opened, readings)
-            report = _save(opened, _Batch(folder, sheets, settings), chosen, problems, tell)
+            report = _save(opened, folder, sheets, settings, chosen, problems, tell)
     return replace(report, notes=(*capture.not_read(folder), *report.notes))
-
-
-@dataclass(frozen=True)
-class _Batch:
-    """The data that are added together."""
-
-    folder: Path
-    sheets: Sheets
-    settings: AddSettings
-
-    @property
-    def parameters(self) -> dict[str, object]:
-        """Parameters of the run."""
-        words, events = self.sheets.words, self.sheets.events
-        return {
-            "folder": str(self.folder),
-            "sheet": words.path if words else None,
-            "events": events.path if events else None,
-            "unit": self.settings.unit,
-            "skip_bad_frames": self.settings.skip_bad_frames,
-            "joint_map": dict(self.settings.joint_map),
-            "keep_implausible": self.settings.keep_implausible,
-        }
 
 
 def _save(
     opened: store.Store,
-    batch: _Batch,
+    folder: Path,
+    sheets: Sheets,
+    settings: AddSettings,
     chosen: _Chosen,
     problems: Sequence[str],
     tell: Progress,
 ) -> AddReport:
     """Save the new captures; inside a transaction."""
-    sheets = batch.sheets
     known = _report_known(opened, sheets, chosen, problems)
     if not chosen.new:
         return known
     notes, faults = list(known.notes), list(known.problems)
     seconds, n_events = 0.0, 0
-    run_id = store.start_run(opened, "add", batch.parameters)
+    parameters = {
+        "folder": str(folder),
+        "sheet": sheets.words.path if sheets.words else None,
+        "events": sheets.events.path if sheets.events else None,
+        "unit": settings.unit,
+        "skip_bad_frames": settings.skip_bad_frames,
+        "joint_map": dict(settings.joint_map),
+        "keep_implausible": settings.keep_implausible,
+    }
+    run_id = store.start_run(opened, "add", parameters)
     with updating.counted(opened, run_id) as change:
         for done, reading in enumerate(chosen.new, start=1):
-            info, captions = _info(reading, _entry(sheets.words, reading.name), run_id, notes)
+            info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
@@ -149,7 +129,7 @@ def _save(
         len(change.counted),
         change.new_words,
         n_events,
-        sum("performer" not in _tags(sheets.words, name) for name in added),
+        sum("performer" not in _tags(sheets.entry(name)) for name in added),
     )
 
 
@@ -190,9 +170,7 @@ def _report_known(
     opened: store.Store, sheets: Sheets, chosen: _Chosen, problems: Sequence[str]
 ) -> AddReport:
     """The report of an ``add`` that saves nothing."""
-    notes = sheet_notes(sheets)
-    notes += words_left(opened, sheets.words, chosen.known)
-    notes += events_left(opened, sheets.events, chosen.known)
+    notes = sheet_notes(opened, sheets, chosen.known)
     return AddReport((), chosen.known, (*problems, *chosen.problems), (), tuple(notes), 0.0)
 
 
@@ -259,14 +237,8 @@ def _below(path: Path, folder: Path) -> str:
     return path.name if path == folder else path.relative_to(folder).as_posix()
 
 
-def _entry(sheet: Sheet | None, name: str) -> SheetEntry | None:
-    return sheet.find(name) if sheet else None
-
-
-def _tags(sheet: Sheet | None, name: str) -> Mapping[str, str]:
-    """Tags that a sheet gives a capture."""
-    entry = _entry(sheet, name)
-    return entry.tags if entry else {}
+def _tags(entry: SheetEntry | None) -> dict[str, str]:
+    return dict(entry.tags) if entry else {}
 
 
 def _info(
@@ -287,7 +259,7 @@ def _info(
         leg_length=0.0,
         path=reading.path,
         run_id=run_id,
-        tags=dict(entry.tags) if entry else {},
+        tags=_tags(entry),
         notes=reading.notes,
     )
     return info, captions

@@ -7,17 +7,19 @@ sentence too, and the others are read.
 
 from __future__ import annotations
 
-import faulthandler
 import os
+import pickle
 import signal
 import threading
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,10 +32,14 @@ from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
 from motiondb.records import CaptureInfo, Clip, Motion
 
+if TYPE_CHECKING:
+    from joblib.externals.loky.backend.context import LokyContext
+    from pebble import ProcessPool
+
 _FEW = 4  # Files that are read faster than other processes start
 _AHEAD = 4
-"""Files that are handed out for each process before the first of them is saved. Chosen by hand: the
-others go on beside a slow file, and few readings wait in memory."""
+"""Files that are handed out for each process before the first of them is saved: the others go on
+beside a slow file, and few readings wait in memory."""
 _ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )  # Environment of the processes: there is one for each core already
@@ -43,10 +49,6 @@ interrupt it, because it was inside a library."""
 _PROCESS_MEMORY = 4.0
 """A process may take this multiple of the memory of a clip: resampling and solving the canonical
 body hold a few arrays of the same size."""
-
-
-class _NoProcessError(Exception):
-    """The system lets no process start."""
 
 
 @dataclass(frozen=True)
@@ -101,62 +103,73 @@ _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
 def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Read files, in other processes if there are more than a few.
+    """Read files, in other processes if there are more than a few; readings in order of the jobs.
 
-    When a process dies, the files that it may have been reading are read again, each in a separate
-    process, so that only the file that kills its process is lost.
+    A file that kills its process, or takes too long, becomes a problem; the others go on.
     """
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
         return
+    from pebble import ProcessPool
+
     n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
-    done = 0
-    while done < len(jobs):
-        try:
-            for reading in _read_in_processes(jobs[done:], n_jobs):
-                yield reading
-                done += 1
-        except BrokenProcessPool:
-            for job in jobs[done : done + _AHEAD * n_jobs]:
-                yield _read_alone(job)
-                done += 1
-        except _NoProcessError:
-            yield from (_read_one(*job) for job in jobs[done:])
-            return
-
-
-def _read_in_processes(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
-    """Yield readings in the order of the jobs, made by several processes at once."""
-    from joblib.externals.loky import ProcessPoolExecutor
-
-    pool = ProcessPoolExecutor(
-        n_jobs,
-        initializer=end_with_parent,
-        initargs=(os.getpid(), is_main_thread()),
-        env=_ONE_THREAD,
-    )
-    folder, running = _working_folder(), deque[Future[Reading]]()
+    parent = (os.getpid(), is_main_thread())
+    pool = ProcessPool(n_jobs, initializer=end_with_parent, initargs=parent, context=_context())
+    folder, running = _working_folder(), deque[tuple[_Job, Future[Reading] | None]]()
     try:
         for job in jobs:
-            running.append(_submit(pool, folder, job))
+            running.append((job, _submit(pool, folder, job)))
             if len(running) == _AHEAD * n_jobs:
-                yield running.popleft().result()
+                yield _result(*running.popleft())
         while running:
-            yield running.popleft().result()
+            yield _result(*running.popleft())
+        pool.close()
     finally:
         with suppress(Exception):  # a pool that could not start has nothing to end
-            pool.shutdown(kill_workers=bool(running))  # files that are left belong to an error
+            pool.stop()  # files that are left belong to an error
+            pool.join()
 
 
-def _submit(pool: Executor, folder: str, job: _Job) -> Future[Reading]:
-    """Hand out a file; the first one starts the processes, for which joblib may raise anything."""
+def _context() -> LokyContext:
+    """How processes are started: without importing again the program that adds captures."""
+    from joblib.externals.loky.backend.context import LokyContext
+    from joblib.externals.loky.backend.process import LokyProcess
+
+    context = LokyContext()
+    context.Process = partial(LokyProcess, env=_ONE_THREAD)
+    return context
+
+
+def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[Reading] | None:
+    """Hand out a file, the first starts the processes; None where the system lets none start."""
+    path, limits = job[1], job[-1].limits
+    n_bytes = path.stat().st_size if path.is_file() else 0
+    seconds = min(_GRACE * limits.seconds_for(n_bytes), threading.TIMEOUT_MAX)
+    packed = pickle.dumps(job)  # a process that dies from it has then said that it has begun
     try:
         with _interrupts_wait():
-            return pool.submit(_read_beside, folder, job)
+            return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
+    except (OSError, RuntimeError):
+        return None
+
+
+def _result(job: _Job, future: Future[Reading] | None) -> Reading:
+    """The reading of a file that was handed out; it is read here where there is no process."""
+    from pebble import ProcessExpired
+
+    name, path = job[0], job[1]
+    try:
+        return _read_one(*job) if future is None else future.result()
     except BrokenProcessPool:
-        raise
-    except Exception as error:
-        raise _NoProcessError from error
+        return _read_one(*job)
+    except (ProcessExpired, TimeoutError):
+        return Reading(
+            name,
+            str(path),
+            problem=f"{path}: expected a file that can be read, found one that ends the process "
+            "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
+            "capture, or allow more with --memory-limit or --time-limit.",
+        )
 
 
 def _working_folder() -> str:
@@ -165,22 +178,6 @@ def _working_folder() -> str:
         return str(Path.cwd())
     except FileNotFoundError:
         return os.sep
-
-
-def _read_alone(job: _Job) -> Reading:
-    """Read one file in a separate process; the result is a problem if the process dies."""
-    try:
-        (reading,) = _read_in_processes([job], 1)
-    except BrokenProcessPool:
-        name, path = job[0], job[1]
-        return Reading(
-            name,
-            str(path),
-            problem=f"{path}: expected a file that can be read, found one that ends the process "
-            "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
-            "capture, or allow more with --memory-limit or --time-limit.",
-        )
-    return reading
 
 
 @contextmanager
@@ -196,19 +193,12 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(folder: str, job: _Job) -> Reading:
+def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Reading:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
-    path, limits = job[1], job[-1].limits
-    n_bytes = path.stat().st_size if path.is_file() else 0
-    capture.cap_memory(_PROCESS_MEMORY * max(limits.memory, _PROCESS_MEMORY * n_bytes))
-    with Path(os.devnull).open("w") as nowhere:
-        seconds = min(_GRACE * limits.seconds_for(n_bytes), threading.TIMEOUT_MAX)
-        faulthandler.dump_traceback_later(seconds, exit=True, file=nowhere)
-        try:
-            return _read_one(*job)
-        finally:
-            faulthandler.cancel_dump_traceback_later()
+    job: _Job = pickle.loads(packed)
+    capture.cap_memory(_PROCESS_MEMORY * max(job[-1].limits.memory, _PROCESS_MEMORY * n_bytes))
+    return _read_one(*job)
 
 
 def _read_one(

@@ -2,7 +2,7 @@
 
 No capture fulfils a condition ``caption ~ word``, ``tag = word`` or ``tag ~ word`` with an unknown
 word. If the word may be taken as words that captions, or the values of this tag, do hold
-(:mod:`motiondb.search.taking`), the condition asks for these instead. Conditions with ``!=``
+(:mod:`motiondb.search.unknown_words`), the condition asks for these instead. Conditions with ``!=``
 and ``!~``, and those within ``not``, are not changed: an unknown word excludes nothing.
 """
 
@@ -15,7 +15,7 @@ from motiondb.database.session import nearby_table
 from motiondb.language.lemmas import lemma
 from motiondb.language.vocabulary import forms_of
 from motiondb.records import CaptureInfo
-from motiondb.search.taking import TAKEN, Taking, take_word
+from motiondb.search.unknown_words import TAKEN, Taking, take_word
 from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where
 
 

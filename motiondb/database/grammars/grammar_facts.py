@@ -30,6 +30,7 @@ from motiondb.answers.grammars import (
 from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.context_free import Grammar, Tree
 from motiondb.grammar.cfg.loops import format_loops
@@ -108,9 +109,7 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     return language is None or not language <= known
 
 
-def terminal_rows(
-    learned: store.LearnedGrammar, meanings: Sequence[Meaning]
-) -> tuple[TerminalRow, ...]:
+def terminal_rows(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> tuple[TerminalRow, ...]:
     """Return the facts of each terminal."""
     terminals = learned.terminals
     rows = []
@@ -180,7 +179,7 @@ class ComparedGrammar:
     mean_length: float  # Mean length of the strings derived at random, in terminals
 
 
-def compare(learned: store.LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
+def compare(learned: LearnedGrammar, seed: int = 0) -> tuple[ComparedGrammar, ...]:
     """Compare a learned grammar with the finite state machine of its sentences."""
     sentences = learned.strings
     machine = finite_state_grammar(sentences)

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
+from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.sentences import partition
@@ -84,7 +85,7 @@ def learn_grammar(
     name: str | None,
     settings: GrammarSettings,
     progress: Progress | None = None,
-) -> tuple[store.LearnedGrammar, list[str]]:
+) -> tuple[LearnedGrammar, list[str]]:
     """Learn a grammar from captures and save it, as ``Grammars.learn`` does."""
     tell = progress or (lambda _what, _done, _total: None)
     infos = _sources(database, captures)
@@ -105,10 +106,10 @@ def learn_grammar(
     parameters = {"name": name, "captures": [info.name for info in infos], **asdict(settings)}
     with store.transaction(database):
         run_id = store.start_run(database, "grammar", parameters, settings.seed)
-        lost = store.save_grammar(database, learned, run_id)
+        lost = store.save_grammar(database, learned.stored, run_id)
         store.finish_run(database, run_id)
     tell("parses", 1.0, 1.0)
-    return store.load_grammar(database, name), lost
+    return load_learned_grammar(database, name), lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +121,11 @@ class _Found:
     sentences: partition.Sentences
 
 
-def _record(name: str, infos: Sequence[CaptureInfo], result: _Found) -> store.LearnedGrammar:
+def _record(name: str, infos: Sequence[CaptureInfo], result: _Found) -> LearnedGrammar:
     """Collect the learned grammar into a record for the store."""
     grammar, sentences = result.sentences.grammar, result.sentences.sentences
     bits = result.sentences.bits
-    return store.LearnedGrammar(
+    return LearnedGrammar(
         name,
         tuple(store.GrammarSource(i.name, i.sha256, i.motion_frames) for i in infos),
         result.terminals,

@@ -17,6 +17,7 @@ import numpy as np
 
 from motiondb import store
 from motiondb.database.grammars.grammar_sequences import Material
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.files.safe_files import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
@@ -119,7 +120,7 @@ def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMoti
     return ParsedMotion(reading.string, starts, ends, False, trees, fault, distances, reach)
 
 
-def as_learned(learned: store.LearnedGrammar, take: int) -> ParsedMotion:
+def as_learned(learned: LearnedGrammar, take: int) -> ParsedMotion:
     """Return the stored string, sentences and parses of a take."""
     terminals = learned.terminals
     rows = np.flatnonzero(terminals.takes == take)

@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import pictures, store
+from motiondb import pictures
 from motiondb.database.catalogue.parts import cut_motion
 from motiondb.database.generated_files import source_spans
 from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.loops import with_loops, with_loops_around
 from motiondb.records import MOTION_FPS
@@ -23,7 +24,7 @@ from motiondb.records import MOTION_FPS
 SHOWN_TREES = 12  # Most trees in a picture of the sentences
 
 
-def colours(learned: store.LearnedGrammar) -> dict[str, int]:
+def colours(learned: LearnedGrammar) -> dict[str, int]:
     """Return the tint number of each terminal, which is the same in all pictures of a grammar."""
     return {name: k for k, name in enumerate(learned.terminals.names)}
 

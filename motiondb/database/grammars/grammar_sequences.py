@@ -20,6 +20,7 @@ import numpy as np
 from motiondb import store
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
+from motiondb.database.learned_grammar import LearnedGrammar, load_learned_grammar
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar import synthesis
 from motiondb.grammar.cfg import context_free, parse
@@ -88,7 +89,7 @@ class Material:
     """A grammar with the motions of its takes, as far as their captures are in the database."""
 
     database: store.Store
-    learned: store.LearnedGrammar
+    learned: LearnedGrammar
     # Take -> number of its capture, for the takes whose captures are in the database
     numbers: Mapping[int, int]
 
@@ -114,8 +115,8 @@ class Material:
 
 def load_material(database: store.Store, name: str) -> Material:
     """Load a grammar with its takes; the motions are loaded when they are first needed."""
-    learned = store.load_grammar(database, name)
-    return Material(database, learned, store.load_source_numbers(database, learned))
+    learned = load_learned_grammar(database, name)
+    return Material(database, learned, store.load_source_numbers(database, learned.sources))
 
 
 def play(
@@ -202,7 +203,7 @@ def load_sequence(database: store.Store, name: str) -> tuple[context_free.Tree, 
             "is a chain of sentences, or its grammar was learned again or removed). Generate one: "
             "motiondb grammar generate."
         )
-    learned = store.load_grammar(database, derivation.grammar)
+    learned = load_learned_grammar(database, derivation.grammar)
     return context_free.derive_by(learned.grammar, derivation.rules), derivation
 
 

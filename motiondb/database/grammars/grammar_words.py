@@ -6,15 +6,16 @@ takes, by the difference
 
     p(word | segments of the terminal) - p(word | all segments).
 
-The probabilities are those of :mod:`motiondb.search.described_segments`: by the captions
+The probabilities are those of :mod:`motiondb.search.described`: by the captions
 that people wrote, and otherwise by the motion. A word whose place only the alignment of a whole
 caption gives has no probability. If the database has learned motion symbols, a terminal also gets
 the symbols that cover most of the time of its segments. The database therefore keeps a single table
 of motion symbols.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
-them. A word means one segment, with one of the terminals that show the word. A word that no caption
-holds may be taken as known ones (:mod:`motiondb.search.taken_words`), and is shown where these are.
+them. A word means one segment, with one of the terminals that show the word. A word that no
+caption holds may be replaced by known ones (:mod:`motiondb.search.unknown_words`), and is shown
+where these are.
 A text without ``?`` and ``...`` that does not consist of terminals is a sentence in words: its
 words follow each other in this order, with anything between, before and after. The steps are from
 words to motion symbols (the association), to terminals, to a sentence that obeys the grammar, to
@@ -37,6 +38,7 @@ from motiondb.database.grammars.grammar_sequences import (
     Material,
     play,
 )
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
@@ -46,9 +48,9 @@ from motiondb.language.vocabulary import motion_word, nearest_words, nothing_kno
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand
 from motiondb.records import FloatArray
-from motiondb.search.described_segments import segment_words
-from motiondb.search.taken_words import made_of_unknown, with_taken
-from motiondb.search.taking import Taking
+from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
+from motiondb.search.described import segment_words
+from motiondb.search.unknown_words import Taking, find_takings
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -80,12 +82,12 @@ class Meaning:
 
 
 def terminal_meanings(
-    learned: Learned | None, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    learned: Learned | None, grammar: LearnedGrammar, numbers: Mapping[int, int]
 ) -> tuple[Meaning, ...]:
     """Return the meaning of each terminal; `numbers` as :attr:`Material.numbers`."""
     if learned is None:
         return (Meaning(),) * len(grammar.terminals.names)
-    shares = terminal_shares(learned, grammar, numbers)
+    shares = terminal_shares(learned_words(learned), grammar, numbers)
     known = learned.association.words if shares.words.size else ()
     return tuple(
         Meaning(_words(row, shares.usual, known, learned.checked & ~aligned), _symbols(symbols))
@@ -108,15 +110,15 @@ class Shares:
 
 
 def terminal_shares(
-    learned: Learned, grammar: store.LearnedGrammar, numbers: Mapping[int, int]
+    asked: AskedWords, grammar: LearnedGrammar, numbers: Mapping[int, int]
 ) -> Shares:
     """Return what the segments of each terminal show; `numbers` as :attr:`Material.numbers`."""
-    terminals = grammar.terminals
+    learned, terminals = asked.learned, grammar.terminals
     n = len(terminals.names)
     takes = {take: capture for take, capture in numbers.items() if capture in learned.rows}
     symbols = np.zeros((n, learned.symbols.n_symbols))
     has_words = learned.fitted_word_map is not None
-    words = np.zeros((n, len(learned.association.words) if has_words else 0))
+    words = np.zeros((n, len(asked.names) if has_words else 0))
     by_alignment = np.zeros_like(words)
     frames = np.zeros(n)
     for take, capture in takes.items():
@@ -133,7 +135,7 @@ def terminal_shares(
         worn[np.arange(len(starts)), learned.segments.symbols[rows]] = 1.0
         np.add.at(symbols, labels, shared @ worn)
         if has_words:
-            shown = segment_words(learned, capture)
+            shown = segment_words(asked, capture)
             np.add.at(words, labels, shared @ shown.probabilities)
             np.add.at(by_alignment, labels, shared @ (shown.probabilities * shown.aligned))
     usual = words.sum(axis=0) / max(frames.sum(), 1.0)
@@ -141,18 +143,18 @@ def terminal_shares(
     return Shares(words / frames, by_alignment > words / 2.0, usual, symbols / frames)
 
 
-def terminals_for(learned: Learned, shares: Shares, word: str) -> tuple[int, ...]:
+def terminals_for(asked: AskedWords, shares: Shares, word: str) -> tuple[int, ...]:
     """Return the numbers of the terminals that show a word; () if none does.
 
     A terminal shows a word that is more probable in its segments than in all segments of the takes.
     Without a word map, the probability of a word is that of the association, given the motion
     symbols of the terminal.
     """
-    number = learned.association.words.index(word)
+    number = asked.names.index(word)
     if shares.words.size:
         row, usual = shares.words[:, number], float(shares.usual[number])
     else:
-        row = shares.symbols @ learned.association.translation[1:, number]
+        row = shares.symbols @ asked.learned.association.translation[1:, number]
         usual = float(row.mean())
     shown = (row >= LEAST_PROBABILITY) & (row - usual >= LEAST_GAIN)
     return tuple(np.flatnonzero(shown).tolist())
@@ -235,7 +237,7 @@ def _takings(material: Material, learned: Learned, tokens: Sequence[str]) -> dic
         return {}
     names = material.learned.grammar.terminals
     words = " ".join(t for t in tokens if t not in names and t not in (GAP, ANY))
-    made = made_of_unknown(learned, words, nearby_table())
+    made = find_takings(learned, words, nearby_table())
     return {word: taking for word, taking in made.items() if taking.is_taken}
 
 
@@ -250,23 +252,24 @@ def pattern_of(
             f" Write for example 'walk {GAP} {ANY} {GAP} shoot'."
         )
     names = material.learned.grammar.terminals
-    if learned is not None and not exact:
-        learned = with_taken(learned, _takings(material, learned, tokens))
+    asked = None if learned is None else learned_words(learned)
+    if asked is not None and not exact:
+        asked = with_replaced(asked, _takings(material, asked.learned, tokens))
     marked = any(token in (GAP, ANY) for token in tokens)
     if marked or all(token in names for token in tokens):
-        return read_pattern([_place(material, learned, token) for token in tokens])
-    if learned is None:
+        return read_pattern([_place(material, asked, token) for token in tokens])
+    if asked is None:
         raise _not_a_terminal(material, next(token for token in tokens if token not in names))
-    place = _word_places(material, learned)
+    place = _word_places(material, asked)
     parts: list[Place | str] = [GAP]
-    for word in _words_in_order(learned, text):
+    for word in _words_in_order(asked, text):
         parts += [place(word), GAP]
     return read_pattern(parts)
 
 
-def _words_in_order(learned: Learned, text: str) -> list[str]:
+def _words_in_order(asked: AskedWords, text: str) -> list[str]:
     """Return the words of a sentence; anything but an order of actions is refused."""
-    known = understand(learned, text)
+    known = understand(asked.learned, text, asked.added)
     if known.unknown:
         raise QueryError(nothing_known(text, known.unknown))
     actions, not_used = plain_actions(known.tree)
@@ -279,40 +282,40 @@ def _words_in_order(learned: Learned, text: str) -> list[str]:
     return [word for action in actions for word in action]
 
 
-def _place(material: Material, learned: Learned | None, token: str) -> Place | str:
+def _place(material: Material, asked: AskedWords | None, token: str) -> Place | str:
     """Return a token that is a terminal or a mark, or the place of a word."""
     if token in (GAP, ANY) or token in material.learned.grammar.terminals:
         return token
-    if learned is None:
+    if asked is None:
         raise _not_a_terminal(material, token)
-    words = learned.association.words
-    word = motion_word(token.lower(), learned.synonyms)
+    words = asked.names
+    word = motion_word(token.lower(), asked.learned.synonyms)
     if word is None or word not in words:
         near = nearest_words(word or token, words)
         raise QueryError(
             f"{token!r}: expected a terminal, {ANY}, {GAP} or a word of the database, found another"
             f" word.{f' Did you mean {near[0]}?' if near else ' Take a word of the captions.'}"
         )
-    return _word_places(material, learned)(word)
+    return _word_places(material, asked)(word)
 
 
-def _word_places(material: Material, learned: Learned) -> Callable[[str], Place]:
+def _word_places(material: Material, asked: AskedWords) -> Callable[[str], Place]:
     """Return a function from a word to its place."""
-    shares = terminal_shares(learned, material.learned, material.numbers)
+    shares = terminal_shares(asked, material.learned, material.numbers)
 
     def place(word: str) -> Place:
         names = material.learned.terminals.names
-        terminals = [names[k] for k in terminals_for(learned, shares, word)]
+        terminals = [names[k] for k in terminals_for(asked, shares, word)]
         if not terminals:
-            raise QueryError(_shown_by_none(material, learned, shares, word))
+            raise QueryError(_shown_by_none(material, asked, shares, word))
         return Place(word, frozenset(terminals))
 
     return place
 
 
-def _shown_by_none(material: Material, learned: Learned, shares: Shares, word: str) -> str:
+def _shown_by_none(material: Material, asked: AskedWords, shares: Shares, word: str) -> str:
     """Say that no terminal shows a word, and which words are shown."""
-    shown = [w for w in learned.association.words if terminals_for(learned, shares, w)]
+    shown = [w for w in asked.names if terminals_for(asked, shares, w)]
     options = ", ".join(shown[:20]) or "none"
     return (
         f"{word!r}: expected a word that a terminal of {material.learned.name} shows, found one "

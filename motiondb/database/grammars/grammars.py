@@ -32,13 +32,14 @@ from motiondb.database.grammars.grammar_sequences import (
     Material,
     terminals_of,
 )
+from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.plan import Plan, plan
 from motiondb.records import CaptureInfo, Motion
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -71,7 +72,7 @@ class Grammars:
         name: str | None = None,
         settings: GrammarSettings | None = None,
         progress: Progress | None = None,
-    ) -> tuple[store.LearnedGrammar, list[str]]:
+    ) -> tuple[LearnedGrammar, list[str]]:
         """Learn a grammar from captures, replacing a grammar of the same name.
 
         Parameters
@@ -116,7 +117,7 @@ class Grammars:
         name = self.load(name).name
         return next(size for size in self.sizes() if size.name == name)
 
-    def load(self, name: str) -> store.LearnedGrammar:
+    def load(self, name: str) -> LearnedGrammar:
         """Return a grammar with its terminals, sentences and parses."""
         return self.material(name).learned
 

@@ -23,7 +23,8 @@ from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import ORIGIN_NAME, started_from
 from motiondb.learn.symbol_fitting import LearnSettings
-from motiondb.search.word_sources import why_unchecked
+from motiondb.search.asked_words import learned_words
+from motiondb.search.chances import why_unchecked
 
 NONE = "none"  # Name that means no start
 ENDING = ".knowledge"
@@ -135,7 +136,7 @@ def start_facts(learned: Learned) -> dict[str, Any] | None:
         **started.knowledge.facts(),
         "weight": round(start_weight(counts.moments.n), 4),
         "own_captions": int(counts.moments.n),
-        "unchecked": why_unchecked(learned, ()),
+        "unchecked": why_unchecked(learned_words(learned), ()),
         "strange_motion": round(strange_share(learned.segments), 4),
         "fits": fits(learned.segments),
         "words_of_start_alone": len(set(started.names) - captioned),

@@ -7,7 +7,7 @@ times is about its part of the capture, one without about the whole capture.
 
 If a caption names several actions in order, all of them actions of the grammar and exactly one of
 them a throw (its event is a release), the time of the throw is determined from the hands (see
-:mod:`motiondb.scene.clips.throws`). Its clip begins there, and the actions named before it come
+:mod:`.clip_cutting`). Its clip begins there, and the actions named before it come
 before. This is not done for captures with other captions that have times.
 
 Words of phrases that no caption holds may be taken as known ones (:mod:`.scene_words`).
@@ -17,18 +17,98 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from motiondb import store
-from motiondb.database.scenes.scene_words import take_phrases
 from motiondb.database.session import nearby_table
+from motiondb.errors import SceneError
+from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import split_actions, words_of
+from motiondb.records import MOTION_FPS, Event, Motion
+from motiondb.scene.clips.clip_cutting import (
+    SHORTEST,
+    BodyFrames,
+    ShownMotion,
+    body_frames,
+    throw_frames,
+)
+from motiondb.scene.clips.clips import ClipLibrary, VariantSettings, make_library
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.search.taking import Taking
+from motiondb.search.unknown_words import TAKEN, Taking, take_word
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
 
+
+# ----------------------------------------------------------------------------
+# Replacement of words in a motion grammar's phrases that are in no caption by words that are.
+#
+# If no caption shows a terminal, the captures are searched again with replaced words. Words of its
+# phrases that are in no caption are replaced by known ones (:mod:`motiondb.search.unknown_words`):
+# by every known word whose probability is ``TAKEN`` or more, the bound that holds for questions
+# and for generated motion too. The commands name every word that was taken, since a scene plays
+# its clips without a probability. A word is not replaced by one in a phrase of another terminal,
+# because a grammar with both distinguishes them. Excluding phrases ("without") do not change: an
+# unknown word excludes nothing.
+
+
+Phrases = tuple[frozenset[str], ...]
+MOST_PHRASES = 50  # Phrases that one phrase may become. Chosen by hand, to bound the time
+
+
+@dataclass(frozen=True)
+class TakenPhrases:
+    """What the phrases of terminals without clips are taken as."""
+
+    phrases: Mapping[str, Phrases]  # Name of a terminal -> the phrases that it is asked for with
+    takings: Mapping[str, Taking]  # Word that no caption holds -> what it is taken as
+
+
+def take_phrases(
+    asked: Mapping[str, Phrases],
+    missing: Iterable[str],
+    known: frozenset[str],
+    table: NearbyTable,
+) -> TakenPhrases:
+    """Take the words of phrases that no caption holds."""
+    phrases: dict[str, Phrases] = {}
+    takings: dict[str, Taking] = {}
+    for name in missing:
+        others = {w for other, each in asked.items() if other != name for p in each for w in p}
+        takeable = known - others
+        here = {
+            word: taking
+            for phrase in asked[name]
+            for word in sorted(phrase - known)
+            if (taking := _sure(take_word(word, takeable, table))).words
+        }
+        replaced = dict.fromkeys(p for phrase in asked[name] for p in _taken(phrase, known, here))
+        if replaced:
+            phrases[name] = tuple(replaced)
+            takings |= here
+    return TakenPhrases(phrases, takings)
+
+
+def _sure(taking: Taking) -> Taking:
+    return replace(taking, words=tuple(pair for pair in taking.words if pair[1] >= TAKEN))
+
+
+def _taken(
+    phrase: frozenset[str], known: frozenset[str], takings: Mapping[str, Taking]
+) -> list[frozenset[str]]:
+    """The phrases that a phrase with unknown words becomes; none where a word is not taken."""
+    if phrase <= known or not phrase - known <= takings.keys():
+        return []
+    choices = [
+        [word] if word in known else [w for w, _ in takings[word].words] for word in sorted(phrase)
+    ]
+    return [frozenset(chosen) for chosen, _ in zip(product(*choices), range(MOST_PHRASES))]
+
+
+# ----------------------------------------------------------------------------
 
 THROW, BEFORE = "throw", "before"
 """Sections of a part of a capture: a throw, and what comes before it."""
@@ -182,4 +262,117 @@ def _all_show(
     return bool(named) and all(
         any(phrase <= words for phrase in phrases) and not any(no <= words for no in without)
         for words in named
+    )
+
+
+# ----------------------------------------------------------------------------
+# The clips of a motion grammar's terminals, from the captures of a database.
+#
+# The captions determine which parts of captures show an action (:mod:`.scene_clips`). The annotated
+# events, or else the motion, determine the time of its event and where it can be cut. The rest is
+# done by :mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session
+# keeps it until the database changes.
+
+
+@dataclass(frozen=True, eq=False)
+class SceneClips:
+    """The clips of a grammar, and the motions of their captures by name."""
+
+    library: ClipLibrary
+    motions: Mapping[str, Motion]
+
+
+_Events = Mapping[int, tuple[Event, ...]]
+
+
+def scene_clips(
+    session: Session,
+    grammar: MotionGrammar,
+    settings: VariantSettings | None = None,
+    exact: bool = False,
+) -> SceneClips:
+    """Return the clips of all terminals of a grammar.
+
+    `exact`: Whether words that no caption holds match nothing rather than being taken as known
+    ones.
+    """
+    chosen = settings or VariantSettings()
+    return session.kept(
+        ("scene clips", grammar, chosen, exact),
+        lambda: _make(session, grammar, store.load_events(session.store), (chosen, exact)),
+    )
+
+
+def _make(
+    session: Session, grammar: MotionGrammar, events: _Events, how: tuple[VariantSettings, bool]
+) -> SceneClips:
+    settings, exact = how
+    infos = {
+        info.name: info for info in store.load_captures(session.store) if info.kind == "captured"
+    }
+    actions = {
+        terminal: _evenly([part for part in parts if part.capture in infos], settings.most)
+        for terminal, parts in find_actions(session, grammar, exact).items()
+    }
+    names = sorted({part.capture for parts in actions.values() for part in parts})
+    motions = {n: store.load_motion(session.store, infos[n].capture_id) for n in names}
+    shown, seen = [], dict[str, BodyFrames]()
+    for terminal in grammar.terminals:
+        for part in actions[terminal.name]:
+            start, end = _frames(part, motions[part.capture], seen)
+            if end - start >= SHORTEST:
+                info = infos[part.capture]
+                shown.append(
+                    ShownMotion(
+                        terminal.name,
+                        part.capture,
+                        motions[part.capture],
+                        start,
+                        end,
+                        terminal.event,
+                        events.get(info.capture_id, ()),
+                        info.tags.get("licence", ""),
+                    )
+                )
+    _check_terminals(grammar, {one.terminal for one in shown})
+    library = make_library(shown, [terminal.name for terminal in grammar.terminals], settings)
+    used = sorted({source.capture for source in library.source})
+    return SceneClips(library, {name: motions[name] for name in used})
+
+
+def _evenly(parts: list[ShownAction], most: int) -> list[ShownAction]:
+    """Return at most ``most`` of the parts, evenly spaced; each gives a piece or more."""
+    chosen = np.linspace(0, len(parts) - 1, min(len(parts), max(most, 1))).round().astype(int)
+    return [parts[k] for k in chosen]
+
+
+def _frames(part: ShownAction, motion: Motion, seen: dict[str, BodyFrames]) -> tuple[int, int]:
+    """Return the frames that show an action; ``seen`` keeps analysed captures with throws."""
+    start = 0 if part.start is None else round(part.start * MOTION_FPS)
+    end = motion.n_frames if part.end is None else round(part.end * MOTION_FPS)
+    end = min(end, motion.n_frames)
+    if not part.stretch or end - start < SHORTEST:
+        return start, end
+    if part.capture not in seen:
+        seen[part.capture] = body_frames(motion)
+    first, last = throw_frames(seen[part.capture], start, end)
+    return (first, last) if part.stretch == THROW else (start, first)
+
+
+def _check_terminals(grammar: MotionGrammar, shown: set[str]) -> None:
+    """Refuse a grammar with terminals that no capture shows."""
+    missing = [terminal for terminal in grammar.terminals if terminal.name not in shown]
+    if not missing:
+        return
+    asked = "; ".join(
+        f"{terminal.name} ({', '.join(map(repr, terminal.phrases)) or 'no phrase'}"
+        + (f" without {', '.join(map(repr, terminal.without))}" if terminal.without else "")
+        + ")"
+        for terminal in missing
+    )
+    count = "a terminal" if len(missing) == 1 else f"{len(missing)} terminals"
+    raise SceneError(
+        f"{grammar.name}: expected captures for every terminal, found none for {count}: {asked}."
+        " Add captures whose words say so, one action a caption (motiondb words set CAPTURE), or"
+        " change the phrases in the grammar's file."
     )

@@ -21,19 +21,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.database.scenes.scene_library import SceneClips
+from motiondb.database.scenes.scene_clips import SceneClips
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
-from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy.binding import RuleTable, bind
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
 from motiondb.scene.report.report_records import SceneReport
 from motiondb.scene.report.scene_report import report_scene
 from motiondb.scene.sampling.play import Play, make_play
-from motiondb.scene.sampling.tempering import SamplerSettings, Trace, sample, warm_up
-from motiondb.scene.sampling.warm_start import WARM, warm_start
+from motiondb.scene.sampling.tempering import (
+    WARM,
+    SamplerSettings,
+    Trace,
+    sample,
+    warm_start,
+    warm_up,
+)
 
 SceneProgress = Callable[[str, float, float], None]
 """Called with the name of the step, the fraction that is done, and the error (NaN if unknown)."""

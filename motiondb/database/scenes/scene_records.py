@@ -20,7 +20,7 @@ from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import choices_of, derive_by
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 

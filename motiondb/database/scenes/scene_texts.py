@@ -3,21 +3,86 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import resources
 from pathlib import Path
 
-from motiondb import pictures
-from motiondb.database.scenes import scene_files
-from motiondb.database.scenes.scene_files import GRAMMAR, TACTICS, grammar_file, text_of
+from motiondb.database.scenes.scene_clips import ShownAction
+from motiondb.errors import SceneError, suggestion
+from motiondb.files.safe_files import is_file, read_bounded_text
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.possession import first_holder
+from motiondb.scene.language.possession import check_diagram, first_holder
 from motiondb.scene.language.tactics import Diagram
-from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.services import casting, services
+from motiondb.scene.language.tactics_file import parse_diagram, read_diagram
+from motiondb.scene.services import casting
+
+# ----------------------------------------------------------------------------
+# Motion grammars and tactics diagrams from files, or the shipped ones by name.
+
+
+GRAMMAR, TACTICS = ".grammar", ".tactics"
+_FOLDERS = {GRAMMAR: "grammars", TACTICS: "diagrams"}
+_KINDS = {GRAMMAR: "motion grammar", TACTICS: "tactics diagram"}
+
+
+def shipped(ending: str) -> tuple[str, ...]:
+    """Return the names, without ending, of the shipped files with an ending.
+
+    >>> shipped(GRAMMAR)
+    ('basketball', 'carrying')
+    """
+    folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
+    names = [entry.name for entry in folder.iterdir()]
+    return tuple(sorted(name.removesuffix(ending) for name in names if name.endswith(ending)))
+
+
+def read_grammar(name: str | Path) -> MotionGrammar:
+    """Read a motion grammar from a file, or the shipped one of this name."""
+    return read_motion_grammar(*text_of(name, GRAMMAR))
+
+
+def grammar_file(diagram: Diagram, beside: str | Path = "") -> str | Path:
+    """Return the file beside the diagram's that holds its grammar, or the name of a shipped one."""
+    path = Path(beside).parent / f"{diagram.grammar}{GRAMMAR}"
+    return path if beside and is_file(path) else diagram.grammar
+
+
+def shipped_text(name: str, ending: str) -> str:
+    """Return the text of a shipped file, and of no other."""
+    if name not in shipped(ending):
+        near = suggestion(name, shipped(ending)) or f" There are: {', '.join(shipped(ending))}."
+        raise SceneError(f"{name}: expected a shipped {_KINDS[ending]}, found no such name.{near}")
+    folder = resources.files("motiondb.scene").joinpath(_FOLDERS[ending])
+    return folder.joinpath(name + ending).read_text(encoding="utf-8")
+
+
+def text_of(name: str | Path, ending: str) -> tuple[str, str]:
+    """Return the text of a file or of a shipped one, and its name in messages."""
+    path = Path(name)
+    plain = str(name).removesuffix(ending)
+    if not is_file(path) and plain in shipped(ending):
+        return shipped_text(plain, ending), plain + ending
+    try:
+        return read_bounded_text(path), str(name)
+    except UnicodeDecodeError:
+        raise SceneError(
+            f"{name}: expected text in UTF-8, found other bytes. Is it a {_KINDS[ending]}?"
+        ) from None
+    except OSError as error:
+        near = suggestion(plain, shipped(ending)) or (
+            f" Name a file, or one of {', '.join(shipped(ending))}."
+        )
+        raise SceneError(
+            f"{name}: expected a {_KINDS[ending]}, found: {error.strerror or error}.{near}"
+        ) from None
+
+
+# ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,143 +140,105 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     return SceneText(read, grammar, text, grammar_text)
 
 
-class SceneTextVerbs:
-    """Verbs on motion grammars and tactics diagrams; none of them needs an open database.
+# ----------------------------------------------------------------------------
+# Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
+#
+# A program with a board asks after every change. No exception is raised for a diagram that cannot
+# be played: every fault is returned with its line.
 
-    ``grammar`` is a file, the name of a shipped grammar, or a MotionGrammar. Actions are given as
-    names separated by spaces, or as a sequence of names. A SceneError is raised if a file has a
-    fault.
-    """
-
-    @staticmethod
-    def read_grammar(grammar: str | Path | MotionGrammar) -> MotionGrammar:
-        """Read a motion grammar from a file, or the shipped one of this name."""
-        return grammar if isinstance(grammar, MotionGrammar) else scene_files.read_grammar(grammar)
-
-    @classmethod
-    def check_grammar(cls, grammar: str | Path | MotionGrammar) -> services.GrammarReport:
-        """Report conflicts, useless and empty symbols of a grammar.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        """
-        return services.check(cls.read_grammar(grammar))
-
-    @classmethod
-    def validate(
-        cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
-    ) -> services.Validation:
-        """Parse a string of actions: its tree, or the place and reason of the failure.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        actions : str or sequence of str
-            The actions in their order.
-        start : str
-            The start symbol; by default any that fits.
-
-        Raises
-        ------
-        SceneError
-            There is no such start symbol, or there are too many actions.
-        """
-        return services.validate(cls.read_grammar(grammar), _names(actions), start)
-
-    @classmethod
-    def suggest(
-        cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
-    ) -> services.Suggestions:
-        """Return the actions that may come next, with the probabilities of the grammar's rules.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        actions : str or sequence of str
-            The actions so far.
-        start : str
-            The start symbol; by default any that fits.
-
-        Raises
-        ------
-        SceneError
-            No string of the grammar begins with these actions.
-        """
-        return services.suggest(cls.read_grammar(grammar), _names(actions), start)
-
-    @classmethod
-    def plan(
-        cls,
-        grammar: str | Path | MotionGrammar,
-        actions: str | Sequence[str],
-        goals: Sequence[str | Collection[str]],
-        start: str = "",
-    ) -> tuple[str, ...]:
-        """Return the shortest string that continues some actions and reaches goals in order.
-
-        Parameters
-        ----------
-        grammar : str, Path or MotionGrammar
-            The grammar.
-        actions : str or sequence of str
-            The actions so far.
-        goals : sequence of str or collection of str
-            Actions to reach, in this order; any member of a collection will do.
-        start : str
-            The start symbol; by default the first of the grammar.
-
-        Returns
-        -------
-        tuple of str
-            The whole string, which begins with ``actions``.
-
-        Raises
-        ------
-        SceneError
-            The grammar has no such string, or a goal is not one of its actions.
-        """
-        wanted = [(goal,) if isinstance(goal, str) else tuple(goal) for goal in goals]
-        return services.plan(cls.read_grammar(grammar), _names(actions), wanted, start).leaves()
-
-    @staticmethod
-    def read_diagram(diagram: str | Path) -> SceneText:
-        """Read a tactics diagram from a file, or the shipped one of this name, with its grammar.
-
-        Parameters
-        ----------
-        diagram : str or Path
-            The file or name. A grammar beside the file is preferred to a shipped one.
-
-        Raises
-        ------
-        SceneError
-            Either has a fault, or the grammar does not allow what is drawn.
-        """
-        return read_scene_text(diagram)
-
-    @classmethod
-    def draw_diagram(cls, diagram: str | Path | SceneText, path: str | Path) -> Path:
-        """Draw a tactics diagram as PNG.
-
-        Parameters
-        ----------
-        diagram : str, Path or SceneText
-            The diagram.
-        path : str or Path
-            The picture.
-
-        Raises
-        ------
-        MotionDBError
-            The diagram has a fault, or the picture cannot be written.
-        """
-        text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
-        return pictures.draw_tactics(text.diagram, path)
+WHERE = "board"  # Name of the diagram in messages
+_LINE = re.compile(rf"{WHERE}:(\d+)(?::\d+)?: ?")
+LONGEST_TEXT = 100_000
+"""Most characters of a diagram. Chosen by hand: the longest shipped one has 1,500."""
 
 
-def _names(actions: str | Sequence[str]) -> list[str]:
-    return actions.split() if isinstance(actions, str) else list(actions)
+@dataclass(frozen=True)
+class BoardFault:
+    """Why a diagram cannot be played."""
+
+    line: int  # Line of the text, from 1; 0 if it is about the whole diagram
+    message: str  # The sentence, without the place
+    player: str = ""  # The player who cannot do what the diagram requires, or ""
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A diagram with its facts."""
+
+    text: str
+    diagram: Diagram | None = None  # The diagram; None if the text cannot be read
+    grammar: MotionGrammar | None = None  # Its grammar; None if there is none of this name
+    faults: tuple[BoardFault, ...] = ()  # Why it cannot be played; none for one that can
+    holder: str = ""  # Name of the player who has the ball at first, or ""
+    # Shortest string of actions of each player who can do what the diagram requires
+    strings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    # The requirements of each player, in the notation of the paper
+    expressions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """Every action that a player needs, once."""
+        return tuple(dict.fromkeys(a for string in self.strings.values() for a in string))
+
+
+def read_board(text: str) -> Board:
+    """Return the facts of the text of a diagram with a shipped grammar."""
+    if len(text) > LONGEST_TEXT:
+        raise SceneError(
+            f"{WHERE}: expected at most {LONGEST_TEXT} characters, found {len(text)}. Shorten it."
+        )
+    try:
+        diagram = parse_diagram(text, WHERE)
+    except SceneError as error:
+        return Board(text, faults=_faults(str(error)))
+    try:
+        text_of_grammar = shipped_text(diagram.grammar, GRAMMAR)
+        grammar = read_motion_grammar(text_of_grammar, diagram.grammar)
+    except SceneError as error:
+        return Board(text, diagram, faults=(BoardFault(0, str(error)),))
+    try:
+        check_diagram(diagram, WHERE)
+        trees, unable = casting.try_cast(diagram, grammar, WHERE)
+    except SceneError as error:
+        return Board(text, diagram, grammar, _faults(str(error)))
+    faults = tuple(f for name, told in unable.items() for f in _faults(told, name))
+    asked = expressions(diagram)
+    return Board(
+        text,
+        diagram,
+        grammar,
+        faults,
+        first_holder(diagram),
+        {name: tree.leaves() for name, tree in trees.items()},
+        {name: "".join(map(str, items)) for name, items in asked.items()},
+    )
+
+
+def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:
+    """Return the faults of an error: each begins with the place."""
+    faults: list[BoardFault] = []
+    for line in message.split("\n"):
+        place = _LINE.match(line)
+        if place:
+            faults.append(BoardFault(int(place[1]), line[place.end() :], player))
+        elif faults and not line.startswith(f"{WHERE}: "):
+            last = faults.pop()
+            faults.append(BoardFault(last.line, f"{last.message}\n{line}", player))
+        else:
+            faults.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
+    return tuple(faults)
+
+
+def element_faults(board: Board) -> tuple[str, ...]:
+    """Return for each element of the diagram why it cannot be played, or ""."""
+    if board.diagram is None:
+        return ()
+    told: dict[int, str] = {}
+    for fault in board.faults:
+        told.setdefault(fault.line, fault.message)
+    return tuple(told.get(element.line, "") for element in board.diagram.elements)
+
+
+def count_clips(clips: Mapping[str, Sequence[ShownAction]], names: Sequence[str]) -> dict[str, int]:
+    """Return the number of clips for each of some actions."""
+    return {name: len(clips.get(name, ())) for name in names}

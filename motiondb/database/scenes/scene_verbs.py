@@ -7,7 +7,7 @@ motion is then a capture, ``NAME/PLAYER``, with the origin of its frames.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,18 +15,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.answers.scenes import SceneAnswer
 from motiondb.body import body
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
-from motiondb.database.scenes.scene_clips import ShownAction, find_actions, find_with_words
+from motiondb.database.scenes import scene_folder, scene_texts
+from motiondb.database.scenes.scene_clips import (
+    ShownAction,
+    find_actions,
+    find_with_words,
+    scene_clips,
+)
 from motiondb.database.scenes.scene_facts import action_captions, report_details
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
+    source_list,
     whole_folder,
 )
-from motiondb.database.scenes.scene_folder_verbs import SceneFolderVerbs
-from motiondb.database.scenes.scene_library import scene_clips
 from motiondb.database.scenes.scene_making import (
     FirstMotion,
     MadeScene,
@@ -35,13 +41,14 @@ from motiondb.database.scenes.scene_making import (
     make,
 )
 from motiondb.database.scenes.scene_records import record_state, record_text, scene_record
-from motiondb.database.scenes.scene_reports import source_list
-from motiondb.database.scenes.scene_texts import SceneTextVerbs, read_scene_text
+from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.errors import QueryError, suggestion
+from motiondb.files.safe_files import is_folder
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
-from motiondb.search.taking import Taking
+from motiondb.scene.services import services
+from motiondb.search.unknown_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -75,10 +82,13 @@ def _quiet(_what: str, _share: float, _error: float) -> None:
     """Ignore the progress."""
 
 
-class Scenes(SceneTextVerbs, SceneFolderVerbs):
+class Scenes:
     """The scenes of a database; reached as ``db.scenes``.
 
-    Verbs on motion grammars, diagrams and folders need no database: ``Scenes.validate(...)``.
+    Verbs on motion grammars, diagrams and folders need no database: ``Scenes.validate(...)``. There
+    ``grammar`` is a file, the name of a shipped grammar, or a MotionGrammar. Actions are given as
+    names separated by spaces, or as a sequence of names. A SceneError is raised if a file has a
+    fault.
     """
 
     def __init__(self, session: Session) -> None:
@@ -369,3 +379,192 @@ class Scenes(SceneTextVerbs, SceneFolderVerbs):
         return pictures.draw_scene_paths(
             read_diagram(record.diagram, name), motions, png, record.ball
         )
+
+    @staticmethod
+    def read_grammar(grammar: str | Path | MotionGrammar) -> MotionGrammar:
+        """Read a motion grammar from a file, or the shipped one of this name."""
+        return grammar if isinstance(grammar, MotionGrammar) else scene_texts.read_grammar(grammar)
+
+    @classmethod
+    def check_grammar(cls, grammar: str | Path | MotionGrammar) -> services.GrammarReport:
+        """Report conflicts, useless and empty symbols of a grammar.
+
+        Parameters
+        ----------
+        grammar : str, Path or MotionGrammar
+            The grammar.
+        """
+        return services.check(cls.read_grammar(grammar))
+
+    @classmethod
+    def validate(
+        cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
+    ) -> services.Validation:
+        """Parse a string of actions: its tree, or the place and reason of the failure.
+
+        Parameters
+        ----------
+        grammar : str, Path or MotionGrammar
+            The grammar.
+        actions : str or sequence of str
+            The actions in their order.
+        start : str
+            The start symbol; by default any that fits.
+
+        Raises
+        ------
+        SceneError
+            There is no such start symbol, or there are too many actions.
+        """
+        return services.validate(cls.read_grammar(grammar), _names(actions), start)
+
+    @classmethod
+    def suggest(
+        cls, grammar: str | Path | MotionGrammar, actions: str | Sequence[str], start: str = ""
+    ) -> services.Suggestions:
+        """Return the actions that may come next, with the probabilities of the grammar's rules.
+
+        Parameters
+        ----------
+        grammar : str, Path or MotionGrammar
+            The grammar.
+        actions : str or sequence of str
+            The actions so far.
+        start : str
+            The start symbol; by default any that fits.
+
+        Raises
+        ------
+        SceneError
+            No string of the grammar begins with these actions.
+        """
+        return services.suggest(cls.read_grammar(grammar), _names(actions), start)
+
+    @classmethod
+    def plan(
+        cls,
+        grammar: str | Path | MotionGrammar,
+        actions: str | Sequence[str],
+        goals: Sequence[str | Collection[str]],
+        start: str = "",
+    ) -> tuple[str, ...]:
+        """Return the shortest string that continues some actions and reaches goals in order.
+
+        Parameters
+        ----------
+        grammar : str, Path or MotionGrammar
+            The grammar.
+        actions : str or sequence of str
+            The actions so far.
+        goals : sequence of str or collection of str
+            Actions to reach, in this order; any member of a collection will do.
+        start : str
+            The start symbol; by default the first of the grammar.
+
+        Returns
+        -------
+        tuple of str
+            The whole string, which begins with ``actions``.
+
+        Raises
+        ------
+        SceneError
+            The grammar has no such string, or a goal is not one of its actions.
+        """
+        wanted = [(goal,) if isinstance(goal, str) else tuple(goal) for goal in goals]
+        return services.plan(cls.read_grammar(grammar), _names(actions), wanted, start).leaves()
+
+    @staticmethod
+    def read_diagram(diagram: str | Path) -> SceneText:
+        """Read a tactics diagram from a file, or the shipped one of this name, with its grammar.
+
+        Parameters
+        ----------
+        diagram : str or Path
+            The file or name. A grammar beside the file is preferred to a shipped one.
+
+        Raises
+        ------
+        SceneError
+            Either has a fault, or the grammar does not allow what is drawn.
+        """
+        return read_scene_text(diagram)
+
+    @classmethod
+    def draw_diagram(cls, diagram: str | Path | SceneText, path: str | Path) -> Path:
+        """Draw a tactics diagram as PNG.
+
+        Parameters
+        ----------
+        diagram : str, Path or SceneText
+            The diagram.
+        path : str or Path
+            The picture.
+
+        Raises
+        ------
+        MotionDBError
+            The diagram has a fault, or the picture cannot be written.
+        """
+        text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
+        return pictures.draw_tactics(text.diagram, path)
+
+    @staticmethod
+    def is_folder(place: str | Path) -> bool:
+        """Whether a name is that of a folder, and not of a kept scene."""
+        return is_folder(place)
+
+    @staticmethod
+    def check_folder(folder: str | Path) -> None:
+        """Refuse a folder that cannot hold a scene.
+
+        Raises
+        ------
+        MotionDBError
+            It cannot be written, or holds something else.
+        """
+        scene_folder.check_scene_folder(Path(folder))
+
+    @staticmethod
+    def read_folder(folder: str | Path) -> store.StoredScene:
+        """Return the scene of a folder.
+
+        Raises
+        ------
+        SceneError
+            The folder holds no scene, or its record has a fault.
+        """
+        return scene_folder.read_scene_folder(Path(folder))
+
+    @staticmethod
+    def draw_folder(folder: str | Path, path: str | Path) -> Path:
+        """Draw the paths of the characters of a folder's scene over its diagram, as PNG.
+
+        Raises
+        ------
+        MotionDBError
+            The folder holds no scene, or the picture cannot be written.
+        """
+        return scene_folder.draw_folder(Path(folder), Path(path))
+
+    @staticmethod
+    def facts(scene: store.StoredScene) -> SceneAnswer:
+        """Return everything that is known of a scene, for JSON."""
+        return scene_folder.report_facts(scene)
+
+    @staticmethod
+    def report(scene: store.StoredScene) -> str:
+        """Return how well a scene keeps each rule, collisions and sources, as text."""
+        return scene_folder.report_text(scene)
+
+    @staticmethod
+    def remarks(scene: store.StoredScene) -> list[str]:
+        """Return one line for a sampling that was cut short, and for every impossible motion."""
+        return [
+            *scene_folder.cut_short_lines(scene),
+            *scene_folder.impossible_lines(scene.report),
+        ]
+
+
+def _names(actions: str | Sequence[str]) -> list[str]:
+    return actions.split() if isinstance(actions, str) else list(actions)

@@ -15,20 +15,23 @@ from pydantic import Field
 
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
-from motiondb.database.scenes.scene_boards import (
+from motiondb.database.scenes.scene_texts import (
+    GRAMMAR,
     LONGEST_TEXT,
+    TACTICS,
     BoardFault,
     count_clips,
     element_faults,
     read_board,
+    shipped,
+    shipped_text,
 )
-from motiondb.database.scenes.scene_files import GRAMMAR, TACTICS, shipped, shipped_text
 from motiondb.page.diagrams import DiagramShape, diagram_of, diagram_shape
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.routes.parameters import Body, Name
 from motiondb.page.state import Page
-from motiondb.scene.language.diagram_text import format_diagram
 from motiondb.scene.language.tactics import KINDS, TEAMS
+from motiondb.scene.language.tactics_file import format_diagram
 
 NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 """Names of diagrams: file names that are valid on every system."""

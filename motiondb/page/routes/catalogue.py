@@ -19,7 +19,7 @@ from motiondb.page.routes.parameters import Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.page.state import Page, WordEdit
 from motiondb.records import Caption
-from motiondb.search.duplicates import DuplicateGroup
+from motiondb.search.copies import DuplicateGroup
 
 MOST_SHOWN = 50  # Largest number of values of a facet that are sent; longer lists are searched
 

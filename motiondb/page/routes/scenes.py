@@ -11,9 +11,8 @@ from fastapi import APIRouter
 from pydantic import Field, TypeAdapter
 
 from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
-from motiondb.database.scenes.scene_boards import read_board
-from motiondb.database.scenes.scene_files import TACTICS
-from motiondb.database.scenes.scene_reports import report_facts
+from motiondb.database.scenes.scene_folder import report_facts
+from motiondb.database.scenes.scene_texts import TACTICS, read_board
 from motiondb.page.errors import PageError
 from motiondb.page.jobs import FACTS_FILE, JobReply
 from motiondb.page.refs import Ref, find_kept, read_ref

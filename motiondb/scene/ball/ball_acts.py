@@ -9,9 +9,9 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.clips import APART, ClipLibrary
-from motiondb.scene.energy import rule_table as kinds
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy import binding as kinds
+from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.tactics import SHOTS
 from motiondb.scene.timing.timeline import Timeline, measure
 

@@ -21,16 +21,179 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body import retarget
+from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.ball.ball_acts import BallActs, Possession
-from motiondb.scene.ball.hands import palms, reach
-from motiondb.scene.ball.hold import BALL, HeldBall, clearance, held_ball
+
+# ----------------------------------------------------------------------------
+# Hands: where they are, and how arms move them somewhere else.
+#
+# A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand
+# moves to its target as far as the arm reaches, with the elbow bent in its plane.
+
+
+PALM = 0.09  # Distance from wrist to palm, m: half the length of a hand
+_I = body.INDEX
+
+
+def palms(positions: FloatArray) -> FloatArray:
+    """Return both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), m."""
+    wrists_and_palms = []
+    for side in "lr":
+        elbow, wrist = positions[:, _I[f"{side}_elbow"]], positions[:, _I[f"{side}_wrist"]]
+        wrists_and_palms.append(wrist + PALM * rotation.normalize(wrist - elbow))
+    return np.stack(wrists_and_palms, axis=1)
+
+
+def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
+    """Return the motion with its palms moved towards targets.
+
+    Shapes: `targets` (frames, 2, 3), m; `weights` (frames, 2).
+    """
+    if not np.any(weights > 0.0):
+        return motion
+    positions, world = retarget.motion_positions(motion)
+    local = motion.local_rotations.astype(np.float64)
+    down = np.broadcast_to(np.array([0.0, -1.0, 0.0]), (len(positions), 3))
+    for hand, side in enumerate("lr"):
+        if not np.any(weights[:, hand] > 0.0):
+            continue
+        collar, shoulder, elbow = (_I[f"{side}_{j}"] for j in ("collar", "shoulder", "elbow"))
+        palm = palms(positions)[:, hand]
+        wanted = palm + weights[:, hand, None] * (targets[:, hand] - palm)
+        # the palm is a straight continuation of the forearm, so the chain may end there
+        upper, lower = kinematics.two_bone(
+            positions[:, shoulder], positions[:, elbow], palm, wanted, down
+        )
+        new_shoulder = rotation.multiply(upper, world[:, shoulder])
+        new_elbow = rotation.multiply(lower, world[:, elbow])
+        moved = weights[:, hand, None] > 0.0
+        local[:, shoulder] = np.where(
+            moved, rotation.relative(world[:, collar], new_shoulder), local[:, shoulder]
+        )
+        local[:, elbow] = np.where(
+            moved, rotation.relative(new_shoulder, new_elbow), local[:, elbow]
+        )
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
+
+
+# ----------------------------------------------------------------------------
+# Where a held or dribbled ball is, and which hands are on it.
+
+HALF_WIDTH = 0.11
+"""Distance from the centre of the ball to a palm at its side, m: a little less than its radius."""
+UNDER = 0.11
+"""Distance from a palm to the centre of the ball that it dribbles, m: a little less than its
+radius."""
+CARRIED = np.array([0.0, -0.06, 0.34])
+"""Where a ball is carried relative to the chest, m, in the frame of the heading: left, up,
+ahead."""
+CLOSE, FAR = 0.34, 0.55
+"""Distances between palms, m: up to the first both are on the ball, from the second on they are
+not."""
+LEAST_AHEAD = 0.24  # Least distance of a ball below the neck in front of the chest, m
+BALL = 0.12  # Radius of the ball, m: size 7
+_TURN = 8  # Frames in which a ball passes from both hands to one
+_OUT = 2.0  # Standard deviation of the smoothing of :func:`clearance`, frames
+_LIMBS = (
+    ("pelvis", "neck", 0.1),
+    ("neck", "head", 0.08),
+    ("l_hip", "l_knee", 0.06),
+    ("r_hip", "r_knee", 0.06),
+    ("l_knee", "l_ankle", 0.05),
+    ("r_knee", "r_ankle", 0.05),
+)
+"""Capsules of the body: from joint to joint, with their radius in m. Chosen by hand: slimmer than
+limbs, so that a held ball may touch clothes."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldBall:
+    """Per frame, whether held or not: where the ball would be."""
+
+    ball: FloatArray  # (frames, 3), m: its centre
+    # (frames, 2): weight with which the left and the right palm are to be at ``palms``
+    hands: FloatArray
+    palms: FloatArray  # (frames, 2, 3), m: targets of the palms
+
+
+def held_ball(possession: Possession, joints: FloatArray, rotations: FloatArray) -> HeldBall:
+    """Return where the ball is while a player has it.
+
+    If it would be inside the player's body, it is moved out, and the hands with it.
+
+    Shapes: `joints` (frames, 21, 3), m; `rotations` (frames, 21, 4).
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    n_frames = len(joints)
+    heading = pose_vectors.yaw(features.headings(rotations))
+    left = rotation.rotate(heading, np.broadcast_to(np.array([1.0, 0.0, 0.0]), (n_frames, 3)))
+    both = palms(joints)
+    two = _between(both, joints, heading)
+    hand = possession.hand_at(n_frames)
+    one = both[np.arange(n_frames), hand]
+    single = _smooth(possession.one_handed(n_frames, _gap(both)))
+    dribbled = _smooth(possession.dribbled(n_frames))
+    under = one - np.array([0.0, UNDER, 0.0]) * dribbled[:, None]
+    ball = (1.0 - single)[:, None] * two + single[:, None] * under
+    out = gaussian_filter1d(clearance(ball, joints), _OUT, axis=0, mode="nearest")
+    ball = ball + out
+    aside = np.stack([left, -left], axis=1) * HALF_WIDTH
+    led = _smooth(np.stack([hand == 0, hand == 1], axis=1).astype(float))
+    beside = both + led[:, :, None] * out[:, None]
+    share = single[:, None, None]
+    wanted = (1.0 - share) * (ball[:, None] + aside) + share * beside
+    other = (1.0 - single)[:, None]
+    return HeldBall(ball, np.maximum(led * np.sign(single)[:, None], other), wanted)
+
+
+def _smooth(values: FloatArray) -> FloatArray:
+    from scipy.ndimage import gaussian_filter1d
+
+    return np.asarray(gaussian_filter1d(values, _TURN / 3.0, axis=0, mode="nearest"))
+
+
+def clearance(ball: FloatArray, joints: FloatArray) -> FloatArray:
+    """Return the least horizontal displacement (frames, 3) of balls (frames, 3) out of a body.
+
+    It is 0 outside. Trunk, head, thighs and shins are capsules; joints (frames, 21, 3), m.
+    """
+    out = np.zeros_like(ball)
+    for first, second, radius in _LIMBS:
+        a, b = joints[:, _I[first]], joints[:, _I[second]]
+        along = b - a
+        share = np.sum((ball + out - a) * along, axis=1) / np.sum(along * along, axis=1)
+        away = ball + out - (a + np.clip(share, 0.0, 1.0)[:, None] * along)
+        level = away * np.array([1.0, 0.0, 1.0])
+        flat = np.linalg.norm(level, axis=1)
+        wide = np.sqrt(np.maximum((radius + BALL) ** 2 - away[:, 1] ** 2, 0.0))
+        out += level * (np.maximum(wide - flat, 0.0) / np.maximum(flat, 1e-6))[:, None]
+    return out
+
+
+def _gap(both: FloatArray) -> FloatArray:
+    return np.linalg.norm(both[:, 0] - both[:, 1], axis=1)
+
+
+def _between(both: FloatArray, joints: FloatArray, heading: FloatArray) -> FloatArray:
+    """Return the ball in both hands: between the palms, or in front of the chest if far apart."""
+    chest = joints[:, _I["chest"]]
+    middle = rotation.rotate(rotation.conjugate(heading), both.mean(axis=1) - chest)
+    share = np.clip((_gap(both) - CLOSE) / (FAR - CLOSE), 0.0, 1.0)[:, None]
+    share = share * share * (3.0 - 2.0 * share)
+    middle = (1.0 - share) * middle + share * CARRIED
+    below = np.clip(1.0 - (middle[:, 1] - 0.2) / 0.2, 0.0, 1.0)
+    middle[:, 2] += below * np.maximum(LEAST_AHEAD - middle[:, 2], 0.0)
+    return chest + rotation.rotate(heading, middle)
+
+
+# ----------------------------------------------------------------------------
 
 RADIUS, RIM, GRAVITY = BALL, 3.05, 9.81
 """Radius of the ball, m; height of the ring, m; gravity, m/s^2."""
@@ -185,3 +348,63 @@ def _gaps(
         here = (holder == player) & ~free
         gaps[here] = apart[here]
     return gaps
+
+
+# ----------------------------------------------------------------------------
+# Heads that follow the ball, as far as necks turn.
+#
+# Before a release the player looks at the target of the ball: the receiver or the ring. Neck and
+# head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped
+# and smoothed over a third of a second. Captures on the canonical body hold the head still, so
+# nothing is lost.
+#
+# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+# Forum 35 (2016), section 6: gaze is added when a scene is done.
+
+MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
+"""Largest turns of neck and head together, rad: within what people turn without effort."""
+AIMING = 20  # Frames before a release in which the player looks at the target of the ball
+_SMOOTH = 5.0  # Standard deviation of the smoothing, frames
+
+
+def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
+    """Return every player's motion with the head turned to what they look at.
+
+    Shapes: `ball` (frames, 3), m.
+    """
+    heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
+    seen = [ball.copy() for _ in motions]
+    for number, possession in enumerate(acts.possessions):
+        aim = np.tile(np.array([acts.rim[0], RIM, acts.rim[1]]), (len(ball), 1))
+        last = number + 1 == len(acts.possessions)
+        if last and not acts.shot:
+            continue
+        if not last:
+            aim = heads[acts.possessions[number + 1].player]
+        frames = np.arange(max(possession.until - AIMING, possession.since), possession.until + 1)
+        seen[possession.player][frames] = aim[frames]
+    return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
+
+
+def follow(motion: Motion, ball: FloatArray) -> Motion:
+    """Return the motion with its head turned to a point: array (frames, 3), m."""
+    from scipy.ndimage import gaussian_filter1d
+
+    positions, world = retarget.motion_positions(motion)
+    chest = rotation.conjugate(world[:, _I["chest"]])
+    away = rotation.rotate(chest, ball - positions[:, _I["head"]])
+    flat = np.hypot(away[:, 0], away[:, 2])
+    ahead = np.clip(flat / 0.3, 0.0, 1.0)  # a ball overhead has no direction
+    yaw = np.clip(np.arctan2(away[:, 0], away[:, 2]), -MOST_YAW, MOST_YAW) * ahead
+    behind = np.clip((np.abs(np.arctan2(away[:, 0], away[:, 2])) - 2.4) / 0.7, 0.0, 1.0)
+    yaw = yaw * (1.0 - behind)  # people do not turn the head to something straight behind them
+    pitch = np.clip(-np.arctan2(away[:, 1], np.maximum(flat, 0.3)), -MOST_PITCH, MOST_PITCH)
+    turns = gaussian_filter1d(np.stack([pitch, yaw], axis=1), _SMOOTH, axis=0, mode="nearest") / 2.0
+    half = rotation.multiply(
+        rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), turns[:, 1]),
+        rotation.from_axis_angle(np.array([1.0, 0.0, 0.0]), turns[:, 0]),
+    )
+    local = motion.local_rotations.astype(np.float64)
+    for joint in ("neck", "head"):
+        local[:, _I[joint]] = rotation.multiply(half, local[:, _I[joint]])
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))

@@ -23,12 +23,144 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from motiondb.body import body, features, pose_vectors, retarget, rotation
 from motiondb.body.features import runs
-from motiondb.records import Event, Motion
-from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
+from motiondb.generate.contact import find_contacts
+from motiondb.records import MOTION_FPS, Event, FloatArray, Motion
+
+# ----------------------------------------------------------------------------
+# Places on the ground with a heading, and their composition.
+#
+# A place is (x, z, theta): metres and radians, theta from +z towards +x, so that ahead is (sin
+# theta, cos theta). As a transform it maps coordinates in its own frame (x to the left of a viewer
+# who looks along +z, z ahead) to the world::
+#
+#     a b = (a.x + b.x cos a.th + b.z sin a.th,  a.z - b.x sin a.th + b.z cos a.th,  a.th + b.th)
+#
+# This is the group SE(2) with the axes of the ground. A test compares it with a yaw rotation in
+# space.
+
+
+def compose(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return ``second``, given in the frame of ``first``, in the frame in which ``first`` is given.
+
+    Shapes: `first`, `second` (..., 3), m and rad.
+
+    >>> compose(np.array([1.0, 0.0, np.pi / 2]), np.array([0.0, 2.0, 0.0])).round(6).tolist()
+    [3.0, 0.0, 1.570796]
+    """
+    first, second = np.broadcast_arrays(np.asarray(first, float), np.asarray(second, float))
+    c, s = np.cos(first[..., 2]), np.sin(first[..., 2])
+    x, z = second[..., 0], second[..., 1]
+    return np.stack(
+        [
+            first[..., 0] + x * c + z * s,
+            first[..., 1] - x * s + z * c,
+            first[..., 2] + second[..., 2],
+        ],
+        axis=-1,
+    )
+
+
+def inverse(place: FloatArray) -> FloatArray:
+    """Return the transform that undoes ``place``: array (..., 3).
+
+    >>> place = np.array([3.0, -1.0, 0.7])
+    >>> abs(compose(place, inverse(place))).round(12).tolist()
+    [0.0, 0.0, 0.0]
+    """
+    place = np.asarray(place, dtype=float)
+    c, s = np.cos(place[..., 2]), np.sin(place[..., 2])
+    x, z = -place[..., 0], -place[..., 1]
+    return np.stack([x * c - z * s, x * s + z * c, -place[..., 2]], axis=-1)
+
+
+def relative(places: FloatArray, to: FloatArray) -> FloatArray:
+    """Return places (..., 3) as seen from the place ``to`` (3,) or (..., 3)."""
+    return compose(inverse(to), places)
+
+
+# ----------------------------------------------------------------------------
+# A capture as scenes use it: the place of the body on the ground, and its pose relative to it.
+#
+# Each frame has the place (x, z, heading) of the pelvis on the ground, the joints in the frame of
+# that place (x left, y up, z ahead; the height of the root is kept), and their velocities.
+# Velocities are rotated into the same frame but include the travel of the body, so that running
+# and standing in the same pose are far apart.
+
+WRISTS = (body.INDEX["l_wrist"], body.INDEX["r_wrist"])  # Indices of the wrists among the 21 joints
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFrames:
+    """A motion, frame by frame, seen from its own places on the ground."""
+
+    places: FloatArray  # (frames, 3), m and rad: x, z and unwrapped heading in the world
+    joints: FloatArray  # (frames, 21, 3), m: joints in the frame of the place
+    # (frames, 21, 3), m/s: velocities relative to the world, along the axes of the place
+    velocities: FloatArray
+    # (frames, 2), bool: whether the left and the right foot is on the ground
+    contacts: NDArray[np.bool_]
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.places)
+
+    @cached_property
+    def speeds(self) -> FloatArray:
+        """Mean speed of all joints, array (frames,), m/s."""
+        return np.asarray(np.linalg.norm(self.velocities, axis=2).mean(axis=1))
+
+    def path(self, start: int, end: int) -> FloatArray:
+        """Return the places of frames ``start`` to ``end``, both included, seen from the first.
+
+        If the capture ends before ``end``, its last step is repeated, so that the last row is where
+        the next clip begins.
+
+        Shapes: result (end - start + 1, 3), m and rad.
+        """
+        inside = np.minimum(np.arange(start, end + 1), self.n_frames - 1)
+        path = relative(self.places[inside], self.places[start])
+        missing = end - (self.n_frames - 1)
+        if missing > 0 and self.n_frames > start + 1:
+            step = relative(self.places[-1], self.places[-2])
+            for k in range(len(path) - missing, len(path)):
+                path[k] = compose(path[k - 1], step)
+        return path
+
+    def mirrored(self) -> BodyFrames:
+        """Return the mirror image, with left and right exchanged."""
+        flip = np.array([-1.0, 1.0, 1.0])
+        return BodyFrames(
+            self.places * np.array([-1.0, 1.0, -1.0]),
+            self.joints[:, body.MIRROR] * flip,
+            self.velocities[:, body.MIRROR] * flip,
+            self.contacts[:, ::-1],
+        )
+
+
+def body_frames(motion: Motion) -> BodyFrames:
+    """Return a motion seen from its own places on the ground; see :class:`BodyFrames`."""
+    positions, rotations = retarget.motion_positions(motion)
+    headings = features.headings(rotations)
+    places = np.column_stack([positions[:, 0, [0, 2]], headings])
+    facing = pose_vectors.yaw(-headings)[:, None]
+    ground = positions[:, :1] * np.array([1.0, 0.0, 1.0])
+    return BodyFrames(
+        places,
+        rotation.rotate(facing, positions - ground),
+        rotation.rotate(facing, features.velocity(positions, MOTION_FPS)),
+        find_contacts(positions),
+    )
+
+
+# ----------------------------------------------------------------------------
 
 WHOLE, START, MIDDLE, STOP = "whole", "start", "middle", "stop"
 """Kinds of pieces: an uncut action; from rest, in motion at both ends, and to rest."""
@@ -178,3 +310,43 @@ def _spans(edges: list[int], lengths: tuple[int, ...]) -> list[Piece]:
 
 def _pelvis_speed(frames: BodyFrames, frame: int) -> float:
     return float(np.linalg.norm(frames.velocities[frame, 0, [0, 2]]))
+
+
+# ----------------------------------------------------------------------------
+# The frames in which a capture shows a throw, if its caption only says that there is one.
+#
+# "dribble, shoot" names two actions and no times. More evidence comes from the hands: before a ball
+# leaves them at frame r (where a wrist is farthest ahead and up), they come together around it, and
+# afterwards they sink. Within frames [start, end) the throw is [a, b)::
+#
+#     a   the first frame of the last interval before r in which the wrists are at most HELD apart
+#     b   the first frame after r + LANDED in which both wrists are below the chest
+#
+# with at most AROUND frames on either side of r. The frames before a show the actions that the
+# caption names before the throw. The method fails if an earlier action looks like a throw, as a
+# feigned shot does.
+
+HELD = 0.3
+"""Largest distance between the wrists with a ball in both hands, m. Chosen by hand: a ball is 0.24
+m wide."""
+LANDED = 25
+"""Frames after which a jumping player is on the ground again. Chosen by hand on the sample
+captures."""
+_CHEST = body.INDEX["chest"]
+
+
+def throw_frames(frames: BodyFrames, start: int, end: int) -> tuple[int, int]:
+    """Return the frames [a, b) of a throw within [start, end); see the module."""
+    release = farthest_up(frames, start, end)
+    wrists = frames.joints[start:end, WRISTS]
+    together = np.linalg.norm(wrists[:, 0] - wrists[:, 1], axis=1) <= HELD
+    held = np.flatnonzero(together[: release - start + 1])
+    first = release - AROUND
+    if len(held):
+        apart = np.flatnonzero(~together[: held[-1]])
+        first = max(first, start + (int(apart[-1]) + 1 if len(apart) else 0))
+    landed = min(release + LANDED, end)
+    chest = frames.joints[landed:end, _CHEST, 1]
+    down = np.flatnonzero(frames.joints[landed:end, WRISTS, 1].max(axis=1) < chest)
+    last = landed + int(down[0]) if len(down) else end
+    return max(first, start), min(last, release + AROUND, end)

@@ -6,7 +6,7 @@ first[t] to first[t + 1], and drawing one of them uniformly is drawing one integ
 follow which depends on poses, and bending and stretching do not change poses. So the cost of a seam
 is stored by clip, ``seam[seam_class[a], seam_class[b]]``, and not by entry.
 
-Places on the ground are (x, z, theta), see :mod:`motiondb.scene.clips.ground`. "In the entry frame"
+Places on the ground are (x, z, theta), see :mod:`.clip_cutting`. "In the entry frame"
 means relative to the place of the body in the clip's first frame. ``step`` leads from there to the
 frame after the last one, where the next clip begins.
 
@@ -16,18 +16,189 @@ Forum 35 (2016), section 3.1 (clips of a terminal) and section 6 (key frames of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import Event, Float32Array, FloatArray
-from motiondb.scene.clips.body_frames import WRISTS, BodyFrames, body_frames
-from motiondb.scene.clips.clip_cutting import Piece, ShownMotion, cut_action, instant, travels
-from motiondb.scene.clips.clip_seams import SeamEnds, rest_costs, seam_costs
-from motiondb.scene.clips.clip_variants import VariantSettings, edited_paths, edits_of
-from motiondb.scene.clips.ground import compose
+from motiondb.body import pose_vectors, retarget, rotation
+from motiondb.errors import SceneError
+from motiondb.records import MOTION_FPS, Event, Float32Array, FloatArray, IntArray, Motion
+from motiondb.scene.clips.clip_cutting import (
+    START,
+    STOP,
+    WRISTS,
+    BodyFrames,
+    Piece,
+    ShownMotion,
+    body_frames,
+    compose,
+    cut_action,
+    instant,
+    inverse,
+    travels,
+)
+
+# ----------------------------------------------------------------------------
+# Variants of clips: the path of a clip on the ground, bent and stretched.
+#
+# A capture follows its own path; a scene needs others. A variant of a clip has
+#
+#     heading'(t) = heading(t) + bend * t / n                     bend in radians, n frames
+#     step'(t)    = stretch * R(bend * (t + 1/2) / n) step(t)     the steps between frames
+#
+# so that its poses, relative to their places on the ground, are those of the clip. Feet slide by
+# the edit of the path; polishing removes this.
+#
+# Travelling clips are bent and stretched. Those that begin or end at rest may turn farther, because
+# people turn with their first step. Clips in place are turned a little.
+
+
+def _radians(*degrees: float) -> tuple[float, ...]:
+    return tuple(math.radians(angle) for angle in degrees)
+
+
+@dataclass(frozen=True)
+class VariantSettings:
+    """Which variants are made of every clip.
+
+    The values were chosen by hand: bends and stretches beyond these look wrong in pictures.
+    """
+
+    bends: tuple[float, ...] = _radians(-40, -20, -10, 0, 10, 20, 40)  # Bends of clips that travel
+    # Factors of the steps of clips that travel
+    stretches: tuple[float, ...] = (0.7, 0.85, 1.0, 1.15, 1.3)
+    # Bends of first and last steps
+    rest_bends: tuple[float, ...] = _radians(-90, -60, -40, -20, 0, 20, 40, 60, 90)
+    turns: tuple[float, ...] = _radians(-30, -15, 0, 15, 30)  # Bends of clips that stay in place
+    mirror: bool = True  # Whether mirror images are made
+    # Approximate largest number of pieces of one terminal before variants, separately for those
+    # that travel and those that stay. Above it, captures are left out evenly
+    most: int = 96
+
+
+TRAVELS = 0.3  # Distance between the ends of a piece, m, from which on it counts as travelling
+STEPS = 0.1  # The same for a first or last step, m
+MOST_TURNING = math.radians(240.0)
+"""Fastest bend, rad/s. Chosen by hand: people who run turn no faster."""
+
+
+def edits_of(path: FloatArray, kind: str, settings: VariantSettings) -> FloatArray:
+    """Return the variants of a piece.
+
+    Shapes: `path` (n + 1, 3), m and rad; result (variants, 2), rad and factor.
+    """
+    way, seconds = float(np.hypot(path[-1, 0], path[-1, 1])), (len(path) - 1) / MOTION_FPS
+    bends = settings.bends if way >= TRAVELS else settings.turns
+    bends = settings.rest_bends if kind in (START, STOP) and way >= STEPS else bends
+    stretches = settings.stretches if way >= TRAVELS else (1.0,)
+    return np.array(
+        [
+            (bend, stretch)
+            for bend in bends
+            if abs(bend) <= MOST_TURNING * seconds + 1e-9
+            for stretch in stretches
+        ]
+    ).reshape(-1, 2)
+
+
+def edited_paths(path: FloatArray, edits: FloatArray) -> FloatArray:
+    """Return the path of every variant: array (variants, n + 1, 3), from path (n + 1, 3).
+
+    >>> straight = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    >>> edited_paths(straight, np.array([[np.pi, 0.5]])).round(6).tolist()
+    [[[0.0, 0.0, 0.0], [0.5, 0.0, 3.141593]]]
+    """
+    return _edited(path, np.linspace(0.0, 1.0, len(path)), edits)
+
+
+def edited_stretch(path: FloatArray, shares: FloatArray, bend: float, stretch: float) -> FloatArray:
+    """Return one variant's path (frames, 3); frame t has turned by ``shares[t] * bend``."""
+    return np.asarray(_edited(path, shares, np.array([[bend, stretch]]))[0])
+
+
+def _edited(path: FloatArray, shares: FloatArray, edits: FloatArray) -> FloatArray:
+    turn = edits[:, :1] * shares
+    middle = (turn[:, 1:] + turn[:, :-1]) / 2.0
+    step = np.diff(path[:, :2], axis=0)
+    c, s = edits[:, 1:] * np.cos(middle), edits[:, 1:] * np.sin(middle)
+    steps = np.stack([step[:, 0] * c + step[:, 1] * s, step[:, 1] * c - step[:, 0] * s], axis=-1)
+    edited = np.empty((len(edits), len(path), 3))
+    edited[:, 0, :2] = path[0, :2]
+    edited[:, 1:, :2] = path[0, :2] + np.cumsum(steps, axis=1)
+    edited[:, :, 2] = path[:, 2] + turn
+    return edited
+
+
+# ----------------------------------------------------------------------------
+# The cost of a seam: how badly one clip follows another.
+#
+# Notation: clip a ends in the frame after its last one, with joints x and velocities v seen from
+# its place on the ground. Clip b begins with x' and v'. The cost is 0 if b truly follows a in its
+# capture; otherwise
+#
+#     g(a, b) = mean_j |x_j - x'_j| / POSE_SCALE  +  mean_j |v_j - v'_j| / VELOCITY_SCALE
+#
+# over the 21 joints: 1 for joints that are 10 cm apart, or differ by 1 m/s, on average. The form is
+# that of
+# J. Lee, J. Chai, P. Reitsma, J. Hodgins and N. Pollard, "Interactive control of avatars animated
+# with human motion data" (SIGGRAPH 2002). The paper on motion grammars names pose and velocity and
+# gives no weights; ours were chosen by hand.
+
+POSE_SCALE = 0.10  # Distance of joints, m, that costs 1. Chosen by hand: a viewer sees the blend
+VELOCITY_SCALE = 1.0  # Difference of velocities, m/s, that costs 1
+_BLOCK = 128  # Clips compared at once. It bounds the memory; the result does not depend on it
+
+
+@dataclass(frozen=True, eq=False)
+class SeamEnds:
+    """The beginnings and ends of clips."""
+
+    captures: IntArray  # (clips,), int: a number per capture, and another one for its mirror image
+    starts: IntArray  # (clips,), int: first frame in the capture
+    ends: IntArray  # (clips,), int: frame after the last one
+    # (clips, 2, joints, 3), m and m/s: joints and velocities at the first frame
+    entries: FloatArray
+    # (clips, 2, joints, 3), m and m/s: joints and velocities at the frame after the last
+    exits: FloatArray
+
+
+def seam_costs(clips: SeamEnds) -> Float32Array:
+    """Return g(a, b) of every clip a and b: array (clips, clips), float32; see the module."""
+    scales = np.array([POSE_SCALE, VELOCITY_SCALE])[:, None, None]
+    exits = (clips.exits / scales).astype(np.float32)
+    entries = (clips.entries / scales).astype(np.float32)
+    n_clips, n_joints = len(exits), exits.shape[2]
+    costs = np.zeros((n_clips, n_clips), dtype=np.float32)
+    for low in range(0, n_clips, _BLOCK):
+        for what in range(2):
+            for joint in range(n_joints):
+                a, b = exits[low : low + _BLOCK, what, joint], entries[:, what, joint]
+                square = np.square(a[:, None, 0] - b[None, :, 0])
+                square += np.square(a[:, None, 1] - b[None, :, 1])
+                square += np.square(a[:, None, 2] - b[None, :, 2])
+                costs[low : low + _BLOCK] += np.sqrt(square)
+    costs /= n_joints
+    same = clips.captures[:, None] == clips.captures[None, :]
+    costs[same & (clips.ends[:, None] == clips.starts[None, :])] = 0.0
+    return costs
+
+
+def rest_costs(clips: SeamEnds) -> Float32Array:
+    """Return the costs of starting every clip from standing, and of stopping after it.
+
+    It is the cost of a seam between equal poses, one of them without velocity.
+
+    Shapes: result (clips, 2), float32.
+    """
+    ends = np.stack([clips.entries[:, 1], clips.exits[:, 1]], axis=1)
+    speeds = np.linalg.norm(ends, axis=-1).mean(axis=-1)
+    return np.asarray(speeds / VELOCITY_SCALE, dtype=np.float32)
+
+
+# ----------------------------------------------------------------------------
 
 Int32Array = NDArray[np.int32]
 
@@ -147,7 +318,7 @@ def make_library(
         edited = edited_paths(path, edits)
         paths.extend(edited)
         kinds.extend([number] * len(edits))
-        sources.extend(_edited(clip.source, *edit) for edit in edits.tolist())
+        sources.extend(_edited_clip(clip.source, *edit) for edit in edits.tolist())
         hands.append(_hands(clip, edited))
     kind = np.array(kinds, dtype=np.int32)
     terminal = np.array([clip.terminal for clip in clips], dtype=np.int32)[kind]
@@ -172,7 +343,7 @@ def make_library(
     )
 
 
-def _edited(source: ClipSource, bend: float, stretch: float) -> ClipSource:
+def _edited_clip(source: ClipSource, bend: float, stretch: float) -> ClipSource:
     return ClipSource(
         source.capture,
         source.start,
@@ -307,3 +478,62 @@ def _ends(clips: Sequence[_Clip]) -> SeamEnds:
         np.array([state(c, c.piece.start) for c in clips]).reshape(shape),
         np.array([state(c, c.piece.end) for c in clips]).reshape(shape),
     )
+
+
+# ----------------------------------------------------------------------------
+# The poses of a library entry: frames of its capture, mirrored, bent and stretched.
+#
+# Only polishing needs poses; sampling uses places alone.
+
+
+def source_frames(source: ClipSource, n_frames: int, before: int = 0, after: int = 0) -> IntArray:
+    """Return the frames of an entry's capture, with more frames at both ends for blending.
+
+    Before the beginning and after the end of the capture its first and last frames are repeated.
+
+    Shapes: result (before + frames + after,), int.
+    """
+    frames = np.arange(source.start - before, source.end + after)
+    return np.asarray(np.clip(frames, 0, n_frames - 1))
+
+
+def clip_motion(
+    source: ClipSource,
+    motions: Mapping[str, Motion],
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    before: int = 0,
+    after: int = 0,
+) -> Motion:
+    """Return the motion of an entry, placed on the ground.
+
+    `before`: Frames of the capture added before the entry, for blending. They are stretched like
+    the entry, and bend no further.
+    """
+    motion = _motion_of(source, motions)
+    frames = source_frames(source, motion.n_frames, before, after)
+    local, heading = pose_vectors.heading_rotations(motion)
+    root = motion.root_positions[frames].astype(np.float64)
+    path = np.column_stack([root[:, 0], root[:, 2], heading[frames]])
+    length = source.end - source.start
+    shares = np.clip((np.arange(len(frames)) - before) / length, 0.0, 1.0)
+    path = edited_stretch(path, shares, source.bend, source.stretch)
+    placed = compose(compose(np.asarray(at), inverse(path[before])), path)
+    turned = local[frames]
+    turned[:, 0] = rotation.multiply(pose_vectors.yaw(placed[:, 2]), turned[:, 0])
+    positions = np.column_stack([placed[:, 0], root[:, 1], placed[:, 1]])
+    return Motion(
+        rotation.unroll(turned).astype(np.float32),
+        positions.astype(np.float32),
+        motion.leg_length,
+        motion.notes,
+    )
+
+
+def _motion_of(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:
+    if source.capture not in motions:
+        raise SceneError(
+            f"{source.capture}: expected the capture that a clip was taken from, found none of"
+            " this name. Add it again, or make the scene again."
+        )
+    motion = motions[source.capture]
+    return retarget.mirror(motion) if source.mirrored else motion

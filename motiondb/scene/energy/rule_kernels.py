@@ -11,9 +11,7 @@ from __future__ import annotations
 import math
 
 from motiondb.records import MOTION_FPS
-from motiondb.scene.energy.compilation import compiled
-from motiondb.scene.energy.placement import ClipArrays, place_in_clip
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     AT_END,
     AT_START,
     DIRECTION,
@@ -25,8 +23,8 @@ from motiondb.scene.energy.rule_table import (
     THROUGHOUT,
     UNMET,
 )
-from motiondb.scene.energy.scene_arrays import SceneArrays
-from motiondb.scene.energy.scene_places import place_of
+from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip
+from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
 

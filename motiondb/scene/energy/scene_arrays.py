@@ -8,6 +8,7 @@ the first pose, frames after the last one the last pose.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,17 +16,55 @@ from numpy.typing import NDArray
 
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.energy.placement import ClipArrays, put_origin
-from motiondb.scene.energy.rule_table import (
-    AT_EVENT,
-    AT_START,
-    SYNCHRONISATION,
-    UNMET,
-    RuleTable,
+from motiondb.scene.energy.binding import AT_EVENT, AT_START, SYNCHRONISATION, UNMET, RuleTable
+from motiondb.scene.energy.placement import (
+    ClipArrays,
+    chain,
+    clip_at,
+    compiled,
+    place_in_clip,
+    put_origin,
 )
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
 from motiondb.scene.language.expressions import Spans
 from motiondb.scene.language.semantic_rules import Weights
+
+# ----------------------------------------------------------------------------
+# The state of sampling: for every player a tree of actions, their clips, a place and a time.
+#
+# An instance Y of an action string plays one clip after the other. Where the first clip begins is
+# free (the origin, a ground transform), and so is when (the delay). Everything else follows from
+# the clips.
+#
+# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+# Forum 35 (2016), sections 3.1 and 5. The paper does not say where a string of clips begins.
+
+
+@dataclass(frozen=True, eq=False)
+class PlayerState:
+    """The sampled state of one player."""
+
+    tree: Tree  # Derivation of the action string, which is its leaves
+    entries: IntArray  # (actions,), int: entries of the library, one for each action
+    # x, z and heading (from +z towards +x) where the first clip begins
+    origin: tuple[float, float, float]
+    delay: int = 0  # Frames, 0 or more, for which the player stands before the first clip
+    # The actions of each item of the player's expression; None if none were chosen yet
+    spans: tuple[tuple[int, int], ...] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SceneState:
+    """The sampled states of all players, in the order of the diagram."""
+
+    players: tuple[PlayerState, ...]
+
+    @property
+    def trees(self) -> tuple[Tree, ...]:
+        """The players' derivations."""
+        return tuple(player.tree for player in self.players)
+
+
+# ----------------------------------------------------------------------------
 
 EVERY = 3
 """Frames between grid points while sampling; reports and tests may use all frames (1). Chosen by
@@ -177,3 +216,54 @@ def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
     pairs = [pair for rules in of for pair in rules.items()]
     ends = np.cumsum([0, *(len(rules) for rules in of)])
     return np.array(pairs, dtype=np.int64).reshape(-1, 2), ends.astype(np.int64)
+
+
+# ----------------------------------------------------------------------------
+# Where the players of a scene are: their clips, the seams between them, and the grid.
+
+
+@compiled
+def place_of(
+    scene: SceneArrays, library: ClipArrays, player: int, frame: int
+) -> tuple[float, float, float]:
+    """Return where a player is at a frame of the scene: x, z, theta."""
+    begin = scene.begin[player]
+    k = clip_at(begin, scene.n_clips[player], frame)
+    clip = library.clips[scene.entry[player, k]]
+    inside = min(max(frame - begin[k], 0), clip.n_frames - 1)
+    return place_in_clip(scene.placed[player], library.path, clip.path_start + inside, k)
+
+
+@compiled
+def grid_since(scene: SceneArrays, player: int, k: int) -> int:
+    """Return the first grid point that a change of clip ``k`` (-1: of all) can affect."""
+    return 0 if k < 0 else -(-scene.begin[player, k] // scene.every[0])
+
+
+@compiled
+def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
+    """Place everything after clip ``k`` (-1: everything) of a player; update seams and grid."""
+    n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
+    entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
+    chain(placed, begin, entry, library.clips, since, n)
+    for m in range(max(since, 1), n if k < 0 else min(k + 2, n)):
+        before, after = library.clips[entry[m - 1]].seam, library.clips[entry[m]].seam
+        scene.seams[player, m] = library.seams[before, after]
+    grid = scene.grid[player]
+    g = grid_since(scene, player, k)
+    while g * every < begin[0]:
+        grid[g, 0], grid[g, 1], grid[g, 2] = placed[0, 0], placed[0, 1], placed[0, 2]
+        g += 1
+    for m in range(since, n):
+        row = library.clips[entry[m]].path_start - begin[m]
+        c, s, x, z, theta = placed[m, 3], placed[m, 4], placed[m, 0], placed[m, 1], placed[m, 2]
+        while g * every < begin[m + 1]:
+            at = row + g * every
+            px, pz = library.path[at, 0], library.path[at, 1]
+            grid[g, 0], grid[g, 1] = x + px * c + pz * s, z - px * s + pz * c
+            grid[g, 2] = theta + library.path[at, 2]
+            g += 1
+    scene.filled[player] = g
+    clip = library.clips[entry[n - 1]]
+    last = clip.path_start + clip.n_frames - 1
+    grid[g, 0], grid[g, 1], grid[g, 2] = place_in_clip(placed, library.path, last, n - 1)

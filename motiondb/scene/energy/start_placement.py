@@ -26,11 +26,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
-from motiondb.scene.energy.compilation import compiled
-from motiondb.scene.energy.energy import evaluate
-from motiondb.scene.energy.placement import ClipArrays, place_in_clip, put_origin
-from motiondb.scene.energy.rule_kernels import moment_of
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     DIRECTION,
     DISTANCE,
     HEADING,
@@ -39,8 +35,10 @@ from motiondb.scene.energy.rule_table import (
     SYNCHRONISATION,
     THROUGHOUT,
 )
-from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
-from motiondb.scene.energy.scene_places import place_of, place_string
+from motiondb.scene.energy.energy import evaluate
+from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip, put_origin
+from motiondb.scene.energy.rule_kernels import moment_of
+from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays, place_of, place_string
 from motiondb.scene.language.semantic_rules import PASS_SPEED
 
 _SWEEPS = 4  # Rounds over all players: directions and delays depend on the places of the others

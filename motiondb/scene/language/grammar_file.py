@@ -37,18 +37,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg.context_free import EMPTY, Grammar, productive_symbols
-from motiondb.scene.language import rule_text
 from motiondb.scene.language.motion_grammar import ROLES, Annotation, MotionGrammar, Start, Terminal
 from motiondb.scene.language.production_text import read_alternatives, share_out
 from motiondb.scene.language.semantic_rules import (
     END,
     START,
     THROUGHOUT,
+    DirectionRule,
+    DistanceRule,
+    LineRule,
     Moment,
+    PositionRule,
     SemanticRule,
     SynchronisationRule,
     Weights,
@@ -56,13 +59,168 @@ from motiondb.scene.language.semantic_rules import (
 from motiondb.scene.language.tactics import TEAMS
 from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
 
+# ----------------------------------------------------------------------------
+# Semantic rules in text: ``SYMBOLS in NONTERMINAL: rule, rule``; see :mod:`.grammar_file`.
+
+WEIGHT_UNITS: dict[str, str] = {
+    "position": "length",
+    "direction": "angle",
+    "distance": "",
+    "line": "length",
+    "synchronisation": "time",
+}  # The kinds of rule, and the quantity in which their weights are measured; "" for no unit
+
+_LEAST, _MOST = 1e-6, 1e6
+"""Limits of weights. A weight outside is a slip: one term of the sum would hide all others."""
+
+_LONGEST_LAG = 60.0
+"""Longest lag of a synchronisation, s. No scene lasts so long that two actions could be farther
+apart."""
+
+_UNSTATED = math.nan  # Marks a rule without a weight until the whole file has been read
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A rule as written."""
+
+    kind: str  # The kind of rule
+    rule: SemanticRule  # The rule; its weight is NaN and its moment "" if the text names none
+    symbols: tuple[Token, ...]  # The symbols that the rule is attached to
+    within: Token | None  # The nonterminal below which it holds
+    targets: tuple[Token, ...]  # Names of the places and roles that it is about
+    actions: tuple[Token, ...]  # Names of the partner's actions
+
+
+def read_rules(cursor: Cursor) -> list[Draft]:
+    """Read all rules of a statement."""
+    symbols = [_name_token(cursor, "a symbol of the grammar")]
+    while cursor.meets(","):
+        symbols.append(_name_token(cursor, "a symbol of the grammar"))
+    within = _name_token(cursor, "a nonterminal") if cursor.meets("in") else None
+    cursor.expect(":", "Write 'SYMBOL: rule' or 'SYMBOL in NONTERMINAL: rule'.")
+    drafts: list[Draft] = []
+    while not drafts or cursor.meets(","):
+        kind, rule, targets, actions = _read_rule(cursor)
+        drafts.append(Draft(kind, rule, tuple(symbols), within, tuple(targets), tuple(actions)))
+    return drafts
+
+
+def _name_token(cursor: Cursor, what: str) -> Token:
+    token = cursor.here
+    cursor.name(what, "Write a name.")
+    return token
+
+
+def _read_rule(cursor: Cursor) -> tuple[str, SemanticRule, list[Token], list[Token]]:
+    """Read one rule: its kind, the rule, its targets and its actions."""
+    kind = cursor.name("a kind of rule", "See the format of grammars.", tuple(WEIGHT_UNITS))
+    cursor.expect("(", f"Write what the rule is about: {kind}(...).")
+    targets: list[Token] = []
+    actions: list[Token] = []
+    moment = Moment("")
+    rule: SemanticRule
+    if kind == "position":
+        rule = PositionRule(_target(cursor, targets), moment, _UNSTATED)
+    elif kind == "direction":
+        rule = DirectionRule(_facing(cursor, targets), moment, _UNSTATED)
+    elif kind == "distance":
+        target = _target(cursor, targets)
+        near, far = _bounds(cursor)
+        rule = DistanceRule(target, near, far, moment, _UNSTATED)
+    elif kind == "line":
+        first = _target(cursor, targets)
+        cursor.expect(",", "A line has two ends: line(opponent, rim).")
+        rule = LineRule(first, _target(cursor, targets), moment, _UNSTATED)
+    else:
+        partner = cursor.name("a role", "Write whom it is about.", ROLES)
+        lag = _partners(cursor, actions)
+        names = tuple(token.text for token in actions)
+        rule = SynchronisationRule(partner, names, lag, moment, _UNSTATED)
+    cursor.expect(")", "Close the bracket of the rule.")
+    return kind, _with_tail(cursor, rule, kind), targets, actions
+
+
+def _target(cursor: Cursor, targets: list[Token]) -> str:
+    targets.append(_name_token(cursor, "a place or a role"))
+    return targets[-1].text
+
+
+def _facing(cursor: Cursor, targets: list[Token]) -> str | float:
+    token = cursor.here
+    if token.kind == "number":
+        heading = cursor.quantity("angle", "a heading")
+        if abs(heading) > 2.0 * math.pi:
+            cursor.fail("a heading from -360 to 360 deg", "A whole turn leads nowhere.", token)
+        return heading
+    return _target(cursor, targets)
+
+
+def _bounds(cursor: Cursor) -> tuple[float, float]:
+    advice = "Write <= 2.5 m, >= 1.5 m, or 0.5 m .. 2 m."
+    cursor.expect(",", advice)
+    token = cursor.here
+    if cursor.meets("<", "<="):
+        near, far = 0.0, cursor.quantity("length", "a distance")
+    elif cursor.meets(">", ">="):
+        near, far = cursor.quantity("length", "a distance"), math.inf
+    else:
+        near = cursor.quantity("length", "a distance, or one of < <= > >=")
+        cursor.expect("..", advice)
+        far = cursor.quantity("length", "a distance")
+    if not 0.0 <= near <= far:
+        cursor.fail("distances of 0 or more, the nearer first", advice, token)
+    return near, far
+
+
+def _partners(cursor: Cursor, actions: list[Token]) -> float | None:
+    advice = "Write synchronisation(receiver, catch, flight) or (opponent, push, 0 s)."
+    cursor.expect(",", advice)
+    while not actions or cursor.meets("|"):
+        actions.append(_name_token(cursor, "an action of the partner"))
+    cursor.expect(",", advice)
+    if cursor.meets("flight"):
+        return None
+    token = cursor.here
+    lag = cursor.quantity("time", "a time, or 'flight'")
+    if abs(lag) > _LONGEST_LAG:
+        cursor.fail(f"a time from -{_LONGEST_LAG:g} to {_LONGEST_LAG:g} s", advice, token)
+    return lag
+
+
+def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
+    """Read the moment and the weight that may follow a rule."""
+    if cursor.meets("at"):
+        advice = f"Write 'at {START}', 'at {END}', or 'at' and an event."
+        rule = replace(rule, moment=Moment(cursor.name("a moment", advice)))
+    elif cursor.meets(THROUGHOUT):
+        rule = replace(rule, moment=Moment(THROUGHOUT))
+    if cursor.meets("weight"):
+        rule = replace(rule, weight=read_weight(cursor, WEIGHT_UNITS[kind]))
+    return rule
+
+
+def read_weight(cursor: Cursor, kind: str) -> float:
+    """Read a weight: a quantity above 0, with a unit if its kind has one."""
+    token = cursor.here
+    advice = "Write the deviation that costs 1; it must be above 0."
+    value = cursor.quantity(kind, "a weight") if kind else cursor.number("a weight", advice)
+    if value <= 0.0:
+        cursor.fail("a weight above 0", advice, token)
+    if not _LEAST <= value <= _MOST:
+        cursor.fail(f"a weight from {_LEAST:g} to {_MOST:g}", advice, token)
+    return value
+
+
+# ----------------------------------------------------------------------------
+
 _SLACK = 0.02
 """Tolerance of sums of probabilities. Written probabilities are rounded: 0.33, three times, is
 0.99."""
 _STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
 
 
-class _Reading:
+class _Text:
     """The part of a file read so far."""
 
     def __init__(self, where: str) -> None:
@@ -74,7 +232,7 @@ class _Reading:
         self.lines: dict[str, Token] = {}
         self.used: dict[str, Token] = {}
         self.terminals: dict[str, tuple[Terminal, Token]] = {}
-        self.rules: list[rule_text.Draft] = []
+        self.rules: list[Draft] = []
         self.kinds: dict[str, float] = {}
         self.weights: dict[str, float] = {}
         self.said: dict[str, int] = {}
@@ -82,7 +240,7 @@ class _Reading:
 
 def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
     """Read a motion grammar from its text."""
-    reading = _Reading(where)
+    reading = _Text(where)
     for cursor in statements(text, where):
         _read_statement(cursor, reading)
     _check(reading)
@@ -100,7 +258,7 @@ def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
     )
 
 
-def _read_statement(cursor: Cursor, reading: _Reading) -> None:
+def _read_statement(cursor: Cursor, reading: _Text) -> None:
     """Read one statement and add it to the part read so far."""
     first, second = cursor.here, cursor.after
     if first.kind != "name":
@@ -110,7 +268,7 @@ def _read_statement(cursor: Cursor, reading: _Reading) -> None:
     elif second.text == ":=":
         _read_terminal(cursor, reading)
     elif second.text in (":", ",", "in"):
-        reading.rules.extend(rule_text.read_rules(cursor))
+        reading.rules.extend(read_rules(cursor))
     elif cursor.meets("grammar"):
         cursor.once(reading.said, "grammar", "'grammar' once", first)
         reading.name = cursor.name("the grammar's name", "Write one name.")
@@ -128,7 +286,7 @@ def _read_statement(cursor: Cursor, reading: _Reading) -> None:
     cursor.done("Write one statement a line.")
 
 
-def _read_production(cursor: Cursor, reading: _Reading) -> None:
+def _read_production(cursor: Cursor, reading: _Text) -> None:
     token = cursor.take()
     if token.text == EMPTY:
         cursor.fail("a nonterminal before '->'", f"'{EMPTY}' means the empty string.", token)
@@ -139,7 +297,7 @@ def _read_production(cursor: Cursor, reading: _Reading) -> None:
         reading.alternatives.append((left, right, chance))
 
 
-def _read_terminal(cursor: Cursor, reading: _Reading) -> None:
+def _read_terminal(cursor: Cursor, reading: _Text) -> None:
     token = cursor.take()
     cursor.take()
     if token.text in reading.terminals:
@@ -171,7 +329,7 @@ def _phrases(cursor: Cursor) -> tuple[str, ...]:
     return tuple(phrases)
 
 
-def _read_place(cursor: Cursor, reading: _Reading) -> None:
+def _read_place(cursor: Cursor, reading: _Text) -> None:
     token = cursor.here
     name = cursor.name("a name of a place", "Write 'place object, goal'.")
     if name in ROLES:
@@ -182,7 +340,7 @@ def _read_place(cursor: Cursor, reading: _Reading) -> None:
     reading.places.append(name)
 
 
-def _read_start(cursor: Cursor, reading: _Reading) -> None:
+def _read_start(cursor: Cursor, reading: _Text) -> None:
     token = cursor.here
     symbol = cursor.name("a start symbol", "Write 'start S', or 'start S for attack'.")
     team = ""
@@ -196,17 +354,17 @@ def _read_start(cursor: Cursor, reading: _Reading) -> None:
     reading.starts.append((Start(symbol, team), token))
 
 
-def _read_weight(cursor: Cursor, reading: _Reading) -> None:
-    kinds = (*rule_text.WEIGHT_UNITS, "user", "smooth", "collision", "effort")
+def _read_weight(cursor: Cursor, reading: _Text) -> None:
+    kinds = (*WEIGHT_UNITS, "user", "smooth", "collision", "effort")
     token = cursor.here
     kind = cursor.name("what the weight is for", "See the format.", kinds)
-    unit = "length" if kind == "effort" else rule_text.WEIGHT_UNITS.get(kind, "")
+    unit = "length" if kind == "effort" else WEIGHT_UNITS.get(kind, "")
     cursor.once(reading.said, f"weight {kind}", f"the weight of {kind} once", token)
-    value = rule_text.read_weight(cursor, unit)
-    (reading.kinds if kind in rule_text.WEIGHT_UNITS else reading.weights)[kind] = value
+    value = read_weight(cursor, unit)
+    (reading.kinds if kind in WEIGHT_UNITS else reading.weights)[kind] = value
 
 
-def _check(reading: _Reading) -> None:
+def _check(reading: _Text) -> None:
     """Check that every name is declared, once and in one sense."""
     where, lefts = reading.where, {left for left, _, _ in reading.alternatives}
     if not lefts:
@@ -228,9 +386,7 @@ def _check(reading: _Reading) -> None:
         _check_rule_names(draft, known, lefts, reading)
 
 
-def _check_rule_names(
-    draft: rule_text.Draft, known: set[str], lefts: set[str], reading: _Reading
-) -> None:
+def _check_rule_names(draft: Draft, known: set[str], lefts: set[str], reading: _Text) -> None:
     """Check that the symbols, targets and actions of a semantic rule are declared."""
     where = reading.where
     for token in draft.symbols:
@@ -245,7 +401,7 @@ def _check_rule_names(
         _known(token.text, set(reading.terminals), "a terminal", token, where)
 
 
-def _check_probabilities(reading: _Reading) -> None:
+def _check_probabilities(reading: _Text) -> None:
     """Check that stated probabilities of a symbol's alternatives leave a share for the others."""
     rows: dict[str, list[float | None]] = {}
     for left, _, chance in reading.alternatives:
@@ -280,7 +436,7 @@ def _refuse_at(token: Token, where: str, expected: str, advice: str) -> None:
     refuse(f"{where}:{token.line}:{token.column}", expected, str(token), advice)
 
 
-def _refuse_endless(grammar: Grammar, reading: _Reading) -> None:
+def _refuse_endless(grammar: Grammar, reading: _Text) -> None:
     """Refuse nonterminals that derive no finite string."""
     productive = productive_symbols(grammar)
     for left in grammar.nonterminals:
@@ -293,7 +449,7 @@ def _refuse_endless(grammar: Grammar, reading: _Reading) -> None:
             )
 
 
-def _annotations(reading: _Reading) -> Iterable[Annotation]:
+def _annotations(reading: _Text) -> Iterable[Annotation]:
     """Yield every rule at each of its symbols, with default moments and weights filled in."""
     for draft in reading.rules:
         for symbol in draft.symbols:
@@ -302,9 +458,7 @@ def _annotations(reading: _Reading) -> Iterable[Annotation]:
             yield Annotation(symbol.text, rule, within, symbol.line)
 
 
-def _completed(
-    rule: SemanticRule, draft: rule_text.Draft, symbol: str, reading: _Reading
-) -> SemanticRule:
+def _completed(rule: SemanticRule, draft: Draft, symbol: str, reading: _Text) -> SemanticRule:
     """Return the rule with its default weight and moment filled in."""
     if math.isnan(rule.weight):
         default = reading.kinds.get(draft.kind, type(rule).weight)
@@ -325,7 +479,7 @@ def _completed(
     return replace(rule, moment=Moment(event or THROUGHOUT))
 
 
-def _refuse_moment(moment: str, draft: rule_text.Draft, symbol: str, reading: _Reading) -> None:
+def _refuse_moment(moment: str, draft: Draft, symbol: str, reading: _Text) -> None:
     """Refuse an instant that the symbol's clips do not have; its rule would never be evaluated."""
     token, known = draft.symbols[0], reading.terminals.get(symbol)
     event = known[0].event if known else ""

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.ball.ball_acts import BallActs
-from motiondb.scene.energy.rule_table import DISTANCE, RuleTable
+from motiondb.scene.energy.binding import DISTANCE, RuleTable
+from motiondb.scene.timing.playing import ON_GUARD
 from motiondb.scene.timing.timeline import Timeline
-from motiondb.scene.timing.waiting import ON_GUARD
 
 ASIDE = np.radians(25.0)  # How far from the focus a body may face, rad; the head turns the rest
 TURNING = np.radians(100.0)  # Speed of a body that turns in place, rad/s

@@ -21,23 +21,20 @@ import numpy as np
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.ball.ball_acts import ball_acts
-from motiondb.scene.ball.ball_flight import Ball, fly
-from motiondb.scene.ball.gaze import look
+from motiondb.scene.ball.ball_flight import Ball, fly, look
 from motiondb.scene.clips.clips import ClipLibrary
-from motiondb.scene.energy import rule_table as kinds
-from motiondb.scene.energy.collisions import RADIUS
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy import binding as kinds
+from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.energy import RADIUS
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.polish.facing import turn_who_waits
-from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths
+from motiondb.scene.polish.path_editing import COMFORT, Edited, Facing, edit_paths, overlaps
 from motiondb.scene.polish.placed import Placed, place_player
-from motiondb.scene.polish.separation import COMFORT, overlaps
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
-from motiondb.scene.timing.playing import Part, Playing
+from motiondb.scene.timing.playing import ON_GUARD, Part, Playing, lead_in, lead_out
 from motiondb.scene.timing.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
-from motiondb.scene.timing.time_editing import Meeting, TimeMap, edit_times
+from motiondb.scene.timing.scheduling import Meeting, TimeMap, edit_times
 from motiondb.scene.timing.timeline import Timeline, excess, lag_of, own_places, sampled_timeline
-from motiondb.scene.timing.waiting import ON_GUARD, lead_in, lead_out
 
 _LEAST, _PATIENCE, _MOST = 2, 3, 8
 """Rounds of editing time and paths in turn: at least, before giving up without progress, at most.

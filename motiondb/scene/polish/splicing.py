@@ -17,18 +17,254 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body import body, pose_vectors, retarget, rotation
+from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
 from motiondb.body.features import runs
 from motiondb.errors import SceneError
-from motiondb.generate.contact import FEET, find_contacts, lock_feet
+from motiondb.generate.contact import FEET, find_contacts, foot_heights, lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
-from motiondb.scene.clips.clip_motion import clip_motion
-from motiondb.scene.clips.clips import ClipSource
-from motiondb.scene.clips.ground import compose, inverse, relative
-from motiondb.scene.polish.seam_steps import step_at_seams
-from motiondb.scene.polish.stepping import step_feet
+from motiondb.scene.clips.clip_cutting import compose, inverse, relative
+from motiondb.scene.clips.clips import ClipSource, clip_motion
 from motiondb.scene.timing.playing import Part
+
+# ----------------------------------------------------------------------------
+# Small steps in place: feet stay where they are until the body has turned or moved too far.
+#
+# A body that is turned or shifted over a clip of standing would drag its feet or twist its legs.
+# While a player waits, each foot has its own place. It stays there until it is 9 cm or 25 degrees
+# from where the clip would have it. Then, if the other foot is down, it is lifted and set down
+# within 0.3 s where the clip will have it. Before the wait ends, both feet step to where the next
+# clip has them.
+
+
+SWING = 9  # Frames of a step: 0.3 s
+LIFT = 0.07  # Height to which a stepping foot is raised, m
+APART, TURNED = 0.09, np.radians(25.0)
+"""Distance, m, and turn, rad, from its place at which a foot steps."""
+_SETTLED, _SOLE = 0.015, 0.02
+"""Distance, m, at which a foot needs no last step; lowest height of a toe, m."""
+_I = body.INDEX
+
+
+def footing(wanted: FloatArray, leading: bool) -> FloatArray:
+    """Return both feet's places while a player stands: array (frames, 2, 4), x, y, z and heading.
+
+    Shapes: `wanted` (frames, 2, 4), m and rad.
+
+    >>> still = np.zeros((40, 2, 4))
+    >>> bool((footing(still, True) == 0.0).all())
+    True
+    """
+    n_frames = len(wanted)
+    positions = np.repeat(wanted[:1], n_frames, axis=0)
+    floor = np.minimum(wanted[0, :, 1], np.quantile(wanted[:, :, 1], 0.2, axis=0))
+    positions[:, :, 1] = floor + (wanted[0, :, 1] - floor) * _fading(n_frames)
+    busy = 0
+    for frame in range(1, n_frames - SWING):
+        if frame < busy:
+            continue
+        off = [_off(positions[frame, foot], wanted[frame, foot]) for foot in range(2)]
+        foot = int(np.argmax(off))
+        left = n_frames - 1 - frame
+        settle = leading and left in (SWING, 2 * SWING) and off[foot] > _SETTLED
+        if off[foot] < APART and not settle:
+            continue
+        if leading and not settle and left < 3 * SWING:
+            continue  # the last two steps are kept for the end
+        landing = min(frame + SWING + SWING // 2, n_frames - 1)
+        landing = n_frames - 1 if settle else landing
+        _step(positions[:, foot], wanted[landing, foot], frame)
+        busy = frame + SWING
+    return positions
+
+
+def _fading(n_frames: int) -> FloatArray:
+    """Return weights from 1 to 0 within a step, array (frames, 1)."""
+    return np.clip(1.0 - np.arange(n_frames) / SWING, 0.0, 1.0)[:, None]
+
+
+def _off(now: FloatArray, wanted: FloatArray) -> float:
+    """Return how far a foot is from where it should be, m; 25 degrees count as 9 cm."""
+    turn = abs(float(now[3] - wanted[3])) * APART / TURNED
+    return max(float(np.hypot(now[0] - wanted[0], now[2] - wanted[2])), turn)
+
+
+def _step(places: FloatArray, to: FloatArray, frame: int) -> None:
+    """Lift a foot at ``frame``, set it down SWING frames later, and leave it there."""
+    since = places[frame].copy()
+    share = np.linspace(0.0, 1.0, SWING + 1)
+    smooth = (share * share * (3.0 - 2.0 * share))[:, None]
+    here = slice(frame, frame + SWING + 1)
+    ground = places[here, 1].copy()
+    places[here] = since + smooth * (to - since)
+    far = min(1.0, float(np.hypot(*(to - since)[[0, 2]])) / APART + abs(to[3] - since[3]) / TURNED)
+    places[here, 1] = ground + LIFT * far * np.sin(np.pi * share)
+    places[frame + SWING :, [0, 2, 3]] = to[[0, 2, 3]]
+
+
+def step_feet(motion: Motion, waits: NDArray[np.bool_]) -> Motion:
+    """Return the motion with its feet standing or stepping while it ``waits``, array (frames,)."""
+    if not waits.any():
+        return motion
+    positions, world = retarget.motion_positions(motion)
+    wanted = _wanted(positions, world)
+    target, moved = wanted.copy(), np.zeros(len(wanted), dtype=bool)
+    for start, end in runs(waits):
+        if end - start > SWING:
+            target[start:end] = footing(wanted[start:end], end < len(wanted))
+            moved[start:end] = True
+    toes = positions[:, [_I["l_toe"], _I["r_toe"]], 1] - wanted[:, :, 1]
+    target[:, :, 1] = np.maximum(target[:, :, 1], _SOLE - toes)
+    turns = target[:, :, 3] - wanted[:, :, 3]
+    return move_ankles(motion, (positions, world), target[:, :, :3], moved, turns)
+
+
+def move_ankles(
+    motion: Motion,
+    joints: tuple[FloatArray, FloatArray],
+    target: FloatArray,
+    moved: NDArray[np.bool_],
+    turns: FloatArray | None = None,
+) -> Motion:
+    """Return the motion with its ankles moved by two-bone inverse kinematics.
+
+    Shapes: `target` (frames, 2, 3), m; `moved` (frames,), bool; `turns` (frames, 2), rad.
+    """
+    positions, world = joints
+    local = motion.local_rotations.astype(np.float64)
+    ahead = rotation.rotate(world[:, 0], np.broadcast_to([0.0, 0.0, 1.0], (len(world), 3)))
+    for foot, side in enumerate("lr"):
+        hip, knee, ankle = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle"))
+        upper, lower = kinematics.two_bone(
+            positions[:, hip], positions[:, knee], positions[:, ankle], target[:, foot], ahead
+        )
+        new_hip = rotation.multiply(upper, world[:, hip])
+        new_knee = rotation.multiply(lower, world[:, knee])
+        new_ankle = world[:, ankle]
+        if turns is not None:
+            new_ankle = rotation.multiply(pose_vectors.yaw(turns[:, foot]), new_ankle)
+        for joint, turned in (
+            (hip, rotation.relative(world[:, 0], new_hip)),
+            (knee, rotation.relative(new_hip, new_knee)),
+            (ankle, rotation.relative(new_knee, new_ankle)),
+        ):
+            local[moved, joint] = turned[moved]
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
+
+
+def _wanted(positions: FloatArray, world: FloatArray) -> FloatArray:
+    """Return ankles and the heading of the body: array (frames, 2, 4)."""
+    heading = np.unwrap(features.headings(world))
+    feet = positions[:, [_I["l_ankle"], _I["r_ankle"]]]
+    return np.concatenate([feet, np.repeat(heading[:, None, None], 2, axis=1)], axis=2)
+
+
+# ----------------------------------------------------------------------------
+# Steps at seams: a foot that would slide from one place to another is lifted there.
+#
+# Where two clips are blended in which the feet stand differently, a foot moves from the place of
+# the one to that of the other within a few frames, on the ground. People take a step. So every
+# slide, a run of frames in which the foot moves without being lifted, becomes a step: the foot
+# stays where it was, is lifted, and is set down within 0.3 s where the next clip has it. If both
+# feet slide at once, the one that has farther to go steps first, and the other as soon as it is
+# down.
+
+LIFTED = 0.025  # Height, m, above which a foot is seen to be lifted
+SLIDE = 0.05  # Shortest slide that becomes a step, m: shorter ones are hardly visible
+_STILL = 0.3
+"""Speed of a foot, m/s, up to which it does not slide. With .15, a slide could not be told from a
+slow lift of the foot after it."""
+_PAUSE = 2  # Frames of rest between two slides that are one step
+_QUICKEST = 4  # Fewest frames between the ends of a step; a slide with less time is left
+ANKLES = [body.INDEX["l_ankle"], body.INDEX["r_ankle"]]
+TOES = [body.INDEX["l_toe"], body.INDEX["r_toe"]]
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A slide of a foot."""
+
+    foot: int  # 0 for the left foot, 1 for the right
+    start: int  # Last frame at the old place
+    end: int  # First frame at the new place
+    # Horizontal distance between the places: that of the ankle or the toe, whichever is smaller
+    metres: float
+
+
+def find_slides(joints: FloatArray, blended: NDArray[np.bool_]) -> list[Slide]:
+    """Find where feet slide in blends, in the order of time.
+
+    Shapes: `joints` (frames, 21, 3), m; `blended` (frames,), bool.
+    """
+    heights, slides = foot_heights(joints), []
+    for foot in range(2):
+        ends = joints[:, [ANKLES[foot], TOES[foot]]][:, :, [0, 2]]
+        steps = np.linalg.norm(np.diff(ends, axis=0), axis=-1).min(axis=1) * MOTION_FPS
+        moving = steps > _STILL  # from each frame to the next
+        for start, end in runs(~moving):
+            if start > 0 and end < len(moving) and end - start <= _PAUSE:
+                moving[start:end] = True
+        for start, end in runs(moving):
+            inside = slice(start, end + 1)
+            far = float(np.linalg.norm(ends[end] - ends[start], axis=-1).min())
+            on_ground = heights[inside, foot].max() <= LIFTED
+            short = end - start <= SWING  # a longer one is a low swing of a capture
+            if on_ground and short and far > SLIDE and blended[inside].any():
+                slides.append(Slide(foot, start, end, far))
+    return sorted(slides, key=lambda slide: (slide.start, slide.foot))
+
+
+def step_at_seams(motion: Motion, blended: NDArray[np.bool_]) -> Motion:
+    """Return the motion with a step in place of each slide of a foot; `blended` (frames,), bool."""
+    if not blended.any():
+        return motion
+    positions, world = retarget.motion_positions(motion)
+    target = positions[:, ANKLES].astype(np.float64)
+    slides = find_slides(positions, blended)
+    for slide, (start, end) in zip(slides, _times(slides, foot_heights(positions) > LIFTED)):
+        if end - start >= _QUICKEST:
+            _lift(target[:, slide.foot], slide, start, end)
+    moved = (target != positions[:, ANKLES]).any(axis=(1, 2))
+    return move_ankles(motion, (positions, world), target, moved) if moved.any() else motion
+
+
+def _times(slides: list[Slide], lifted: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and the last frame of the step for each slide.
+
+    A step takes SWING frames around its slide, or as many as the slide. Where both feet slide at
+    once, each has SWING frames, before and after the middle. A step keeps to the frames around the
+    slide in which its foot is not lifted.
+    """
+    times = []
+    for slide in slides:
+        middle = (slide.start + slide.end) // 2
+        half = max(SWING, slide.end - slide.start) / 2.0
+        start, end = round(middle - half), round(middle + half)
+        for other in slides:
+            if other.foot != slide.foot and other.start < slide.end and slide.start < other.end:
+                middle = (slide.start + slide.end + other.start + other.end) // 4
+                is_first = (-slide.metres, slide.foot) < (-other.metres, other.foot)
+                start, end = (middle - SWING, middle) if is_first else (middle, middle + SWING)
+        up = np.flatnonzero(lifted[:, slide.foot])
+        before, after = up[up < slide.start], up[up > slide.end]
+        least = int(before[-1]) + 1 if len(before) else 0
+        most = int(after[0]) - 1 if len(after) else len(lifted) - 1
+        times.append((max(start, least), min(end, most)))
+    return times
+
+
+def _lift(ankle: FloatArray, slide: Slide, start: int, end: int) -> None:
+    """Hold an ankle, array (frames, 3), up to ``start``, and set it down again at ``end``."""
+    first, last = min(slide.start, start), max(slide.end, end)
+    frames = slice(first, last + 1)
+    share = np.clip((np.arange(first, last + 1) - start) / (end - start), 0.0, 1.0)
+    smooth = (share * share * (3.0 - 2.0 * share))[:, None]
+    away = ankle[last, [0, 2]] - ankle[first, [0, 2]]
+    ankle[frames, 0::2] = ankle[first, 0::2] + smooth * away
+    ankle[frames, 1] += LIFT * min(1.0, slide.metres / APART) * np.sin(np.pi * share)
+
+
+# ----------------------------------------------------------------------------
 
 _MARGIN = 20
 """Frames of the capture around a clip that are used: for the blend, and for velocities at its

@@ -25,13 +25,13 @@ from motiondb.body import body, features, retarget
 from motiondb.generate.contact import contact_speeds
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
-from motiondb.scene.energy import rule_table as kinds
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy import binding as kinds
+from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.semantic_rules import RULE_NAMES
+from motiondb.scene.polish.path_editing import Overlap, overlaps
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.polish.polish import PolishedScene
-from motiondb.scene.polish.separation import Overlap, overlaps
 from motiondb.scene.report.report_records import (
     Collision,
     FeetReport,

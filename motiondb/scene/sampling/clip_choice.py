@@ -29,8 +29,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.energy.compilation import compiled
-from motiondb.scene.energy.placement import ClipArrays
+from motiondb.scene.energy.placement import ClipArrays, compiled
 
 
 class ClipGroups(NamedTuple):

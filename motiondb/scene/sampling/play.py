@@ -21,19 +21,16 @@ import numpy as np
 
 from motiondb.grammar.cfg.context_free import Tree, choices_of, derive_by
 from motiondb.records import IntArray
-from motiondb.scene.energy.binding import Binder
+from motiondb.scene.energy.binding import Binder, RuleTable
 from motiondb.scene.energy.energy import scene_arrays
 from motiondb.scene.energy.placement import ClipArrays, clip_arrays
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_arrays import EVERY, SceneArrays
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy.scene_arrays import EVERY, SceneArrays, SceneState
 from motiondb.scene.language.expressions import MOST_ACTIONS, ONLY_ASKED
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.sampling.clip_choice import ClipGroups, clip_groups
 from motiondb.scene.sampling.random_subtrees import Derivations
-from motiondb.scene.sampling.tree_growth import Chains, chains
-from motiondb.scene.sampling.tree_shapes import TreeShape, tree_shape
+from motiondb.scene.sampling.tree_growth import Chains, TreeShape, chains, tree_shape
 
 if TYPE_CHECKING:
     from motiondb.scene.clips.clips import ClipLibrary

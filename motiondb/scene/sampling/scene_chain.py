@@ -34,22 +34,69 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.clips.ground import compose, inverse
+from motiondb.scene.clips.clip_cutting import compose, inverse
+from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.energy import token_errors
-from motiondb.scene.energy.scene_arrays import SceneArrays, scene_state
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneArrays, SceneState, scene_state
 from motiondb.scene.language.expressions import Spans
 from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.sampling.play import Play
-from motiondb.scene.sampling.structure import Structure, least_error
-from motiondb.scene.sampling.tree_growth import places
-from motiondb.scene.sampling.tree_shapes import TreeShape, exchanged, subtree_errors, tree_shape
+from motiondb.scene.sampling.tree_growth import (
+    TreeShape,
+    exchanged,
+    places,
+    subtree_errors,
+    tree_shape,
+)
+
+# ----------------------------------------------------------------------------
+# A scene with everything that its derivations determine, and its best assignment of actions.
+#
+# The actions of a string can fit the items of the player's expression in several ways; see
+# :func:`motiondb.scene.language.expressions.assignments`.
+
+
+class Structure(NamedTuple):
+    """A scene with everything that its derivations determine."""
+
+    scene: SceneArrays
+    trees: list[Tree]
+    table: RuleTable
+    spans: list[Spans | None]  # The actions of each player's items
+
+
+def least_error(
+    play: Play,
+    state: SceneState,
+    trees: list[Tree],
+    spans: Sequence[Spans | None],
+    player: int,
+) -> Structure:
+    """Return a scene with that assignment of a player's actions to items that has the least error.
+
+    All assignments of :meth:`.Binder.assignments` are evaluated, with the clips as they are.
+    """
+    best: Structure | None = None
+    least = math.inf
+    for chosen in play.binder.assignments(player, trees[player].leaves()):
+        of = [*spans[:player], chosen, *spans[player + 1 :]]
+        table = play.binder.bind(trees, of)
+        scene = play.arrays(state, table)
+        energy = play.energy(scene, table)
+        if best is None or energy < least:
+            best, least = Structure(scene, trees, table, of), energy
+    assert best is not None  # a tree of a chain fits its player's expression
+    return best
+
+
+# ----------------------------------------------------------------------------
 
 AROUND = 3
 """Clips before and after an inserted or removed link that the following inner steps favour."""

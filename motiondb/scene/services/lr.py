@@ -1,12 +1,10 @@
-"""Whether a grammar is deterministic: FIRST and FOLLOW sets, LL(1), LR(1) and LALR(1) conflicts.
+"""Whether a grammar is deterministic: FIRST sets and LR(1) conflicts.
 
 An item is a rule with a point in its right side and a lookahead: ``[A -> a . B, x]``. A state of
 the canonical LR(1) automaton is a closed set of items. Its actions are to shift a terminal that is
 after a point, or to reduce a rule whose point is at the end if its lookahead comes next. A state
 with two actions for one terminal is a conflict. Without conflicts, every string is parsed from left
-to right with one terminal of lookahead and without backtracking, and has one tree. LALR(1) merges
-the states that differ in their lookaheads only. LL(1) is stricter: the next terminal alone must
-determine which rule of a nonterminal to apply.
+to right with one terminal of lookahead and without backtracking, and has one tree.
 
 Sets of lookaheads are bits of an integer; bit 0 is the end of the string.
 
@@ -20,7 +18,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from motiondb.errors import SceneError
-from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols, reachable_symbols
+from motiondb.grammar.cfg.context_free import Grammar, nullable_symbols
 
 END_MARK = "the end"  # Name of the end of a string among lookaheads
 
@@ -33,7 +31,7 @@ _AUGMENTED = -1  # Number of the added rule that derives the start symbol
 class Conflict:
     """Two actions for one lookahead."""
 
-    kind: str  # "shift-reduce" or "reduce-reduce"; "predict" if LL(1) cannot choose a rule
+    kind: str  # "shift-reduce" or "reduce-reduce"
     lookaheads: tuple[str, ...]  # The next terminals; :data:`END_MARK` for the end
     rules: tuple[int, ...]  # Numbers of the rules involved
     prefix: tuple[str, ...] = ()  # Symbols that lead to the conflict
@@ -52,8 +50,6 @@ class Automaton:
 
     n_states: int  # Number of its states
     conflicts: tuple[Conflict, ...]
-    lalr_states: int  # Number of states after merging for LALR(1)
-    lalr_conflicts: tuple[Conflict, ...]  # Conflicts of the merged states
 
 
 def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
@@ -79,63 +75,13 @@ def first_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
     return {symbol: frozenset(symbols) for symbol, symbols in first.items()}
 
 
-def follow_sets(grammar: Grammar) -> dict[str, frozenset[str]]:
-    r"""Return FOLLOW of every nonterminal: the terminals that can follow it, or :data:`END_MARK`.
-
-    >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> sorted(follow_sets(read_grammar("S -> A b\nA -> a | empty"))["A"])
-    ['b']
-    """
-    nullable, first = nullable_symbols(grammar), first_sets(grammar)
-    follow: dict[str, set[str]] = {left: set() for left in grammar.nonterminals}
-    follow[grammar.start].add(END_MARK)
-    changed = True
-    while changed:
-        changed = False
-        for rule in grammar.rules:
-            behind = set(follow[rule.left])
-            for symbol in reversed(rule.right):
-                if grammar.is_nonterminal(symbol):
-                    changed |= not behind <= follow[symbol]
-                    follow[symbol] |= behind
-                behind = behind | first[symbol] if symbol in nullable else set(first[symbol])
-    return {symbol: frozenset(symbols) for symbol, symbols in follow.items()}
-
-
-def ll1_conflicts(grammar: Grammar) -> tuple[Conflict, ...]:
-    """Return the pairs of rules between which the next terminal does not decide; () if LL(1)."""
-    nullable, first, follow = nullable_symbols(grammar), first_sets(grammar), follow_sets(grammar)
-
-    def predicted(number: int) -> set[str]:
-        undecided: set[str] = set()
-        for symbol in grammar.rules[number].right:
-            undecided |= first[symbol]
-            if symbol not in nullable:
-                return undecided
-        return undecided | follow[grammar.rules[number].left]
-
-    conflicts = []
-    reachable = reachable_symbols(grammar)
-    for numbers in (grammar.rules_of[n] for n in grammar.nonterminals if n in reachable):
-        sets = {number: predicted(number) for number in numbers}
-        for at, one in enumerate(numbers):
-            for other in numbers[at + 1 :]:
-                common = sets[one] & sets[other]
-                if common:
-                    conflicts.append(Conflict("predict", tuple(sorted(common)), (one, other)))
-    return tuple(conflicts)
-
-
 def lr1_automaton(
     grammar: Grammar, max_states: int = 20_000, max_items: int = 2_000_000
 ) -> Automaton:
-    """Return the canonical LR(1) automaton of a grammar, and its LALR(1) form.
+    """Return the size and the conflicts of the canonical LR(1) automaton of a grammar.
 
-    `max_states`: Largest number of states. The default keeps the test within seconds; chosen by
-    hand.
-
-    `max_items`: Largest number of items in all states together. The default keeps the test within
-    10 s and 1 GB: a grammar of 1,000 alternatives, each followed by all, has a million items.
+    The defaults keep the test within 10 s and 1 GB: a grammar of 1,000 alternatives, each followed
+    by all, has a million items.
     """
     building = _Building(grammar)
     start: _State = {(_AUGMENTED, 0): 1}
@@ -153,15 +99,7 @@ def lr1_automaton(
                 n_items += len(states[-1])
                 _check_size(len(states), max_states, n_items, max_items)
         at += 1
-    merged: dict[frozenset[_Core], tuple[_State, tuple[str, ...]]] = {}
-    for state, prefix in zip(states, prefixes, strict=True):
-        cores = frozenset(state)
-        before, first_prefix = merged.get(cores, ({}, prefix))
-        together = {core: state[core] | before.get(core, 0) for core in state}
-        merged[cores] = together, first_prefix
-    conflicts = _conflicts(building, zip(states, prefixes, strict=True))
-    lalr = _conflicts(building, merged.values())
-    return Automaton(len(states), conflicts, len(merged), lalr)
+    return Automaton(len(states), _conflicts(building, zip(states, prefixes, strict=True)))
 
 
 def _check_size(n_states: int, max_states: int, n_items: int, max_items: int) -> None:

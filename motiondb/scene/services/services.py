@@ -17,7 +17,7 @@ from motiondb.grammar.cfg.parse import count_trees, explain, parse
 from motiondb.grammar.cfg.prefix import prefix_log_probability
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.services import planning
-from motiondb.scene.services.lr import Conflict, ll1_conflicts, lr1_automaton
+from motiondb.scene.services.lr import Conflict, lr1_automaton
 
 LONGEST_STRING = 400
 """Most actions of a string. Parsing takes time in proportion to the cube of the length: 400 actions
@@ -34,8 +34,6 @@ class StartReport:
     empty: bool  # Whether it derives the empty string, which no character on court may have
     n_states: int  # Number of states of the canonical LR(1) automaton
     conflicts: tuple[Conflict, ...]  # LR(1) conflicts; () if the grammar is LR(1)
-    lalr_conflicts: tuple[Conflict, ...]
-    ll1_conflicts: tuple[Conflict, ...]
 
 
 @dataclass(frozen=True)
@@ -116,7 +114,7 @@ class Suggestions:
 
 
 def check(grammar: MotionGrammar) -> GrammarReport:
-    """Report useless and nullable symbols of a grammar, and whether it is LR(1), LALR(1) and LL(1).
+    """Report useless and nullable symbols of a grammar, and whether it is LR(1).
 
     A symbol is useless if no start symbol leads to it. (Nonterminals that never end are refused
     when the file is read.)
@@ -134,8 +132,6 @@ def check(grammar: MotionGrammar) -> GrammarReport:
                 start.symbol in nullable_symbols(rules),
                 automaton.n_states,
                 automaton.conflicts,
-                automaton.lalr_conflicts,
-                ll1_conflicts(rules),
             )
         )
     whole = grammar.grammar

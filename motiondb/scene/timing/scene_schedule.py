@@ -12,13 +12,20 @@ import numpy as np
 
 from motiondb.records import MOTION_FPS
 from motiondb.scene.clips.clips import ClipLibrary
-from motiondb.scene.energy import rule_table as kinds
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy import binding as kinds
+from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.tactics import SHOTS
-from motiondb.scene.timing.playing import Pause, Playing, play
-from motiondb.scene.timing.scheduling import Schedule, Strings, schedule
-from motiondb.scene.timing.time_editing import SLOWEST, Meeting
+from motiondb.scene.timing.playing import (
+    Pause,
+    Playing,
+    lead_out,
+    least_lengths,
+    may_pause,
+    pause_entry,
+    play,
+)
+from motiondb.scene.timing.scheduling import SLOWEST, Meeting, Schedule, Strings, schedule
 from motiondb.scene.timing.timeline import (
     Timeline,
     clip_frames,
@@ -27,7 +34,6 @@ from motiondb.scene.timing.timeline import (
     moment_frames,
     sampled_timeline,
 )
-from motiondb.scene.timing.waiting import lead_out, least_lengths, may_pause, pause_entry
 
 AFTER_SHOT = 66
 """Frames of a scene after a shot, in which the ball flies, falls and bounces. Chosen by hand: a

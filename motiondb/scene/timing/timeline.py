@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary
-from motiondb.scene.clips.ground import compose
-from motiondb.scene.energy import rule_table as kinds
-from motiondb.scene.energy.rule_table import RuleTable
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy import binding as kinds
+from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.semantic_rules import (
     bearing,
     direction_error,

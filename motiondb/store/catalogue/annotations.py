@@ -1,6 +1,8 @@
-"""Tags and captions of captures, and the user's synonyms.
+"""What belongs to captures beside their motions: tags, captions, events, relations, synonyms.
 
-People write these. Each function that saves them replaces the whole set.
+Tags, captions, events and synonyms are written by people; each function that saves them replaces
+the whole set. Nothing is learned from events, so the learned model remains current. Relations join
+captures that repeat another one, its mirror image or a part of it.
 """
 
 from __future__ import annotations
@@ -9,8 +11,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from motiondb.records import Caption
-from motiondb.store.connection.columns import insert
+from motiondb.errors import QueryError, StoreError
+from motiondb.records import Caption, Event, Relation
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import touch, transaction
 
@@ -19,10 +21,9 @@ def save_tags(store: Store, capture_id: int, tags: Mapping[str, str]) -> None:
     """Replace all tags of a capture."""
     with transaction(store) as connection:
         connection.execute("DELETE FROM capture_tag WHERE capture_id = ?", [capture_id])
-        insert(
-            connection,
+        connection.insert(
             "capture_tag",
-            capture_id=[capture_id] * len(tags),
+            capture_id=capture_id,
             key=list(tags),
             value=[str(value) for value in tags.values()],
         )
@@ -36,10 +37,9 @@ def save_captions(store: Store, capture_id: int, captions: Iterable[Caption]) ->
     rows = list(captions)
     with transaction(store) as connection:
         connection.execute("DELETE FROM caption WHERE capture_id = ?", [capture_id])
-        insert(
-            connection,
+        connection.insert(
             "caption",
-            capture_id=[capture_id] * len(rows),
+            capture_id=capture_id,
             ordinal=list(range(len(rows))),
             start_s=np.array([row.start for row in rows], dtype=float),  # None becomes NaN: NULL
             end_s=np.array([row.end for row in rows], dtype=float),
@@ -69,7 +69,7 @@ def save_synonyms(store: Store, synonyms: Mapping[str, str]) -> None:
     """
     with transaction(store) as connection:
         connection.execute("DELETE FROM synonym")
-        insert(connection, "synonym", word=list(synonyms), canonical=list(synonyms.values()))
+        connection.insert("synonym", word=list(synonyms), canonical=list(synonyms.values()))
         touch(store)
 
 
@@ -77,3 +77,79 @@ def load_synonyms(store: Store) -> dict[str, str]:
     """Load the user's synonyms."""
     rows = store.connection.execute("SELECT word, canonical FROM synonym ORDER BY word").fetchall()
     return dict(rows)
+
+
+def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
+    """Replace all events of a capture."""
+    rows = sorted(set(events))
+    with transaction(store) as connection:
+        capture = connection.execute(
+            "SELECT name, motion_frames FROM capture WHERE capture_id = ?", [capture_id]
+        ).fetchone()
+        name, n_frames = capture or (f"capture {capture_id}", 0)
+        if rows and not 0 <= rows[0].frame <= rows[-1].frame < n_frames:
+            wrong = rows[0] if rows[0].frame < 0 else rows[-1]
+            raise StoreError(
+                f"{name}: expected events within its {n_frames} frames at 30 a second, found"
+                f" {wrong.name!r} at frame {wrong.frame}. Correct the sheet."
+            )
+        connection.execute("DELETE FROM event WHERE capture_id = ?", [capture_id])
+        connection.insert(
+            "event",
+            capture_id=capture_id,
+            frame=[row.frame for row in rows],
+            name=[row.name for row in rows],
+            joint=[row.joint for row in rows],
+            other=[row.other for row in rows],
+        )
+
+
+def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[Event, ...]]:
+    """Load the events of one capture or of all captures."""
+    some = "" if capture_id is None else "WHERE capture_id = ?"
+    rows = store.connection.execute(
+        f"SELECT capture_id, frame, name, joint, other FROM event {some} ORDER BY ALL",
+        [] if capture_id is None else [capture_id],
+    ).fetchall()
+    events: dict[int, list[Event]] = {}
+    for number, *event in rows:
+        events.setdefault(number, []).append(Event(*event))
+    return {number: tuple(of_one) for number, of_one in events.items()}
+
+
+def save_relations(store: Store, relations: Iterable[Relation]) -> None:
+    """Add relations between captures.
+
+    A relation replaces an earlier one of the same captures and the same kind.
+    """
+    numbers = dict(store.connection.execute("SELECT name, capture_id FROM capture").fetchall())
+    with transaction(store) as connection:
+        for relation in relations:
+            for name in (relation.capture, relation.other):
+                if name not in numbers:
+                    raise QueryError(
+                        f"{name!r}: expected the name of a capture, found none in {store.path}."
+                    )
+            connection.execute(
+                "INSERT OR REPLACE INTO relation VALUES (?, ?, ?, ?, ?, ?)",
+                [
+                    numbers[relation.capture],
+                    numbers[relation.other],
+                    relation.kind,
+                    relation.start,
+                    relation.end,
+                    relation.distance,
+                ],
+            )
+
+
+def load_relations(store: Store, capture: str | None = None) -> list[Relation]:
+    """Load all relations, or those in which a capture repeats another one or is repeated."""
+    rows = store.connection.execute(
+        "SELECT a.name, b.name, r.kind, start_s, end_s, distance FROM relation r "
+        "JOIN capture a ON a.capture_id = r.capture_id "
+        "JOIN capture b ON b.capture_id = r.other_id "
+        "WHERE $name IS NULL OR $name IN (a.name, b.name) ORDER BY a.name, b.name, r.kind",
+        {"name": capture},
+    ).fetchall()
+    return [Relation(*row) for row in rows]

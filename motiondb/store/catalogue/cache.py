@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from motiondb.errors import QueryError
 from motiondb.files.safe_files import is_being_written
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
-from motiondb.store.catalogue.poses import POSE_SIZE, unflatten_motion
-from motiondb.store.connection.columns import fetch, from_rows
+from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import from_rows
 from motiondb.store.connection.transactions import read_meta
 
 Arrays = dict[str, NDArray[Any]]
@@ -113,12 +113,11 @@ def _place(store: Store, kind: str) -> tuple[Path, str]:
 
 
 def _read_motions(store: Store) -> Arrays:
-    captures = fetch(
-        store.connection,
+    captures = store.connection.arrays(
         "SELECT capture_id, motion_frames, leg_length FROM capture ORDER BY capture_id",
     )
     query = "SELECT pose FROM motion_frame ORDER BY capture_id, frame"
-    rows = fetch(store.connection, query)["pose"]
+    rows = store.connection.arrays(query)["pose"]
     return {
         "capture_ids": captures["capture_id"],
         "offsets": np.concatenate([[0], np.cumsum(captures["motion_frames"])]).astype(np.int64),

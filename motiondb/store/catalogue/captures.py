@@ -14,16 +14,27 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import QueryError, StoreError, suggestion
-from motiondb.records import Caption, CaptureInfo, Motion
+from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
-from motiondb.store.catalogue.filters import Filter
-from motiondb.store.catalogue.poses import POSE_SIZE, flatten_motion, unflatten_motion
 from motiondb.store.catalogue.sources import Source
-from motiondb.store.catalogue.where import COLUMNS, asks_captions, check_names, matches, parse_where
-from motiondb.store.connection.columns import fetch, from_rows, insert, to_rows
+from motiondb.store.catalogue.where import (
+    COLUMNS,
+    Filter,
+    asks_captions,
+    check_names,
+    matches,
+    parse_where,
+)
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.statements import Connection
+from motiondb.store.connection.statements import (
+    Connection,
+    from_rows,
+    to_rows,
+)
 from motiondb.store.connection.transactions import read_meta, touch, transaction, write_meta
+
+N_JOINTS = 21  # Of the canonical body (:data:`motiondb.body.body.JOINTS`)
+POSE_SIZE = 3 + 4 * N_JOINTS  # Numbers of a frame: root position, a quaternion of each joint
 
 _INFO = f"SELECT {', '.join(COLUMNS)}, notes FROM capture"
 _OWN_TABLES = (
@@ -70,10 +81,9 @@ def save_capture(
             leg_length=float(motion.leg_length),
         )
         _insert_identity(connection, info, motion.notes, source)
-        insert(
-            connection,
+        connection.insert(
             "motion_frame",
-            capture_id=np.full(len(poses), number),
+            capture_id=number,
             frame=np.arange(len(poses)),
             pose=to_rows(poses),
         )
@@ -174,9 +184,28 @@ def load_motion(store: Store, capture_id: int) -> Motion:
     if row is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
     query = "SELECT pose FROM motion_frame WHERE capture_id = ? ORDER BY frame"
-    rows = fetch(store.connection, query, [capture_id])["pose"]
+    rows = store.connection.arrays(query, [capture_id])["pose"]
     poses = from_rows(rows, (POSE_SIZE,), np.float32)
     return unflatten_motion(poses, row[0], tuple(row[1]))
+
+
+def flatten_motion(motion: Motion) -> Float32Array:
+    """Root position and joints' quaternions of each frame in a row: array (frames, 87), float32."""
+    rotations = motion.local_rotations.reshape(motion.n_frames, 4 * N_JOINTS)
+    return np.concatenate([motion.root_positions, rotations], axis=1, dtype=np.float32)
+
+
+def unflatten_motion(
+    poses: Float32Array, leg_length: float = 0.8, notes: tuple[str, ...] = ()
+) -> Motion:
+    """Make a motion from poses (frames, 87), float32; the inverse of :func:`flatten_motion`.
+
+    >>> motion = unflatten_motion(np.zeros((5, POSE_SIZE), dtype=np.float32))
+    >>> motion.local_rotations.shape, motion.root_positions.shape
+    ((5, 21, 4), (5, 3))
+    """
+    rotations = poses[:, 3:].reshape(len(poses), N_JOINTS, 4)
+    return Motion(rotations, poses[:, :3], leg_length, notes)
 
 
 def _to_info(row: tuple[Any, ...], tags: dict[str, str]) -> CaptureInfo:

@@ -8,7 +8,6 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.records import FloatArray, IntArray
-from motiondb.store.connection.columns import fetch, insert
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import transaction
 
@@ -82,19 +81,17 @@ def save_provenance(store: Store, capture_id: int, provenance: Provenance) -> No
     with transaction(store) as connection:
         for table in ("generated_source", "frame_source"):
             connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [capture_id])
-        insert(
-            connection,
+        connection.insert(
             "generated_source",
-            capture_id=[capture_id] * len(sources),
+            capture_id=capture_id,
             ordinal=list(range(len(sources))),
             source_name=[source.name for source in sources],
             source_sha256=[source.sha256 for source in sources],
             licence=[source.licence for source in sources],
         )
-        insert(
-            connection,
+        connection.insert(
             "frame_source",
-            capture_id=np.full(n, capture_id),
+            capture_id=capture_id,
             frame=np.arange(n),
             source_ordinal=provenance.source_numbers,
             source_frame=provenance.source_frames,
@@ -110,8 +107,7 @@ def load_provenance(store: Store, capture_id: int) -> Provenance:
         "WHERE capture_id = ? ORDER BY ordinal",
         [capture_id],
     ).fetchall()
-    rows = fetch(
-        store.connection,
+    rows = store.connection.arrays(
         "SELECT source_ordinal, source_frame, warp, edit FROM frame_source "
         "WHERE capture_id = ? ORDER BY frame",
         [capture_id],

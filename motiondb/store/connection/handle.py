@@ -4,8 +4,8 @@ A DuckDB connection runs one statement at a time and belongs to one transaction.
 one would mix their results. A :class:`Store` therefore keeps a root connection and gives every
 thread its own cursor with its own transaction: a thread sees committed data and its own changes.
 
-The root can be closed and opened again while the :class:`Store` stays (see
-:mod:`motiondb.store.connection.sharing`). It is closed only when no thread runs a statement or a
+The root can be closed and opened again while the :class:`Store` stays (:func:`released`). It is
+closed only when no thread runs a statement or a
 block that needs it (:meth:`Store.in_use`); cursors of an earlier root are replaced.
 """
 
@@ -29,6 +29,9 @@ _LETTING_GO, _PAUSE = 10.0, 0.02
 """Seconds to wait until DuckDB has closed a file, and between two attempts. A thread that ends at
 that moment holds its connection a little longer."""
 _OTHER_STORE = 1.0  # Seconds after which the file counts as open in another store of this process
+_TAKE_BACK = 300.0
+"""Seconds to wait for the file when a computation has ended: losing results of minutes is worse
+than waiting for other commands, which take seconds."""
 _LAST_BLOCKS = 5.0  # Seconds for which closing waits for running operations of other threads
 
 
@@ -248,3 +251,26 @@ class Store:
                         raise
                     return self._connect(False, wait)  # as another store of this process
             time.sleep(_PAUSE)
+
+
+@contextmanager
+def released(store: Store) -> Iterator[Callable[[], None]]:
+    """Release the file while the block computes, and open it again at its end.
+
+    Other processes may read and write meanwhile. A load in the block, by any thread, opens the file
+    for reading, so that others can read but not write; the function that the block is given
+    releases it again. Whether the loaded data are still current must be checked afterwards, by
+    comparing them or :func:`~motiondb.store.connection.transactions.revision`. A store opened for
+    reading stays open, because it does not block readers. Not within a transaction or a ``reading``
+    block of this thread.
+    """
+    if store.read_only or store.in_transaction:
+        yield lambda: None
+        return
+    store.lend()
+    try:
+        yield store.lend
+    except BaseException:
+        store.take_back_later()
+        raise
+    store.take_back(_TAKE_BACK)

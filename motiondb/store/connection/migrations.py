@@ -1,14 +1,14 @@
-"""Bring a database to the present schema by numbered SQL files, forward only.
+"""Make the tables of a new database, and bring an older one to the present schema, forward only.
 
-Each file of ``motiondb.schema.migrations`` runs in one transaction, together with the new value of
-``schema_version``, so that a killed migration leaves the version before it. A file that databases
-have used never changes; a test compares digests.
+A new database is made by ``motiondb.schema/schema.sql``. The numbered files beside it change an
+older one: ``0002_WHAT.sql`` leads from version 1 to version 2. Each step runs in one transaction
+with the new value of ``schema`` in the table ``meta``, so that a killed migration leaves the
+version before it.
 """
 
 from __future__ import annotations
 
 import uuid
-from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import metadata, resources
@@ -19,13 +19,24 @@ from motiondb.errors import StoreError
 
 
 @cache
+def present_schema() -> str:
+    """The text of ``schema.sql``, which makes the tables of the newest version."""
+    return (resources.files("motiondb.schema") / "schema.sql").read_text(encoding="utf-8")
+
+
+@cache
 def known_migrations() -> tuple[str, ...]:
-    """Read the SQL texts of all migrations, in order; number n has the index n - 1."""
-    folder = resources.files("motiondb.schema.migrations")
-    files = sorted(
-        (item for item in folder.iterdir() if item.name.endswith(".sql")), key=lambda i: i.name
+    """The SQL texts that change older databases: number n leads from version n + 1 to n + 2."""
+    folder = resources.files("motiondb.schema")
+    files = [item for item in folder.iterdir() if item.name[:4].isdecimal()]
+    return tuple(
+        item.read_text(encoding="utf-8") for item in sorted(files, key=lambda item: item.name)
     )
-    return tuple(item.read_text(encoding="utf-8") for item in files)
+
+
+def newest_version() -> int:
+    """The version of the tables that ``schema.sql`` makes."""
+    return 1 + len(known_migrations())
 
 
 @cache
@@ -35,62 +46,62 @@ def motiondb_version() -> str:
 
 
 def schema_version(connection: duckdb.DuckDBPyConnection, where: str) -> int:
-    """Read the schema version of an open database; 0 for one without tables."""
+    """The version of an open database, 0 without tables; one that cannot be read is refused."""
     names = [
         row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()
     ]
     if not names:
         return 0
-    if "meta" in names:
-        row = connection.execute("SELECT value FROM meta WHERE key = 'schema_version'").fetchone()
-        if row is not None:
-            if not str(row[0]).isdecimal():
-                raise StoreError(
-                    f"{where}: expected a number for the version of its schema, found {row[0]!r}. "
-                    "The file was changed by hand: restore a copy."
-                )
-            return int(row[0])
-    raise StoreError(
-        f"{where}: expected a database of motiondb, found another program's with the tables "
-        f"{', '.join(sorted(names)[:5])}. Name another file with --db."
-    )
+    if "meta" not in names:
+        raise StoreError(
+            f"{where}: expected a database of motiondb, found another program's with the tables "
+            f"{', '.join(sorted(names)[:5])}. Name another file with --db."
+        )
+    row = connection.execute("SELECT value FROM meta WHERE key = 'schema'").fetchone()
+    if row is None:  # versions before 0.1.0 wrote other tables and another key
+        raise StoreError(
+            f"{where}: expected a database of motiondb 0.1.0 or later, found one of a version that "
+            "was never released. Add the captures again to a new file: "
+            "motiondb add FOLDER --db NEW.duckdb."
+        )
+    if not str(row[0]).isdecimal():
+        raise StoreError(
+            f"{where}: expected a number for the version of its schema, found {row[0]!r}. "
+            "The file was changed by hand: restore a copy."
+        )
+    version, newest = int(row[0]), newest_version()
+    if version > newest:
+        row = connection.execute("SELECT value FROM meta WHERE key = 'created_by'").fetchone()
+        writer = f"motiondb {row[0]}" if row else "a newer motiondb"
+        raise StoreError(
+            f"{where}: expected a schema of version {newest} or below, which motiondb "
+            f"{motiondb_version()} reads, found version {version}, written by {writer}. "
+            "Install that version of motiondb or a newer one."
+        )
+    return version
 
 
-def check_not_newer(connection: duckdb.DuckDBPyConnection, where: str, version: int) -> None:
-    """Refuse a database whose schema this motiondb does not know."""
-    newest = len(known_migrations())
-    if version <= newest:
+def migrate(connection: duckdb.DuckDBPyConnection, version: int) -> None:
+    """Bring an open database from a version, 0 without tables, to the newest one."""
+    if version == 0:
+        marks = {f"{kind}_revision": uuid.uuid4().hex for kind in ("motion", "content")}
+        text = present_schema()
+        _run(connection, text, newest_version(), next_capture_id="1", revision="0", **marks)
         return
-    row = connection.execute("SELECT value FROM meta WHERE key = 'created_by'").fetchone()
-    writer = f"motiondb {row[0]}" if row else "a newer motiondb"
-    raise StoreError(
-        f"{where}: expected a schema of version {newest} or below, which motiondb "
-        f"{motiondb_version()} reads, found version {version}, written by {writer}. "
-        "Install that version of motiondb or a newer one."
-    )
+    for number, text in enumerate(known_migrations()[version - 1 :], start=version + 1):
+        _run(connection, text, number)
 
 
-def migrate(
-    connection: duckdb.DuckDBPyConnection, version: int, migrations: Sequence[str] | None = None
-) -> None:
-    """Bring an open database to the newest schema, one transaction for each step."""
-    migrations = known_migrations() if migrations is None else migrations
-    for number in range(version + 1, len(migrations) + 1):
-        connection.execute("BEGIN")
-        try:
-            connection.execute(migrations[number - 1])
-            _stamp(connection, number)
-            connection.execute("COMMIT")
-        except BaseException:
-            with suppress(duckdb.Error):  # the first error is the cause
-                connection.execute("ROLLBACK")
-            raise
-
-
-def _stamp(connection: duckdb.DuckDBPyConnection, version: int) -> None:
-    values = {"schema_version": str(version), "created_by": motiondb_version()}
-    if version == 1:
-        values |= {"next_capture_id": "1"}
-        values |= {f"{kind}_revision": uuid.uuid4().hex for kind in ("motion", "content")}
-    for key, value in values.items():
-        connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [key, value])
+def _run(connection: duckdb.DuckDBPyConnection, text: str, version: int, **marks: str) -> None:
+    """Run SQL and save the version that it leads to and other marks, in one transaction."""
+    connection.execute("BEGIN")
+    try:
+        connection.execute(text)
+        marks |= {"schema": str(version), "created_by": motiondb_version()}
+        for key, value in marks.items():
+            connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", [key, value])
+        connection.execute("COMMIT")
+    except BaseException:
+        with suppress(duckdb.Error):  # the first error is the cause
+            connection.execute("ROLLBACK")
+        raise

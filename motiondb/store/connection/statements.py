@@ -1,7 +1,7 @@
-"""A thread's connection to DuckDB: statements and their answers, with motiondb's errors.
+"""A thread's connection to DuckDB: statements, tables written and read as arrays, errors.
 
-Another thread may release the file at any moment (:mod:`motiondb.store.connection.sharing`), and
-DuckDB then closes every connection to it. Two rules keep a thread from meeting a closed connection:
+Another thread may release the file at any moment (``handle.released``), and DuckDB then closes
+every connection to it. Two rules keep a thread from meeting a closed connection:
 
 * a statement, and the fetching of its answer, each keep the file open while they run;
 * a statement that ran outside a block that keeps the file open, and whose answer is not yet fetched
@@ -9,6 +9,11 @@ DuckDB then closes every connection to it. Two rules keep a thread from meeting 
 
 Nothing is done twice: changes of the database run in a transaction, which keeps the file open
 from its first statement to its last.
+
+Tables are written and read by columns: DuckDB reads a dict of one-dimensional arrays as a table. A
+list column is an object array that holds one array per row (measured: 7 ms for 400 rows of 87
+floats, against 36 ms for parameters). A NaN is stored as NULL and loaded as NaN, in flat columns
+and inside lists.
 """
 
 from __future__ import annotations
@@ -19,12 +24,16 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 import duckdb
+import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.store.connection.faults import ABORTED, translate
 
 T = TypeVar("T")
 Parameters = Sequence[Any] | Mapping[str, Any]
+_SCALAR = str | float | int | np.generic
+Column = NDArray[Any] | Sequence[Any] | str | float | bool
+"""A column of a table, or the value of every row."""
 
 
 class Connection:
@@ -59,11 +68,32 @@ class Connection:
         """The next row of the answer; None after the last."""
         return self._fetch(lambda raw: raw.fetchone())
 
-    def fetchnumpy(self) -> Mapping[str, NDArray[Any]]:
-        """The answer as arrays by column name."""
-        return self._fetch(lambda raw: raw.fetchnumpy())
+    def insert(self, table: str, **columns: Column) -> None:
+        """Append rows to a table; a column that is one value has it in every row."""
+        (n,) = {
+            len(c) for c in columns.values() if not isinstance(c, str | float | int | np.generic)
+        }
+        if not n:
+            return
+        arrays = {name: _as_column(values, n) for name, values in columns.items()}
+        names = ", ".join(arrays)
+        self._register("_rows", arrays)
+        try:
+            self.execute(f"INSERT INTO {table} ({names}) SELECT {names} FROM _rows")
+        finally:
+            self._unregister("_rows")
 
-    def register(self, name: str, table: object) -> None:
+    def arrays(self, query: str, parameters: Parameters = ()) -> dict[str, NDArray[Any]]:
+        """Run a query; its answer as arrays by column name, missing floats as NaN."""
+        answer = self.execute(query, parameters)._fetch(lambda raw: raw.fetchnumpy())
+        return {
+            name: np.ma.filled(values, np.nan)
+            if np.ma.isMA(values) and values.dtype.kind == "f"
+            else values
+            for name, values in answer.items()
+        }
+
+    def _register(self, name: str, table: object) -> None:
         """Make arrays visible to this connection as a table."""
         with self._keep_open():
             try:
@@ -71,8 +101,8 @@ class Connection:
             except duckdb.Error as error:
                 self._fail(error)
 
-    def unregister(self, name: str) -> None:
-        """Undo :meth:`register`."""
+    def _unregister(self, name: str) -> None:
+        """Undo :meth:`_register`."""
         with self._keep_open():
             try:
                 self._cursor().unregister(name)
@@ -105,3 +135,38 @@ class Connection:
             error = self._first_error
         self._first_error = error
         raise translate(self.path, error) from error
+
+
+def to_rows(matrix: NDArray[Any]) -> NDArray[np.object_]:
+    """Make a list column of an array (rows, ...): every row flattened, in C order.
+
+    >>> to_rows(np.eye(2))[1]
+    array([0., 1.])
+    """
+    flat = np.ascontiguousarray(matrix).reshape(len(matrix), -1) if len(matrix) else matrix
+    column = np.empty(len(matrix), dtype=object)
+    for row, numbers in enumerate(flat):
+        column[row] = numbers
+    return column
+
+
+def from_rows(
+    column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64
+) -> NDArray[Any]:
+    """Make an array (rows, *shape) of a list column (rows,); the inverse of :func:`to_rows`."""
+    if not len(column):
+        return np.zeros((0, *shape), dtype=dtype)
+    filled = [
+        np.ma.filled(numbers, np.nan) if np.ma.isMA(numbers) else numbers for numbers in column
+    ]
+    return np.concatenate(filled).astype(dtype, copy=False).reshape(len(column), *shape)
+
+
+def _as_column(values: Column, n: int) -> NDArray[Any]:
+    if isinstance(values, _SCALAR):
+        return np.full(n, values, dtype=object if isinstance(values, str) else None)
+    if isinstance(values, np.ndarray):
+        return np.ascontiguousarray(values)
+    if any(isinstance(value, str) for value in values) or any(value is None for value in values):
+        return np.array(values, dtype=object)
+    return np.array(values)

@@ -14,7 +14,8 @@ from motiondb import store
 from motiondb.learn.learned import Learned
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.meaning.calibration import Certainty
-from motiondb.search.word_answers import search_words
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import search_words
 
 QUESTIONS = ("walk", "turn left", "walk, turn left, sit down", "kick or punch", "walk but not turn")
 
@@ -34,8 +35,8 @@ def with_place(learned: Learned, log_odds: float) -> Learned:
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_places_change_neither_ranking_nor_reasons(learned: Learned, question: str) -> None:
     allowed = list(learned.rows)
-    with_places = search_words(learned, question, allowed, 20)
-    without = search_words(replace(learned, places=None), question, allowed, 20)
+    with_places = search_words(learned_words(learned), question, allowed, 20)
+    without = search_words(learned_words(replace(learned, places=None)), question, allowed, 20)
     assert learned.places is not None
     assert with_places.reasons == without.reasons
     for one, other in zip(with_places.matches, without.matches):
@@ -50,7 +51,7 @@ def test_places_change_neither_ranking_nor_reasons(learned: Learned, question: s
 def test_parts_are_in_order_apart_and_each_has_its_probability(
     learned: Learned, question: str
 ) -> None:
-    answer = search_words(learned, question, list(learned.rows), 20)
+    answer = search_words(learned_words(learned), question, list(learned.rows), 20)
     for match in answer.matches:
         known = [part for part in match.parts if part.place == "known"]
         assert all(one.end <= other.start + 1e-9 for one, other in pairwise(known))
@@ -67,11 +68,11 @@ def test_parts_are_in_order_apart_and_each_has_its_probability(
 
 def test_of_one_action_the_interval_is_the_capture_times_the_place(learned: Learned) -> None:
     sure = with_place(learned, np.log(3.0))  # right with probability 3/4
-    for match in search_words(sure, "walk", list(learned.rows), 10).matches:
+    for match in search_words(learned_words(sure), "walk", list(learned.rows), 10).matches:
         assert match.probability is not None
         assert match.interval_probability == pytest.approx(0.75 * match.probability)
         assert match.parts[0].interval_probability == pytest.approx(match.interval_probability)
-    for match in search_words(sure, "walk, kick", list(learned.rows), 10).matches:
+    for match in search_words(learned_words(sure), "walk, kick", list(learned.rows), 10).matches:
         assert match.probability is not None
         assert match.interval_probability == pytest.approx(0.75**2 * match.probability)
 
@@ -80,23 +81,23 @@ def test_a_place_that_only_a_caption_speaks_for_is_unknown(learned: Learned) -> 
     capture = next(c for c, info in learned.captures.items() if info.name == "ana/bow_1")
     captions = {**learned.captions, capture: (replace(learned.captions[capture][0], words="kick"),)}
     unsure = replace(with_place(learned, -5.0), captions=captions)
-    (match,) = search_words(unsure, "kick", [capture]).matches
+    (match,) = search_words(learned_words(unsure), "kick", [capture]).matches
     assert match.place == match.parts[0].place == "unknown"
     assert (match.start, match.end) == (0.0, learned.captures[capture].duration)
     assert match.interval_probability is match.parts[0].interval_probability is None
     assert match.probability is not None
     assert match.reason == f"kick somewhere in 0-{match.end:.1f} s, by its caption"
-    (heard,) = search_words(unsure, "bow", [capture]).matches  # the motion, not the caption
+    (heard,) = search_words(learned_words(unsure), "bow", [capture]).matches  # by motion
     assert heard.place == "known"
-    (alone,) = search_words(unsure, "kick", [capture], written=False).matches
+    (alone,) = search_words(learned_words(unsure), "kick", [capture], written=False).matches
     assert alone.place == "known"
     surer = replace(unsure, certainties=with_place(learned, 5.0).certainties)
-    assert search_words(surer, "kick", [capture]).matches[0].place == "known"
+    assert search_words(learned_words(surer), "kick", [capture]).matches[0].place == "known"
 
 
 def test_counts_and_lengths_have_places_without_probabilities(learned: Learned) -> None:
     for question in ("walk twice", "walk for 2 s"):
-        for match in search_words(learned, question, list(learned.rows), 5).matches:
+        for match in search_words(learned_words(learned), question, list(learned.rows), 5).matches:
             assert match.interval_probability is None
             assert match.place == "known"
             assert all(part.probability is None for part in match.parts)

@@ -12,8 +12,9 @@ import pytest
 import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.search import reasons
-from motiondb.search.whole_captions import CAPTION_WEIGHT
-from motiondb.search.word_answers import WordAnswer, search_words
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import WordAnswer, search_words
+from motiondb.search.ranking import CAPTION_WEIGHT
 
 LONG = '"walk, turn left, sit down"'
 
@@ -25,7 +26,7 @@ def learned(learned_file: Path) -> Learned:
 
 
 def ask(learned: Learned, text: str) -> WordAnswer:
-    return search_words(learned, text, list(learned.rows), 200)
+    return search_words(learned_words(learned), text, list(learned.rows), 200)
 
 
 def test_a_long_question_is_ranked_by_its_likeness_too(learned: Learned) -> None:

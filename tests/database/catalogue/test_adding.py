@@ -13,7 +13,7 @@ import pytest
 import motiondb
 from motiondb.body import body, retarget
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
-from motiondb.database.catalogue.importing import ImportReport
+from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files import read_capture
 from motiondb.records import Motion

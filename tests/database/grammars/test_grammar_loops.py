@@ -19,6 +19,7 @@ from motiondb.database.grammars.grammar_words import terminal_shares, terminals_
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import GrammarError, choices_of, derive_by, read_grammar
 from motiondb.grammar.cfg.parse import accepts, parse
+from motiondb.search.asked_words import learned_words
 
 TAKES = ("ana/long_dance_2", "dora/long_dance_1")
 
@@ -43,7 +44,7 @@ def looping(dances: MotionDB) -> MotionDB:
     )
     with store.transaction(dances.store):
         run_id = store.start_run(dances.store, "grammar", {"name": "looping"})
-        store.save_grammar(dances.store, changed, run_id)
+        store.save_grammar(dances.store, changed.stored, run_id)
         store.finish_run(dances.store, run_id)
     return dances
 
@@ -104,11 +105,11 @@ def test_words_and_sentences_lead_to_motion_that_obeys_the_grammar(learned_copy:
         takes = ["goran/long_fight_2", "boris/long_fight_1"]
         learned, _ = db.grammars.learn(takes, "fight", settings)
         material = grammar_sequences.load_material(db.store, "fight")
-        shares = terminal_shares(db.learned, learned, material.numbers)
+        shares = terminal_shares(learned_words(db.learned), learned, material.numbers)
         names = learned.terminals.names
 
         def shown(word: str) -> set[str]:
-            return {names[k] for k in terminals_for(db.learned, shares, word)}
+            return {names[k] for k in terminals_for(learned_words(db.learned), shares, word)}
 
         kick, punch = shown("kick"), shown("punch")
         assert kick

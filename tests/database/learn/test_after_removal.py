@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb.database.catalogue.importing import ImportReport
+from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import QueryError, SheetError
 from motiondb.files.sheets import capture_name, read_sheet
 

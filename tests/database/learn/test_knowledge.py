@@ -20,9 +20,10 @@ from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.joining import start_weight
 from motiondb.learn.parameter_arrays import from_stored, to_stored
 from motiondb.meaning.calibration import Certainties, Certainty
-from motiondb.search.described_motion import describe
-from motiondb.search.example_answers import search_motion
-from motiondb.search.word_answers import search_words
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_example import search_motion
+from motiondb.search.by_words import search_words
+from motiondb.search.described import describe
 
 NAMES = (
     "ana/walk_1", "ana/jump_1", "ana/bow_1", "boris/kick_1", "boris/punch_1", "boris/walk_1",
@@ -127,7 +128,7 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     learned = replace(started.learned, certainties=Certainties(words=sure))
 
     def ask(text: str) -> tuple[str, set[bool]]:
-        every = search_words(learned, text, sorted(learned.rows))
+        every = search_words(learned_words(learned), text, sorted(learned.rows))
         return every.unchecked, {m.probability is not None for m in every.matches}
 
     reason = "no probabilities: no caption of this database holds 'kick'"

@@ -15,7 +15,7 @@ from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.language import vocabulary
 from motiondb.meaning.description_map import score_probabilities
 from motiondb.meaning.score_vectors import unit
-from motiondb.search.described_motion import word_probabilities
+from motiondb.search.described import word_probabilities
 
 SAMPLE = Path(__file__).parents[3] / "sample_data"
 LATER = (

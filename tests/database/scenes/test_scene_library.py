@@ -11,15 +11,18 @@ import pytest
 
 import motiondb
 from motiondb import store
-from motiondb.database.scenes.scene_clips import find_actions
-from motiondb.database.scenes.scene_files import read_grammar
-from motiondb.database.scenes.scene_library import SceneClips, scene_clips
+from motiondb.database.scenes.scene_clips import SceneClips, find_actions, scene_clips
+from motiondb.database.scenes.scene_texts import read_grammar
 from motiondb.errors import SceneError
 from motiondb.records import Caption, Event
-from motiondb.scene.clips.body_frames import body_frames
-from motiondb.scene.clips.clip_cutting import ShownMotion, farthest_up, instant
-from motiondb.scene.clips.clip_variants import VariantSettings
-from motiondb.scene.clips.throws import throw_frames
+from motiondb.scene.clips.clip_cutting import (
+    ShownMotion,
+    body_frames,
+    farthest_up,
+    instant,
+    throw_frames,
+)
+from motiondb.scene.clips.clips import VariantSettings
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 

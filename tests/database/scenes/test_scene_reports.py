@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from motiondb import store
-from motiondb.database.scenes.scene_reports import report_facts, report_text
+from motiondb.database.scenes.scene_folder import report_facts, report_text
 
 LISTS = (
     "collisions", "paces", "impossible", "planted_feet", "near_limbs", "guards", "sources",

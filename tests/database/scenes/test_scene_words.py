@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.scenes.scene_words import Phrases, take_phrases
+from motiondb.database.scenes.scene_clips import Phrases, take_phrases
 from motiondb.database.session import nearby_table
 from motiondb.grammar.terminals.terminals import TerminalSettings
 from motiondb.language.nearby.table import UNIT, read_table, write_table

@@ -6,8 +6,15 @@ import numpy as np
 
 from motiondb.records import Event, Motion
 from motiondb.scene.clips import clip_cutting
-from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
-from motiondb.scene.clips.clip_cutting import Piece, ShownMotion, cut_action, instant, without_rest
+from motiondb.scene.clips.clip_cutting import (
+    WRISTS,
+    BodyFrames,
+    Piece,
+    ShownMotion,
+    cut_action,
+    instant,
+    without_rest,
+)
 
 
 def moving(speeds: np.ndarray, travel: bool = True, turn: float = 0.0) -> BodyFrames:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.scene.clips.clip_seams import SeamEnds, rest_costs, seam_costs
+from motiondb.scene.clips.clips import SeamEnds, rest_costs, seam_costs
 
 
 def ends(n: int, seed: int = 0) -> SeamEnds:

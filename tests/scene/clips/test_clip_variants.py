@@ -6,13 +6,13 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.scene.clips.clip_variants import (
+from motiondb.scene.clips.clip_cutting import compose, relative
+from motiondb.scene.clips.clips import (
     VariantSettings,
     edited_paths,
     edited_stretch,
     edits_of,
 )
-from motiondb.scene.clips.ground import compose, relative
 
 
 def slow(path: np.ndarray, bend: float, stretch: float) -> np.ndarray:

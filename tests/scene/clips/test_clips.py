@@ -8,12 +8,15 @@ import pytest
 from motiondb.body import body, pose_vectors, retarget, rotation
 from motiondb.errors import SceneError
 from motiondb.records import Event, Motion
-from motiondb.scene.clips.body_frames import body_frames
-from motiondb.scene.clips.clip_cutting import ShownMotion
-from motiondb.scene.clips.clip_motion import clip_motion, source_frames
-from motiondb.scene.clips.clip_variants import VariantSettings
-from motiondb.scene.clips.clips import ClipLibrary, ClipSource, make_library
-from motiondb.scene.clips.ground import compose, relative
+from motiondb.scene.clips.clip_cutting import ShownMotion, body_frames, compose, relative
+from motiondb.scene.clips.clips import (
+    ClipLibrary,
+    ClipSource,
+    VariantSettings,
+    clip_motion,
+    make_library,
+    source_frames,
+)
 
 PLAIN = VariantSettings(bends=(0.0,), stretches=(1.0,), rest_bends=(0.0,), turns=(0.0,))
 TERMINALS = ("run", "shoot", "pivot_left", "pivot_right", "catch")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import rotation
 from motiondb.body.pose_vectors import yaw
-from motiondb.scene.clips.ground import compose, inverse, relative
+from motiondb.scene.clips.clip_cutting import compose, inverse, relative
 
 number = st.floats(-20.0, 20.0)
 places = st.builds(lambda x, z, t: np.array([x, z, t]), number, number, number)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.scene.clips.body_frames import WRISTS, BodyFrames
-from motiondb.scene.clips.clip_cutting import AROUND
-from motiondb.scene.clips.throws import HELD, LANDED, throw_frames
+from motiondb.scene.clips.clip_cutting import AROUND, HELD, LANDED, WRISTS, BodyFrames, throw_frames
 
 
 def hands(heights: np.ndarray, gaps: np.ndarray) -> BodyFrames:

@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
-from motiondb.scene.energy.binding import Binder, bind
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     AT_END,
     AT_EVENT,
     AT_START,
@@ -26,12 +25,14 @@ from motiondb.scene.energy.rule_table import (
     SYNCHRONISATION,
     THROUGHOUT,
     UNMET,
+    Binder,
+    bind,
 )
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.services import casting
 
-DIAGRAMS = scene_files.shipped(".tactics")
+DIAGRAMS = scene_texts.shipped(".tactics")
 
 
 def table_of(name: str, **strings: str):

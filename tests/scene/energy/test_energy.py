@@ -14,11 +14,9 @@ from hypothesis import strategies as st
 from scene_energy import energy
 
 from motiondb.database.scenes.scene_texts import read_scene_text
-from motiondb.scene.clips import ground
+from motiondb.scene.clips import clip_cutting
 from motiondb.scene.energy import energy as energies
-from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.placement import clip_arrays
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     AT_END,
     AT_START,
     DIRECTION,
@@ -30,9 +28,10 @@ from motiondb.scene.energy.rule_table import (
     SYNCHRONISATION,
     THROUGHOUT,
     UNMET,
+    bind,
 )
-from motiondb.scene.energy.scene_arrays import MOST_DELAY, scene_state
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.scene_arrays import MOST_DELAY, PlayerState, SceneState, scene_state
 from motiondb.scene.language import semantic_rules
 from motiondb.scene.language.semantic_rules import Weights
 from motiondb.scene.services import casting, services
@@ -91,9 +90,9 @@ class Twin:
         for player in state.players:
             place, frames, begin = np.array(player.origin), [], [player.delay]
             for entry in player.entries:
-                frames.append(ground.compose(place, library.path_of(entry)))
+                frames.append(clip_cutting.compose(place, library.path_of(entry)))
                 begin.append(begin[-1] + int(library.n_frames[entry]))
-                place = ground.compose(place, library.step[entry])
+                place = clip_cutting.compose(place, library.step[entry])
             self.tracks.append(np.concatenate(frames))
             self.begins.append(begin)
         self.rules = [self.value(row) / row["weight"] for row in table.rows]

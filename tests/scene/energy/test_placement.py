@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.scene.clips import ground
+from motiondb.scene.clips import clip_cutting
 from motiondb.scene.energy.placement import (
     chain,
     clip_arrays,
@@ -56,9 +56,11 @@ def test_products_are_compositions_and_a_swap_moves_the_tail_as_one(wandering, s
         frame = int(rng.integers(library.n_frames[entry]))
         row = int(library.path_start[entry]) + frame
         actual = place_in_clip(placed, arrays.path, row, k)
-        np.testing.assert_allclose(actual, ground.compose(place, library.path[row]), atol=1e-12)
+        np.testing.assert_allclose(
+            actual, clip_cutting.compose(place, library.path[row]), atol=1e-12
+        )
         assert clip_at(begin, n, int(begin[k]) + frame) == k
-        place = ground.compose(place, library.step[entry])
+        place = clip_cutting.compose(place, library.step[entry])
     np.testing.assert_allclose(placed[:, 3], np.cos(placed[:, 2]), atol=1e-12)
     np.testing.assert_allclose(placed[:, 4], np.sin(placed[:, 2]), atol=1e-12)
 
@@ -66,8 +68,8 @@ def test_products_are_compositions_and_a_swap_moves_the_tail_as_one(wandering, s
     swapped = entries.copy()
     swapped[k] = rng.integers(0, 12)
     after, later, _ = placed_string(library, swapped, origin, 4)
-    motion = ground.compose(after[k + 1, :3], ground.inverse(placed[k + 1, :3]))
-    tail = ground.compose(motion, placed[k + 1 :, :3])
+    motion = clip_cutting.compose(after[k + 1, :3], clip_cutting.inverse(placed[k + 1, :3]))
+    tail = clip_cutting.compose(motion, placed[k + 1 :, :3])
     np.testing.assert_allclose(after[k + 1 :, :3], tail, atol=1e-11)
     np.testing.assert_array_equal(after[: k + 1], placed[: k + 1])
     assert len(set((later - begin)[k + 1 :].tolist())) == 1

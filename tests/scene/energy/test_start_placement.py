@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from scene_energy import energy
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
-from motiondb.scene.clips import ground
-from motiondb.scene.energy.binding import bind
+from motiondb.scene.clips import clip_cutting
+from motiondb.scene.energy.binding import POSITION, SYNCHRONISATION, bind
 from motiondb.scene.energy.energy import scene_arrays
 from motiondb.scene.energy.placement import clip_arrays
-from motiondb.scene.energy.rule_table import POSITION, SYNCHRONISATION
-from motiondb.scene.energy.scene_arrays import scene_state
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState, scene_state
 from motiondb.scene.energy.start_placement import place_start
 from motiondb.scene.language.semantic_rules import Weights
 from motiondb.scene.services import casting
@@ -77,7 +75,9 @@ def test_no_place_nearby_is_better(wandering) -> None:
         best, actual = squares(scene), scene_state(scene, state.trees)
         rng = np.random.default_rng(seed)
         for _ in range(50):
-            moved = ground.compose(rng.normal(0.0, 0.02, 3), np.array(actual.players[0].origin))
+            moved = clip_cutting.compose(
+                rng.normal(0.0, 0.02, 3), np.array(actual.players[0].origin)
+            )
             player = replace(actual.players[0], origin=tuple(moved.tolist()))
             other = scene_arrays(SceneState((player,)), arrays, table, Weights())
             assert squares(other) >= best - 1e-9
@@ -97,7 +97,7 @@ def test_one_pass_is_caught_in_time(wandering) -> None:
         assert np.count_nonzero(scene.begin[:, 0]) <= 1
 
 
-@pytest.mark.parametrize("name", scene_files.shipped(".tactics"))
+@pytest.mark.parametrize("name", scene_texts.shipped(".tactics"))
 def test_a_start_costs_less_than_the_middle_of_the_court(wandering, name: str) -> None:
     state, library, table = scene_of(wandering, name, 1)
     arrays = clip_arrays(library)

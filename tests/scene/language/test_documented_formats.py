@@ -6,7 +6,7 @@ import math
 import re
 from pathlib import Path
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.scene.language import semantic_rules, tactics
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -62,8 +62,8 @@ def test_the_weights_of_the_page_are_the_defaults() -> None:
 def test_every_element_and_shipped_file_stands_on_the_page() -> None:
     for name in (*tactics.KINDS, *tactics.TEAMS):
         assert re.search(rf"[`\n]{name}\b", TEXT) or f"{name} " in block("tactics"), name
-    for ending in (scene_files.GRAMMAR, scene_files.TACTICS):
-        for name in scene_files.shipped(ending):
+    for ending in (scene_texts.GRAMMAR, scene_texts.TACTICS):
+        for name in scene_texts.shipped(ending):
             assert f"`{name}`" in TEXT
     for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
         assert (PAGE.parent / target).exists(), target

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.scene.language.expressions import (
     MOST_ASSIGNMENTS,
@@ -148,7 +148,7 @@ def test_the_rules_of_figure_3() -> None:
 
 
 def test_what_the_grammar_says_already_is_said_once() -> None:
-    grammar = scene_files.read_grammar("basketball")
+    grammar = scene_texts.read_grammar("basketball")
     diagram = read_scene_text("give-and-go").diagram
     rest = auxiliary_rules(diagram, grammar)
     assert {type(r.rule) for r in rest} == {PositionRule}

@@ -7,7 +7,7 @@ from itertools import product
 
 import pytest
 
-from motiondb.database.scenes.scene_files import read_grammar, shipped
+from motiondb.database.scenes.scene_texts import read_grammar, shipped
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.scene.language.grammar_file import read_motion_grammar

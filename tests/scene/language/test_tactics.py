@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
-from motiondb.scene.energy import collisions
-from motiondb.scene.language.curves import path_fractions, smooth_curve
+from motiondb.scene.energy import energy
+from motiondb.scene.language.expressions import path_fractions, smooth_curve
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import BODY_WIDTH, Court
@@ -45,7 +45,7 @@ TABLE_2 = {
 
 
 def test_the_shipped_diagrams_have_the_characters_of_the_paper() -> None:
-    names = scene_files.shipped(scene_files.TACTICS)
+    names = scene_texts.shipped(scene_texts.TACTICS)
     assert set(names) == {*TABLE_2, "figure-3", "carrying"}
     for name, count in TABLE_2.items():
         diagram = read_scene_text(name).diagram
@@ -236,5 +236,5 @@ def test_points_that_are_met_twice_count_once() -> None:
 
 def test_two_who_stand_so_near_touch() -> None:
     """What the reader refuses is what the sampler would call a collision for ever."""
-    assert pytest.approx(2.0 * collisions.RADIUS) == BODY_WIDTH
+    assert pytest.approx(2.0 * energy.RADIUS) == BODY_WIDTH
     assert len(read("attack A4 at 4.5 5").players) == 5

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.scene.energy.collisions import RADIUS
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     AT_END,
     AT_START,
     DIRECTION,
@@ -20,11 +19,11 @@ from motiondb.scene.energy.rule_table import (
     POSITION,
     THROUGHOUT,
 )
+from motiondb.scene.energy.energy import RADIUS
 from motiondb.scene.language.semantic_rules import direction_error
 from motiondb.scene.polish import path_editing
-from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths
-from motiondb.scene.polish.separation import overlaps, pushes
-from motiondb.scene.timing.time_editing import SLOWEST, Meeting, TimeMap, edit_times
+from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths, overlaps, pushes
+from motiondb.scene.timing.scheduling import SLOWEST, Meeting, TimeMap, edit_times
 from motiondb.scene.timing.timeline import Timeline, excess, measure, moment_frames
 
 from ..timing.test_timeline import a_row, a_table, still

@@ -17,20 +17,21 @@ from motiondb.scene.ball.ball_acts import Possession
 from motiondb.scene.ball.ball_flight import (
     BOUNCE,
     GRAVITY,
+    MOST_YAW,
     RADIUS,
     REACHING,
     RIM,
     bounced,
+    follow,
+    palms,
+    reach,
     shot_seconds,
     thrown,
 )
-from motiondb.scene.ball.gaze import MOST_YAW, follow
-from motiondb.scene.ball.hands import palms, reach
 from motiondb.scene.clips.clip_cutting import ShownMotion
-from motiondb.scene.clips.clip_variants import VariantSettings
-from motiondb.scene.clips.clips import make_library
+from motiondb.scene.clips.clips import VariantSettings, make_library
 from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish import polish as polishing

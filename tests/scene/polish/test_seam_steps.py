@@ -8,9 +8,16 @@ import pytest
 from motiondb.body import body, retarget
 from motiondb.generate.contact import find_contacts, foot_heights
 from motiondb.records import Motion
-from motiondb.scene.polish.seam_steps import ANKLES, LIFTED, find_slides, step_at_seams
-from motiondb.scene.polish.stepping import LIFT, SWING, move_ankles
-from motiondb.scene.report.gait import airborne, foot_jump, on_the_ground
+from motiondb.scene.polish.splicing import (
+    ANKLES,
+    LIFT,
+    LIFTED,
+    SWING,
+    find_slides,
+    move_ankles,
+    step_at_seams,
+)
+from motiondb.scene.report.visible_motion import airborne, foot_jump, on_the_ground
 
 N_FRAMES = 60
 BLENDED = np.zeros(N_FRAMES, dtype=bool)

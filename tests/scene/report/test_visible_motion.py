@@ -9,26 +9,25 @@ from hypothesis import strategies as st
 
 from motiondb.body import body, retarget
 from motiondb.records import Motion
-from motiondb.scene.report.gait import (
-    FootJump,
-    GaitRange,
-    airborne,
-    foot_jump,
-    gait_range,
-    on_the_ground,
-    step_lengths,
-    travel_speeds,
-)
-from motiondb.scene.report.near_limbs import limb_distances, segment_distances
 from motiondb.scene.report.report_records import JumpReport, LimbReport
 from motiondb.scene.report.visible_motion import (
     JUMP_LIMIT,
     STANDING,
     WAITING,
+    FootJump,
+    GaitRange,
+    airborne,
     crossing_limbs,
+    foot_jump,
+    gait_range,
     impossible_gait,
     impossible_jump,
+    limb_distances,
     near_limbs,
+    on_the_ground,
+    segment_distances,
+    step_lengths,
+    travel_speeds,
 )
 
 WALK = GaitRange(airborne=0, step=0.7, speed=1.6)

@@ -7,12 +7,11 @@ import pytest
 
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.sampling.play import make_play
-from motiondb.scene.sampling.scene_chain import Chain
-from motiondb.scene.sampling.structure import least_error
+from motiondb.scene.sampling.scene_chain import Chain, least_error
 
 GRAMMAR = read_motion_grammar(
     """

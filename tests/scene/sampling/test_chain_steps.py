@@ -12,10 +12,10 @@ from motiondb.errors import SceneError
 from motiondb.scene.energy.binding import bind
 from motiondb.scene.energy.energy import change, scene_arrays, token_errors, unchange
 from motiondb.scene.energy.placement import clip_arrays
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.sampling.clip_choice import clip_groups, smooth_entry
+from motiondb.scene.sampling.metropolis import origin_for_tail
 from motiondb.scene.sampling.scene_chain import Chain
-from motiondb.scene.sampling.step_geometry import origin_for_tail
 from motiondb.scene.sampling.tempering import SamplerSettings
 
 from .test_sampling import ALONE, EXCHANGES, TOY, toy_play, toy_state

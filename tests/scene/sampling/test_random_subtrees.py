@@ -8,7 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, choices_of, derive_by, read_grammar
@@ -95,7 +95,7 @@ def test_recursion_without_end_has_its_least_solution() -> None:
     assert derivations.inside("S")[0, 0] == pytest.approx(1.0 / 3.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", list(scene_files.shipped(".tactics")))
+@pytest.mark.parametrize("name", list(scene_texts.shipped(".tactics")))
 def test_every_draw_does_what_the_diagram_asks_and_nothing_with_strangers(name: str) -> None:
     text = read_scene_text(name)
     diagram, grammar = text.diagram, text.grammar

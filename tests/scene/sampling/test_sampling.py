@@ -21,9 +21,8 @@ from scene_energy import energy
 
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.records import MOTION_FPS
-from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.rule_table import ROW, SYNCHRONISATION
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.binding import ROW, SYNCHRONISATION, bind
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.sampling.clip_choice import clip_groups
@@ -32,10 +31,11 @@ from motiondb.scene.sampling.metropolis import (
     MEET,
     SMOOTH,
     VARIANT,
+    lateness,
+    linked,
 )
 from motiondb.scene.sampling.play import Prices, make_play
 from motiondb.scene.sampling.scene_chain import Chain
-from motiondb.scene.sampling.step_geometry import lateness, linked
 
 TOY = read_motion_grammar(
     """

@@ -10,19 +10,26 @@ from itertools import product
 import numpy as np
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.records import IntArray
-from motiondb.scene.energy.scene_state import SceneState
+from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.expressions import ONLY_ASKED, g_user
 from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.sampling.bootstrap import bootstrap, first_derivation
 from motiondb.scene.sampling.play import Prices, make_play
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
-from motiondb.scene.sampling.tempering import SamplerSettings, exchange, sample
-from motiondb.scene.sampling.tree_shapes import exchanged, tree_shape
-from motiondb.scene.sampling.warm_start import WARM, common_actions, warm_start
+from motiondb.scene.sampling.tempering import (
+    WARM,
+    SamplerSettings,
+    bootstrap,
+    common_actions,
+    exchange,
+    first_derivation,
+    sample,
+    warm_start,
+)
+from motiondb.scene.sampling.tree_growth import exchanged, tree_shape
 
 SHORT = SamplerSettings(
     temperatures=(0.5, 0.8, 1.3), rounds=4, jumps=3, inner=60, steps=60, cooling=400
@@ -131,7 +138,7 @@ def test_what_comes_out_fits_and_is_the_best_of_the_trace(wandering) -> None:
             assert entry in library.of(action)
 
 
-@pytest.mark.parametrize("name", list(scene_files.shipped(".tactics")))
+@pytest.mark.parametrize("name", list(scene_texts.shipped(".tactics")))
 def test_the_first_scene_does_what_is_asked(wandering, name: str) -> None:
     diagram, grammar = read(name)
     play = make_play(diagram, grammar, library_for(grammar, wandering, each=2))

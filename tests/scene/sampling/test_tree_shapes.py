@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import Tree, choices_of, derive_by, read_grammar
 from motiondb.scene.sampling.random_subtrees import Derivations
-from motiondb.scene.sampling.tree_shapes import exchanged, subtree_errors, tree_shape
+from motiondb.scene.sampling.tree_growth import exchanged, subtree_errors, tree_shape
 
 GRAMMAR = read_grammar("S -> A S B | A | empty\nA -> a | b a\nB -> empty | b S")
 FREE = Derivations(GRAMMAR, [])

@@ -1,4 +1,4 @@
-"""LR(1), LALR(1) and LL(1): textbook grammars, and what freedom from conflicts must mean."""
+"""LR(1): textbook grammars, and what freedom from conflicts must mean."""
 
 from __future__ import annotations
 
@@ -12,10 +12,7 @@ from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
 from motiondb.grammar.cfg.parse import count_trees
 from motiondb.scene.services.lr import (
-    END_MARK,
     first_sets,
-    follow_sets,
-    ll1_conflicts,
     lr1_automaton,
 )
 
@@ -30,31 +27,16 @@ EXPRESSIONS = read_grammar(
 )
 
 
-def test_first_and_follow_of_the_textbook() -> None:
-    first, follow = first_sets(EXPRESSIONS), follow_sets(EXPRESSIONS)
+def test_first_of_the_textbook() -> None:
+    first = first_sets(EXPRESSIONS)
     assert first["E"] == first["T"] == first["F"] == {"open", "id"}
     assert first["R"] == {"plus"}
     assert first["U"] == {"times"}
-    assert follow["E"] == follow["R"] == {"close", END_MARK}
-    assert follow["T"] == follow["U"] == {"plus", "close", END_MARK}
-    assert follow["F"] == {"plus", "times", "close", END_MARK}
-    assert ll1_conflicts(EXPRESSIONS) == ()
 
 
-def test_ten_states_of_which_lalr_leaves_seven() -> None:
+def test_ten_states_of_the_textbook() -> None:
     automaton = lr1_automaton(read_grammar("S -> C C\nC -> c C | d"))
-    assert (automaton.n_states, automaton.lalr_states) == (10, 7)
-    assert automaton.conflicts == automaton.lalr_conflicts == ()
-
-
-def test_lr1_that_is_not_lalr1() -> None:
-    grammar = read_grammar("S -> a A d | b B d | a B e | b A e\nA -> c\nB -> c")
-    automaton = lr1_automaton(grammar)
-    assert automaton.conflicts == ()
-    (conflict,) = automaton.lalr_conflicts
-    assert conflict.kind == "reduce-reduce"
-    assert set(conflict.lookaheads) == {"d", "e"}
-    assert [str(grammar.rules[number]) for number in conflict.rules] == ["A -> c", "B -> c"]
+    assert (automaton.n_states, automaton.conflicts) == (10, ())
 
 
 def test_a_conflict_names_its_rules_and_the_way_to_it() -> None:
@@ -73,15 +55,6 @@ def test_a_conflict_with_the_end_says_so() -> None:
     )
 
 
-def test_ll1_looks_only_at_what_can_be_reached() -> None:
-    grammar = read_grammar("S -> a\nLost -> b | b Lost")
-    assert ll1_conflicts(grammar) == ()
-    (conflict,) = ll1_conflicts(Grammar("Lost", grammar.rules))
-    assert conflict.describe(grammar) == (
-        "predict: before b, between 'Lost -> b' and 'Lost -> b Lost'"
-    )
-
-
 def test_too_many_states_are_refused() -> None:
     with pytest.raises(SceneError) as caught:
         lr1_automaton(EXPRESSIONS, max_states=5)
@@ -94,7 +67,7 @@ def test_a_thousand_alternatives_are_tested_once_each() -> None:
     wide = read_grammar(f"S -> {' | '.join(f'{name} S' for name in names)} | last")
     automaton = lr1_automaton(wide)
     assert automaton.n_states == 1 + 1 + 401 + 400
-    assert automaton.conflicts == automaton.lalr_conflicts == ()
+    assert automaton.conflicts == ()
 
 
 def test_too_many_items_are_refused() -> None:
@@ -127,15 +100,3 @@ def test_without_conflicts_no_string_has_two_trees(grammar: Grammar) -> None:
             except GrammarError:  # it derives nothing
                 return
             assert trees <= 1, (str(grammar), string)
-
-
-@settings(max_examples=60, deadline=None)
-@given(small_grammars)
-def test_ll1_is_lr1(grammar: Grammar) -> None:
-    """Of grammars without useless symbols; others may have conflicts that no string meets."""
-    from motiondb.grammar.cfg.context_free import productive_symbols, reachable_symbols
-
-    useful = productive_symbols(grammar) & reachable_symbols(grammar)
-    if not {"S", "A"} <= useful or ll1_conflicts(grammar):
-        return
-    assert lr1_automaton(grammar).conflicts == ()

@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from motiondb.database.scenes import scene_files
+from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.scene.language.expressions import expressions, g_user
@@ -27,16 +27,15 @@ b := "b"
 
 @pytest.fixture(scope="module")
 def basketball():
-    return scene_files.read_grammar("basketball")
+    return scene_texts.read_grammar("basketball")
 
 
-def test_basketball_is_lr1_and_not_ll1(basketball) -> None:
+def test_basketball_is_lr1(basketball) -> None:
     report = services.check(basketball)
     assert (len(report.nonterminals), len(report.terminals)) == (19, 17)
     assert report.useless == ()
     for start in report.starts:
         assert start.conflicts == ()
-        assert start.ll1_conflicts != ()
     attack, defence = report.starts
     assert attack.empty
     assert not defence.empty
@@ -155,7 +154,7 @@ def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
     assert "expected an action, found 'sing'" in str(caught.value)
 
 
-@pytest.mark.parametrize("name", scene_files.shipped(scene_files.TACTICS))
+@pytest.mark.parametrize("name", scene_texts.shipped(scene_texts.TACTICS))
 def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
     text = read_scene_text(name)
     diagram, grammar = text.diagram, text.grammar
@@ -188,7 +187,7 @@ def test_rules_about_who_is_not_there_are_refused(basketball) -> None:
         " about, found none. Add a player of the other team, or take the element out."
     )
     with pytest.raises(SceneError) as caught:
-        casting.cast(diagram, scene_files.read_grammar("carrying"))
+        casting.cast(diagram, scene_texts.read_grammar("carrying"))
     assert "expected the place 'origin', which rules of the grammar carrying are" in str(
         caught.value
     )

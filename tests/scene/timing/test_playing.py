@@ -11,18 +11,20 @@ from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
-from motiondb.scene.energy.scene_state import PlayerState
+from motiondb.scene.energy.scene_arrays import PlayerState
 from motiondb.scene.polish.splicing import Spliced
-from motiondb.scene.timing.playing import Pause, kept_frames, part_of, play
-from motiondb.scene.timing.scheduling import SHORTEST_PAUSE, Strings, schedule
-from motiondb.scene.timing.time_editing import SLOWEST, Meeting
-from motiondb.scene.timing.waiting import (
+from motiondb.scene.timing.playing import (
+    Pause,
+    kept_frames,
     lead_in,
     lead_out,
     least_lengths,
     may_pause,
+    part_of,
     pause_entry,
+    play,
 )
+from motiondb.scene.timing.scheduling import SHORTEST_PAUSE, SLOWEST, Meeting, Strings, schedule
 
 NAMES = ("run", "hold", "pass", "idle")
 LENGTHS = (20, 10, 100, 40, 30)

@@ -13,14 +13,12 @@ from motiondb.body import body, features, retarget, rotation
 from motiondb.generate.contact import foot_slip, lock_feet
 from motiondb.records import Motion
 from motiondb.scene.ball.ball_acts import BallActs, Bounce, Possession
-from motiondb.scene.ball.gaze import AIMING, MOST_YAW, look
-from motiondb.scene.ball.hold import BALL, clearance, held_ball
-from motiondb.scene.energy.collisions import RADIUS
-from motiondb.scene.energy.rule_table import DISTANCE, THROUGHOUT
+from motiondb.scene.ball.ball_flight import AIMING, BALL, MOST_YAW, clearance, held_ball, look
+from motiondb.scene.energy.binding import DISTANCE, THROUGHOUT
+from motiondb.scene.energy.energy import RADIUS
 from motiondb.scene.polish.facing import ASIDE, TURNING, ball_on_ground, turn_who_waits, turns_to
-from motiondb.scene.polish.path_editing import edit_paths
-from motiondb.scene.polish.separation import COMFORT, depths
-from motiondb.scene.polish.stepping import LIFT, SWING, footing, step_feet
+from motiondb.scene.polish.path_editing import COMFORT, depths, edit_paths
+from motiondb.scene.polish.splicing import LIFT, SWING, footing, step_feet
 
 from ..polish.test_polish import posed
 from .test_timeline import a_row, a_table, still

@@ -12,9 +12,7 @@ from scene_energy import energy
 
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.grammar.cfg.context_free import Tree
-from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.placement import clip_arrays
-from motiondb.scene.energy.rule_table import (
+from motiondb.scene.energy.binding import (
     AT_START,
     DIRECTION,
     DISTANCE,
@@ -24,10 +22,12 @@ from motiondb.scene.energy.rule_table import (
     ROW,
     THROUGHOUT,
     RuleTable,
+    bind,
 )
-from motiondb.scene.energy.scene_state import PlayerState, SceneState
+from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.semantic_rules import Weights
-from motiondb.scene.polish.separation import overlaps
+from motiondb.scene.polish.path_editing import overlaps
 from motiondb.scene.services import casting
 from motiondb.scene.timing.timeline import (
     Timeline,

@@ -127,15 +127,7 @@ def _list_file(filled: store.Store) -> Path:
 
 @pytest.mark.parametrize(
     "content",
-    [
-        "",
-        "{}",
-        "[]",
-        "null",
-        '{"version": 1}',
-        '{"version": 1, "arrays": {}, "checksum": 0}',
-        "x y",
-    ],
+    ["", "[]", '{"version": 1}', '{"version": 1, "arrays": {}, "checksum": 0}'],
 )
 def test_a_damaged_list_is_made_anew(filled: store.Store, content: str) -> None:
     store.cached_arrays(filled, "features", _arrays)
@@ -155,8 +147,7 @@ def test_a_changed_list_is_made_anew(filled: store.Store, before: str, after: st
     _expect_healed(filled)
 
 
-@pytest.mark.parametrize("place", [0, 9, 70, 128, 129, 10_000, -1])
-@pytest.mark.parametrize("bit", [1, 128])
+@pytest.mark.parametrize(("place", "bit"), [(0, 1), (70, 128), (128, 1), (10_000, 128), (-1, 1)])
 def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> None:
     store.cached_arrays(filled, "features", _arrays)
     (file,) = _folder(filled).glob("features-*-x.npy")

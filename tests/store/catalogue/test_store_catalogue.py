@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb import store
+from motiondb.body import body
 from motiondb.errors import QueryError, StoreError
 from motiondb.records import Caption, Relation
-from motiondb.store.catalogue.poses import flatten_motion, unflatten_motion
+from motiondb.store.catalogue.captures import N_JOINTS, flatten_motion, unflatten_motion
 
 
 def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> None:
@@ -51,6 +52,7 @@ def test_flattening_is_undone_exactly(seed: int, n_frames: int) -> None:
     poses = rng.normal(size=(n_frames, 87)).astype(np.float32)
     np.testing.assert_array_equal(flatten_motion(unflatten_motion(poses)), poses)
     assert unflatten_motion(poses).local_rotations[0, 2, 1] == poses[0, 3 + 2 * 4 + 1]
+    assert len(body.JOINTS) == N_JOINTS
 
 
 def test_a_motion_that_is_not_finite_is_refused(database: store.Store, samples: ModuleType) -> None:

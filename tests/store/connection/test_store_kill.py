@@ -35,7 +35,7 @@ def _kill(path: Path, what: str, line: str, delay: float) -> int:
     return turns[-1] if turns else -1
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize("delay", [0.0, 0.02])
 def test_killed_while_making_the_file(tmp_path: Path, delay: float) -> None:
     path = tmp_path / "m.duckdb"
     _kill(path, "add", "opening", delay)
@@ -43,7 +43,7 @@ def test_killed_while_making_the_file(tmp_path: Path, delay: float) -> None:
         assert store.check_store(database, sources=True) == []
 
 
-@pytest.mark.parametrize(("line", "delay"), [("writing", 0.01), ("2", 0.004), ("5", 0.011)])
+@pytest.mark.parametrize(("line", "delay"), [("writing", 0.01), ("5", 0.011)])
 def test_killed_while_adding_one_by_one(tmp_path: Path, line: str, delay: float) -> None:
     path = tmp_path / "m.duckdb"
     done = _kill(path, "add", line, delay)
@@ -53,10 +53,9 @@ def test_killed_while_adding_one_by_one(tmp_path: Path, line: str, delay: float)
     assert n - 1 in (done, done + 1)
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.03])
-def test_killed_while_adding_a_batch(tmp_path: Path, delay: float) -> None:
+def test_killed_while_adding_a_batch(tmp_path: Path) -> None:
     path = tmp_path / "m.duckdb"
-    done = _kill(path, "batch", "1", delay)
+    done = _kill(path, "batch", "1", 0.03)
     with store.open_store(path, read_only=True) as database:  # replays the log without writing
         assert store.check_store(database, sources=True) == []
         n = len(store.load_captures(database))
@@ -72,7 +71,7 @@ def test_killed_while_removing(tmp_path: Path) -> None:
         assert [info.capture_id for info in store.load_captures(database)] in ([], [done + 2])
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.03, 0.07])
+@pytest.mark.parametrize("delay", [0.0, 0.05])
 def test_killed_while_learning_keeps_a_whole_learning(
     tmp_path: Path, samples: ModuleType, delay: float
 ) -> None:
@@ -91,15 +90,14 @@ def test_killed_while_learning_keeps_a_whole_learning(
     )
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.02])
 def test_killed_while_replacing_a_grammar_keeps_a_whole_one(
-    tmp_path: Path, samples: ModuleType, delay: float
+    tmp_path: Path, samples: ModuleType
 ) -> None:
     path = tmp_path / "m.duckdb"
     with store.open_store(path) as database:
         for name in ("a", "bb"):
             samples.add(database, name)
-    done = _kill(path, "grammar", "1", delay)
+    done = _kill(path, "grammar", "1", 0.02)
     with store.open_store(path) as database:
         assert store.check_store(database) == []
-        assert store.load_grammar(database, "dance").terminals.objective in (done, done + 1)
+        assert store.load_grammar(database, "dance").objective in (done, done + 1)

@@ -1,0 +1,173 @@
+"""Captions, tags and events from sheets, for captures that are added or that are there already."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from motiondb import store
+from motiondb.database.learn import updating
+from motiondb.files.sheets import EventSheet, Sheet, SheetEntry, read_event_sheet, read_sheet
+from motiondb.records import Caption, CaptureInfo
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """Captions, tags and events of the captures to add."""
+
+    words: Sheet | None = None
+    events: EventSheet | None = None
+
+    @property
+    def each(self) -> list[Sheet | EventSheet]:
+        """The sheets that there are."""
+        return [sheet for sheet in (self.words, self.events) if sheet is not None]
+
+    def unknown(self, names: Iterable[str]) -> list[str]:
+        """A sentence for every entry whose file is not among the captures."""
+        return [sentence for sheet in self.each for sentence in sheet.unknown(names)]
+
+    def entry(self, name: str) -> SheetEntry | None:
+        """What the sheet of words says of a capture."""
+        return self.words.find(name) if self.words else None
+
+
+def sheet_notes(opened: store.Store, sheets: Sheets, known: Sequence[tuple[str, str]]) -> list[str]:
+    """Notes of the sheets; one for a sheet without rows, or with other data than the database.
+
+    `known` names captures in the sheets and in the database, where they had been added before.
+    """
+    notes = []
+    for sheet in sheets.each:
+        notes += [*sheet.notes] if sheet.entries else [f"{sheet.path}: holds a header and no rows"]
+    if not known or not sheets.each:
+        return notes
+    numbers = {info.name: info.capture_id for info in store.load_captures(opened)}
+    if sheets.words is not None:
+        captions, count = store.load_captions(opened), 0
+        for name, there in known:
+            entry, old = sheets.entry(name), captions.get(numbers.get(there, -1), ())
+            count += bool(entry and entry.captions and set(entry.captions) != set(old))
+        notes += _not_changed(sheets.words.path, "words", count)
+    if sheets.events is not None:
+        events, entries = store.load_events(opened), sheets.events.entries
+        count = sum(
+            {event for _, event in entries[name]} != set(events.get(numbers.get(there, -1), ()))
+            for name, there in known
+            if name in entries
+        )
+        notes += _not_changed(sheets.events.path, "events", count)
+    return notes
+
+
+def _not_changed(path: object, what: str, count: int) -> list[str]:
+    """A note where a sheet has other words or events for captures that are there already."""
+    if not count:
+        return []
+    return [
+        f"{path}: has other {what} for {count} captures that had been added before; they "
+        f"were not changed (motiondb {what} import {path} replaces them)"
+    ]
+
+
+def captions_within(
+    name: str, captions: Sequence[Caption], duration: float, notes: list[str]
+) -> tuple[Caption, ...]:
+    """Captions that begin before a capture's end (seconds); a note for every other one."""
+    kept = []
+    for caption in captions:
+        if caption.start is not None and caption.start >= duration:
+            notes.append(
+                f"{name}: words {caption.words!r} start at {caption.start:g} s, after the "
+                f"capture's end at {duration:g} s, and were left out"
+            )
+            continue
+        kept.append(caption)
+    return tuple(kept)
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """The result of an import of words.
+
+    captures : how many have the sheet's words and tags now. problems : a sentence per row without a
+    capture. notes : what of the sheet was left out, and why.
+    """
+
+    captures: int
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class EventReport:
+    """The result of an import of events.
+
+    captures, events : how many captures have the sheet's events now, and how many these are.
+    problems : a sentence per row without a capture, or after its end. notes : what was odd.
+    """
+
+    captures: int
+    events: int
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def import_words(opened: store.Store, path: str | Path) -> ImportReport:
+    """Replace words and tags by those of a sheet; captures for which it has no words keep theirs.
+
+    Words that begin after a capture's end are left out. Frame rates and skeletons decide how a file
+    is read, so they do nothing for captures that are there.
+    """
+    sheet = read_sheet(path)
+    with store.reading(opened):
+        infos = {info.name: info for info in store.load_captures(opened)}
+    named = [(infos[name], entry) for name, entry in sheet.entries.items() if name in infos]
+    notes = [*sheet.notes, *_read_already(sheet, infos)]
+    numbers = [info.capture_id for info, _ in named]
+    with updating.changing(opened, "words", {"sheet": str(path)}, numbers):
+        for info, entry in named:
+            captions = captions_within(info.name, entry.captions, info.duration, notes)
+            if captions:
+                store.save_captions(opened, info.capture_id, captions)
+            store.save_tags(opened, info.capture_id, {**info.tags, **entry.tags})
+    return ImportReport(len(named), tuple(sheet.unknown(infos)), tuple(notes))
+
+
+def _read_already(sheet: Sheet, infos: Mapping[str, CaptureInfo]) -> list[str]:
+    """A note if a sheet says how to read captures that were already added."""
+    notes = []
+    for what in ("fps", "skeleton"):
+        count = sum(
+            getattr(entry, what) is not None
+            for name, entry in sheet.entries.items()
+            if name in infos
+        )
+        if count:
+            notes.append(
+                f"{sheet.path}: has a column {what} for {count} captures that were read already; "
+                f"it was left out (remove and add them to read them by another {what})"
+            )
+    return notes
+
+
+def import_events(opened: store.Store, path: str | Path) -> EventReport:
+    """Replace the events of the captures that a sheet names, all in one transaction.
+
+    Nothing is learned from events, so the learned model does not change.
+    """
+    sheet = read_event_sheet(path)
+    with store.reading(opened):
+        infos = {info.name: info for info in store.load_captures(opened)}
+    problems = sheet.unknown(infos)
+    captures = count = 0
+    with store.transaction(opened):
+        run_id = store.start_run(opened, "events", {"sheet": str(path)})
+        for name in sheet.entries:
+            if name in infos:
+                events = sheet.within(name, infos[name].motion_frames, problems)
+                store.save_events(opened, infos[name].capture_id, events)
+                captures, count = captures + 1, count + len(events)
+        store.finish_run(opened, run_id)
+    return EventReport(captures, count, tuple(problems), sheet.notes)

@@ -1,0 +1,115 @@
+"""A learned grammar with its terminals, and the record that the store keeps of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from motiondb.grammar.cfg.context_free import Grammar, Rule
+from motiondb.records import IntArray
+from motiondb.store import GrammarSource, Store, StoredGrammar, load_grammar
+
+if TYPE_CHECKING:
+    from motiondb.grammar.terminals.terminals import Terminals
+
+
+@dataclass(frozen=True, eq=False)
+class LearnedGrammar:
+    """The result of ``grammar learn``.
+
+    Attributes
+    ----------
+    name : str
+        Name of the grammar.
+    sources : tuple of GrammarSource
+        The takes, numbered as in ``terminals.takes``.
+    terminals : Terminals
+        Segments of the takes and their terminals.
+    symbols : array (terminals,)
+        The motion symbol from which each terminal was made, -1 where it was made from none.
+    grammar : Grammar
+        The rules, with their probabilities.
+    sentences : array (sentences, 2)
+        Segments [first, end) of each sentence. The sentences tile the segments, and no sentence
+        spans two takes.
+    parses : tuple of tuple of int
+        For each sentence the numbers of the rules of its tree, in preorder (``derive_by``).
+    bits : mapping of str to float
+        Name of each part of the description -> its length, bits.
+    run_id : int
+        The run that learned the grammar; set when it is saved.
+    grammar_id : int
+        Number of the grammar in the store; set when it is saved.
+    """
+
+    name: str
+    sources: tuple[GrammarSource, ...]
+    terminals: Terminals
+    symbols: IntArray
+    grammar: Grammar
+    sentences: IntArray
+    parses: tuple[tuple[int, ...], ...]
+    bits: Mapping[str, float] = field(default_factory=dict)
+    run_id: int = 0
+    grammar_id: int = 0
+
+    def string(self, first: int, end: int) -> tuple[str, ...]:
+        """Return the names of the terminals of segments [first, end)."""
+        return tuple(self.terminals.names[k] for k in self.terminals.labels[first:end])
+
+    @property
+    def strings(self) -> tuple[tuple[str, ...], ...]:
+        """The sentences as strings of terminals."""
+        return tuple(self.string(int(a), int(b)) for a, b in self.sentences)
+
+    @property
+    def stored(self) -> StoredGrammar:
+        """The same as plain data, as the store keeps it."""
+        terminals = self.terminals
+        return StoredGrammar(
+            self.name,
+            self.sources,
+            terminals.names,
+            self.symbols,
+            terminals.takes,
+            terminals.starts,
+            terminals.ends,
+            terminals.labels,
+            terminals.medoids,
+            terminals.objective,
+            self.grammar.start,
+            tuple((rule.left, rule.right, rule.probability) for rule in self.grammar.rules),
+            self.sentences,
+            self.parses,
+            self.bits,
+            self.run_id,
+            self.grammar_id,
+        )
+
+
+def load_learned_grammar(store: Store, name: str) -> LearnedGrammar:
+    """Load the grammar of this name, with its rules and terminals."""
+    from motiondb.grammar.terminals.terminals import Terminals  # 0.1 s, in no other question
+
+    stored = load_grammar(store, name)
+    return LearnedGrammar(
+        stored.name,
+        stored.sources,
+        Terminals(
+            stored.terminals,
+            stored.takes,
+            stored.starts,
+            stored.ends,
+            stored.labels,
+            stored.medoids,
+            stored.objective,
+        ),
+        stored.symbols,
+        Grammar(stored.start, tuple(Rule(*rule) for rule in stored.rules), stored.terminals),
+        stored.sentences,
+        stored.parses,
+        stored.bits,
+        stored.run_id,
+        stored.grammar_id,
+    )

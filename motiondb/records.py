@@ -1,0 +1,490 @@
+"""The frozen records that the stages hand to one another.
+
+World frame everywhere: right-handed, y up, metres, seconds. Rotations are unit quaternions
+(w, x, y, z). Frame intervals are half-open, [start, end). ``parents`` holds -1 for the root and
+every parent comes before its children.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb import hmmlearn_models
+
+if TYPE_CHECKING:
+    from hmmlearn.hmm import GaussianHMM
+
+FloatArray = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+MOTION_FPS = 30.0  # Frames per second of every canonical :class:`~motiondb.records.Motion`
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """Joints of one capture file, as the file has them."""
+
+    names: tuple[str, ...]  # Joint names, in file order; parents come before children
+    parents: IntArray  # (joints,): index of the parent, -1 for the root
+    # (joints, 3): metres, from the parent in the parent's frame at zero rotation
+    offsets: FloatArray
+    # Joint, and x, y, z in metres in that joint's frame, of every end site
+    end_sites: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+    # Per joint the names of its channels in file order, in BVH spelling ("Xposition", "Zrotation",
+    # ...); empty if a joint has none
+    channels: tuple[tuple[str, ...], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """One capture, on its own skeleton and at its own frame rate.
+
+    Attributes
+    ----------
+    skeleton : Skeleton
+        Joints of the file.
+    fps : float
+        Frames per second.
+    local_rotations : array (frames, joints, 4)
+        Unit quaternions w, x, y, z, relative to the parent.
+    root_positions : array (frames, 3)
+        Metres, world frame, y up.
+    joint_positions : array (frames, joints, 3) or None
+        Where a file moves joints below the root: the translation of each joint in its parent's
+        frame, metres, in place of ``offsets`` (the root's row repeats ``root_positions``).
+    format : str
+        "bvh", "amc", "deepmimic", "amass" or "c3d".
+    unit : float
+        Metres per length unit of the file.
+    notes : tuple of str
+        Sentences about unusual contents of the file and how the reader handled them.
+    """
+
+    skeleton: Skeleton
+    fps: float
+    local_rotations: FloatArray
+    root_positions: FloatArray
+    joint_positions: FloatArray | None = None
+    format: str = "bvh"
+    unit: float = 1.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.root_positions)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds, every frame lasting 1 / fps."""
+        return self.n_frames / self.fps
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A motion on the canonical body (``motiondb.body.body``) at 30 frames a second.
+
+    World frame: right-handed, y up, the ground at y = 0.
+
+    Attributes
+    ----------
+    local_rotations : array (frames, 21, 4), float32
+        Unit quaternions w, x, y, z, relative to the parent joint.
+    root_positions : array (frames, 3), float32
+        World positions of the pelvis, metres on the standard body: the performer's positions
+        scaled by standard leg length / performer's leg length.
+    leg_length : float
+        The performer's leg length, hip to ankle, metres.
+    notes : tuple of str
+        Sentences about repairs when the capture was read.
+    """
+
+    local_rotations: Float32Array
+    root_positions: Float32Array
+    leg_length: float = 0.8
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.root_positions)
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds; every frame lasts 1 / 30 s."""
+        return self.n_frames / MOTION_FPS
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the 21 joints, in the order of all arrays; parents come before children."""
+        from motiondb.body.body import JOINTS
+
+        return tuple(JOINTS)
+
+    def joint_positions(self) -> FloatArray:
+        """World positions of all joints: array (frames, 21, 3), metres on the standard body.
+
+        Right-handed, y up. Multiply by ``leg_length / motiondb.body.body.LEG_LENGTH`` for the
+        performer's size.
+        """
+        from motiondb.body.retarget import motion_positions
+
+        return motion_positions(self)[0]
+
+
+@dataclass(frozen=True)
+class Caption:
+    """Words that a person wrote about a capture or a part of it.
+
+    Attributes
+    ----------
+    words : str
+        The text.
+    start : float or None
+        Start of the part, seconds; None: the start of the capture.
+    end : float or None
+        End of the part, seconds; None: the end of the capture.
+    """
+
+    words: str
+    start: float | None = None
+    end: float | None = None
+
+
+@dataclass(frozen=True, order=True)
+class Event:
+    """An instant of a capture: a foot strikes, a ball is released.
+
+    Attributes
+    ----------
+    frame : int
+        Frame of the canonical motion, 30 a second.
+    name : str
+        "foot_strike", "catch", "release", "contact", ... as people wrote it.
+    joint : str
+        The canonical joint that takes part, "" where it is not known.
+    other : str
+        What the joint touches ("ball", "ground", "opponent"), "" where it is not known.
+    """
+
+    frame: int
+    name: str
+    joint: str = ""
+    other: str = ""
+
+    @property
+    def seconds(self) -> float:
+        """Time of the event from the start of the capture, seconds."""
+        return round(self.frame / MOTION_FPS, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class CaptureInfo:
+    """A row of the catalogue.
+
+    Attributes
+    ----------
+    capture_id : int
+        Number in the store.
+    name : str
+        Path below the added folder without its ending, such as ``16/16_01``.
+    sha256 : str
+        Digest of the file's bytes (and of its skeleton file's), hexadecimal.
+    format : str
+        As in :class:`Clip`.
+    kind : str
+        "captured" or "generated".
+    fps : float
+        Frames per second of the file, or those that a sheet gives.
+    n_frames : int
+        Frames of the file.
+    duration : float
+        Seconds.
+    motion_frames : int
+        Frames of the canonical motion, 30 a second.
+    leg_length : float
+        The performer's, metres.
+    path : str
+        Path of the file when it was added.
+    run_id : int
+        Run that added it.
+    tags : dict
+        Performer, licence and every further column of the sheet.
+    notes : tuple of str
+        What is unusual in the file.
+    """
+
+    capture_id: int
+    name: str
+    sha256: str
+    format: str
+    kind: str
+    fps: float
+    n_frames: int
+    duration: float
+    motion_frames: int
+    leg_length: float
+    path: str
+    run_id: int
+    tags: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Relation:
+    """How one capture repeats another.
+
+    Attributes
+    ----------
+    capture : str
+        Name of the capture.
+    other : str
+        Name of the capture that it repeats.
+    kind : str
+        "same", "mirror" or "cut".
+    start : float
+        Start of the repeated part in ``other``, seconds.
+    end : float
+        End of the repeated part in ``other``, seconds.
+    distance : float
+        Mean distance between the poses of both (``motiondb.search.copies``).
+    """
+
+    capture: str
+    other: str
+    kind: str
+    start: float
+    end: float
+    distance: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """The run that made a derived row."""
+
+    run_id: int  # Number of the run
+    kind: str
+    parameters: dict[str, object]  # Everything that decided the result
+    seed: int | None  # Seed of the random generator
+    version: str
+    started: str  # Time in UTC, ISO 8601
+    finished: str | None  # Time in UTC; None if the run was killed
+
+
+@dataclass(frozen=True)
+class MatchPart:
+    """One part of an answer to words: its interval in a capture, with certainties."""
+
+    words: str  # What the question asks for in this part
+    start: float  # Begin, seconds; that of the whole capture if the place is unknown
+    end: float  # End, seconds; that of the whole capture if the place is unknown
+    # Probability that the capture shows it; None if it is not known
+    probability: float | None = None
+    # Probability that the interval shows it; None if it is not known
+    interval_probability: float | None = None
+    # "known", or "unknown" where only a caption of the whole capture speaks for it
+    place: str = "known"
+
+
+@dataclass(frozen=True)
+class Match:
+    """One answer to a search: an interval of a capture.
+
+    Attributes
+    ----------
+    rank : int
+        1 for the best.
+    capture : str
+        Name of the capture.
+    start : float
+        Seconds.
+    end : float
+        Seconds.
+    score : float
+        Orders the answers, largest first.
+    words : tuple of str
+        Words of the question that the capture shows, or words of the interval.
+    reason : str
+        Why it was found.
+    probability : float or None
+        Probability that the answer is right: for words, that the capture shows the requested
+        actions; for an example, that the interval shows the same action. None if too little was
+        written about the captures to learn it (:mod:`motiondb.meaning.calibration`), or too few
+        captions of the database have checked it (:mod:`motiondb.learn.checking`).
+    interval_probability : float or None
+        For words: probability that the interval shows the requested actions; None if it is not
+        known.
+    place : str
+        "known", or "unknown" where a part's place is; then the interval is the whole capture.
+    parts : tuple of MatchPart
+        Parts of a question in words, in order.
+    """
+
+    rank: int
+    capture: str
+    start: float
+    end: float
+    score: float
+    words: tuple[str, ...] = ()
+    reason: str = ""
+    probability: float | None = None
+    interval_probability: float | None = None
+    place: str = "known"
+    parts: tuple[MatchPart, ...] = ()
+
+
+@dataclass(frozen=True, order=True)
+class Segment:
+    """A half-open interval of frames, [start, end), of one capture."""
+
+    start: int
+    end: int  # Last frame + 1
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSymbols:
+    """A set of left-to-right Gaussian HMMs with diagonal covariances, padded to the longest.
+
+    State k of symbol s exists where k < n_states[s]. A symbol starts in state 0; from state k it
+    stays with probability ``self_loops[s, k]`` and goes to k + 1 (out of the symbol from the last
+    state) with 1 - self_loops[s, k].
+
+    Attributes
+    ----------
+    n_states : array (symbols,)
+        Number of states.
+    self_loops : array (symbols, max states)
+        Probabilities; 0 in the padding.
+    means : array (symbols, max states, dimensions)
+        Feature units; 0 in the padding.
+    covars : array (symbols, max states, dimensions)
+        Variances; 1 in the padding.
+    """
+
+    n_states: IntArray
+    self_loops: FloatArray
+    means: FloatArray
+    covars: FloatArray
+
+    @property
+    def n_symbols(self) -> int:
+        """Number of symbols."""
+        return len(self.n_states)
+
+    def to_hmmlearn(self, symbol: int, *, exit_state: bool = True) -> GaussianHMM:
+        """Translate a symbol to a ``hmmlearn.hmm.GaussianHMM`` of equal score.
+
+        Parameters
+        ----------
+        symbol : int
+            Number of the symbol.
+        exit_state : bool, optional
+            Whether the model gets a further state, absorbing and without frames, for a symbol that
+            was left. Then ``score`` is exactly that of ``motiondb.symbols.hmm``. A model
+            without it can be fitted and sampled by hmmlearn; see :mod:`motiondb.hmmlearn_models`.
+
+        Raises
+        ------
+        MotionDBError
+            If there is no such symbol.
+        """
+        hmmlearn_models.check_symbol(symbol, self.n_symbols)
+        n = int(self.n_states[symbol])
+        parts = (part[symbol, :n] for part in (self.self_loops, self.means, self.covars))
+        return hmmlearn_models.to_hmmlearn(*parts, exit_state=exit_state)
+
+    @classmethod
+    def from_hmmlearn(cls, models: Sequence[GaussianHMM]) -> MotionSymbols:
+        """Symbols from left-to-right models of hmmlearn, one a symbol.
+
+        Parameters
+        ----------
+        models : sequence of hmmlearn.hmm.GaussianHMM
+            Models with diagonal covariances, with or without exit states. Where there is none, the
+            last self-loop is 1.
+
+        Raises
+        ------
+        MotionDBError
+            If a model is not left-to-right, or has other covariances.
+        """
+        return cls(*hmmlearn_models.from_hmmlearn(models))
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentTable:
+    """All segments of all captures with their scores, one row per segment.
+
+    Rows are ordered by capture, then start; the segments of a capture tile it.
+    """
+
+    capture_ids: IntArray  # (segments,): capture numbers
+    starts: IntArray  # (segments,): first frames of the canonical motion, 30 a second
+    ends: IntArray  # (segments,): last frames + 1
+    symbols: IntArray  # (segments,): the most probable symbol (ties: lowest number)
+    log_likelihoods: FloatArray  # (segments,): of that symbol, nats per frame
+    backgrounds: FloatArray  # (segments,): of the background model, nats per frame
+    # (segments, symbols), float32: log-likelihood under every symbol, nats per frame
+    scores: Float32Array
+    # (segments, columns), float32: see ``search.movement``; no columns where none was computed
+    movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
+
+    def __post_init__(self) -> None:
+        """Give segments without movement an array without columns."""
+        if self.movement.size == 0:
+            none = np.zeros((len(self.starts), 0), dtype=np.float32)
+            object.__setattr__(self, "movement", none)
+
+
+@dataclass(frozen=True, eq=False)
+class SymbolSpace:
+    """Distances between the symbols, their coordinates and clusters."""
+
+    distances: FloatArray  # (symbols, symbols): nats per frame, symmetric, zero diagonal
+    variances: FloatArray  # (symbols, symbols): variance of each distance's Monte-Carlo estimate
+    coordinates: FloatArray  # (symbols, dimensions): from multidimensional scaling
+    stress: FloatArray  # (tried dimensions,): normalised stress of 1, 2, ... dimensions
+    clusters: IntArray  # (symbols,): cluster of every symbol
+    weights: FloatArray  # (clusters,): weights of the Gaussian mixture
+    means: FloatArray  # (clusters, dimensions): means of the Gaussian mixture
+    covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the Gaussian mixture
+
+
+@dataclass(frozen=True, eq=False)
+class Association:
+    """IBM Model 2 from motion symbols (source) to words (target)."""
+
+    words: tuple[str, ...]  # The vocabulary (lemmas), sorted; column numbers of ``translation``
+    counts: IntArray  # (words,): number of captions that hold each word
+    # (symbols + 1, words): t(word | symbol); row 0 is NULL, row s + 1 symbol s. Rows of symbols
+    # that were seen beside words sum to 1
+    translation: FloatArray
+    # (l, m) -> array (m, l + 1), a(i | j, l, m), column 0 is NULL, rows sum to 1
+    alignment: dict[tuple[int, int], FloatArray]
+    # (steps,): sum of log P(words | symbols) after every EM step of Model 1, then 2
+    log_likelihoods: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class StoredLearning:
+    """The results of ``learn``, in the form of the tables of the store.
+
+    :mod:`motiondb.learn.parameter_arrays` turns it into typed records
+    (``motiondb.learn.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
+    """
+
+    run_id: int  # Run that made it
+    symbols: MotionSymbols
+    segments: SegmentTable
+    space: SymbolSpace  # Tables of the symbol space
+    association: Association
+    transition_counts: FloatArray  # (symbols + 1, symbols + 1): table ``transition_count``
+    # Table ``parameter``: further arrays (float64) and texts (JSON) by name
+    parameters: dict[str, FloatArray | str] = field(default_factory=dict)

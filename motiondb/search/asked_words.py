@@ -1,0 +1,386 @@
+"""The words that one question may use: those learned, and for its length others.
+
+A word that was not learned has no model of motion of its own. Two kinds can be added:
+
+* A *written* word stands in captions that came after learning, or in tags. A capture that holds it
+  gets the evidence of a written word, one whose captions or tag have other words that of a missing
+  word (:mod:`motiondb.meaning.by_words`). Its slope on motion is 0, its prior the share of
+  captures that hold it.
+* A *replaced* word stands for known words (:mod:`motiondb.search.unknown_words`). Its log-odds are
+  the means of theirs, weighted by its shares.
+
+An added word is a further column of every array over words, behind the learned ones, so that it may
+stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.language.nearby.table import NearbyTable
+from motiondb.language.vocabulary import words_of
+from motiondb.learn.learned import Learned
+from motiondb.meaning.bounds import TakeExtremes, take_extremes
+from motiondb.meaning.by_words import UNWRITTEN, WRITTEN, TakeScores
+from motiondb.meaning.calibration import usual
+from motiondb.meaning.caption_evidence import caption_evidence, interval_evidence
+from motiondb.meaning.place_fitting import Written
+from motiondb.meaning.word_map import WordMap, word_spreads
+from motiondb.records import CaptureInfo, FloatArray, IntArray
+from motiondb.search.unknown_words import Taking, asked_forms, take_word
+
+PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
+"""Tags whose values do not describe the motion."""
+MOST_WORDS_OF_TAG = 4  # Largest number of words in a tag's value that counts as a label
+
+
+@dataclass(frozen=True)
+class WrittenWord:
+    """A word that was not learned, and where it is written.
+
+    Attributes
+    ----------
+    word : str
+        Its lemma.
+    tags : tuple of str
+        Tags that hold it, such as "style=exhausted".
+    captures : frozenset of int
+        Numbers of the captures whose captions or tags hold it.
+    in_captions : int
+        Number of captures whose captions hold it.
+    """
+
+    word: str
+    tags: tuple[str, ...]
+    captures: frozenset[int]
+    in_captions: int
+
+    def sentence(self) -> str:
+        """The sentence for the user.
+
+        >>> WrittenWord("exhaust", ("style=exhausted",), frozenset({1, 2}), 0).sentence()
+        "'exhaust' was not learned; found where it is written: style=exhausted (2 captures)"
+        >>> WrittenWord("dash", (), frozenset({1}), 1).sentence()
+        "'dash' was not learned; found where it is written: captions (1 capture)"
+        """
+        places = ", ".join([*(["captions"] if self.in_captions else []), *self.tags])
+        n = len(self.captures)
+        count = "1 capture" if n == 1 else f"{n} captures"
+        return f"{self.word!r} was not learned; found where it is written: {places} ({count})"
+
+
+@dataclass(frozen=True, eq=False)
+class AddedColumns:
+    """What arrays over words hold for the added words; captures by number."""
+
+    word_map: WordMap  # Of the learned words, then the added ones
+    counts: IntArray  # (added,): captures that hold each word, at least 1
+    shares: FloatArray  # (learned words, added): weights of the learned words; 0 for written words
+    checked: NDArray[np.bool_]  # (added,): whether own captions have checked their probabilities
+    odds: Mapping[int, FloatArray]  # (segments + 1, added): log-odds by the motion alone
+    written: Mapping[int, FloatArray]  # (segments, added): log-odds that captions and tags add
+
+
+@dataclass(frozen=True, eq=False)
+class AskedWords:
+    """The learned model with the words of one question: the learned ones, then added ones."""
+
+    learned: Learned
+    names: tuple[str, ...]  # All words by number
+    written_words: tuple[WrittenWord, ...] = ()
+    columns: AddedColumns | None = field(default=None, repr=False)  # None where nothing is added
+
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """Word -> its number."""
+        return {word: number for number, word in enumerate(self.names)}
+
+    @property
+    def added(self) -> dict[str, int]:
+        """Word that was not learned -> number of captures that hold it, at least 1."""
+        if self.columns is None:
+            return {}
+        names = self.names[len(self.learned.association.words) :]
+        return dict(zip(names, self.columns.counts.tolist()))
+
+    @property
+    def word_map(self) -> WordMap:
+        """Map from score vectors to all words; NotLearnedError if no words were learned."""
+        return self.learned.word_map if self.columns is None else self.columns.word_map
+
+    @property
+    def checked(self) -> NDArray[np.bool_]:
+        """Which words' probabilities own captions have checked: array (words,)."""
+        if self.columns is None:
+            return self.learned.checked
+        return np.concatenate([self.learned.checked, self.columns.checked])
+
+    def is_known(self) -> NDArray[np.bool_]:
+        """Which words some caption or tag holds now, or known words replace: array (words,)."""
+        return np.append(self.learned.is_known(), np.ones(len(self.added), dtype=bool))
+
+    def odds(self, capture: int) -> FloatArray:
+        """Log-odds of all words by the motion of a capture: array (segments + 1, words)."""
+        learned = self.learned.motion_log_odds[capture]
+        if self.columns is None:
+            return learned
+        return np.concatenate([learned, self.columns.odds[capture]], axis=1)
+
+    def written(self, capture: int) -> FloatArray | None:
+        """Log-odds that captions and tags add: array (segments, words); None if there are none."""
+        learned = self.learned.written.get(capture)
+        added = None if self.columns is None else self.columns.written.get(capture)
+        if self.columns is None or (learned is None and added is None):
+            return learned
+        rows = self.learned.rows[capture]
+        n, n_added = rows.stop - rows.start, len(self.added)
+        both = (
+            np.zeros((n, len(self.names) - n_added)) if learned is None else learned,
+            np.zeros((n, n_added)) if added is None else added,
+        )
+        return np.concatenate(both, axis=1)
+
+    @cached_property
+    def seen_takes(self) -> Mapping[int, TakeScores]:
+        """Log-odds of all words in every capture, from the motion alone."""
+        if self.columns is None:
+            return self.learned.seen_takes
+        return {
+            capture: TakeScores(take.starts, take.ends, odds[:-1], odds[-1])
+            for capture, take in self.learned.seen_takes.items()
+            for odds in [self.odds(capture)]
+        }
+
+    @cached_property
+    def takes(self) -> Mapping[int, TakeScores]:
+        """Log-odds of all words in every capture, from the motion, the captions and the tags."""
+        if self.columns is None:
+            return self.learned.takes
+        takes = {}
+        for capture, take in self.seen_takes.items():
+            said = self.written(capture)
+            takes[capture] = take
+            if said is not None:
+                windows, whole = take.windows + said, take.whole + said.max(axis=0)
+                takes[capture] = TakeScores(take.starts, take.ends, windows, whole)
+        return takes
+
+    def extremes(self, written: bool) -> TakeExtremes:
+        """The largest and smallest log-odds of all words, of ``takes`` or of ``seen_takes``."""
+        if self.columns is None:
+            return self.learned.take_extremes if written else self.learned.seen_extremes
+        return take_extremes(self.takes if written else self.seen_takes)
+
+    @cached_property
+    def said_places(self) -> Mapping[int, FloatArray]:
+        """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
+        if self.columns is None:
+            return self.learned.said_places
+        learned = self.learned
+        said = Written(learned.captions, learned.synonyms, learned.lemmas, self.numbers)
+        return interval_evidence(learned.segments, learned.rows, said)
+
+    def widened(self, values: FloatArray) -> FloatArray:
+        """Values of all words from those of the learned ones; 0 for written words: (..., words)."""
+        if self.columns is None:
+            return values
+        return np.concatenate([values, values @ self.columns.shares], axis=-1)
+
+
+def learned_words(learned: Learned) -> AskedWords:
+    """The learned words alone."""
+    return AskedWords(learned, learned.association.words)
+
+
+def find_written(learned: Learned) -> dict[str, WrittenWord]:
+    """Words that were not learned and are written in captions or tags: lemma -> where."""
+    known = frozenset(learned.known_words)
+    captions: dict[str, set[int]] = {}
+    for capture, rows in learned.captions.items():
+        for caption in rows:
+            for word in words_of(caption.words, learned.synonyms, learned.lemmas):
+                if word not in known and capture in learned.rows:
+                    captions.setdefault(word, set()).add(capture)
+    tags: dict[str, dict[str, set[int]]] = {}
+    for capture in learned.rows:
+        for word, tag in _tag_words(learned.captures[capture], learned.synonyms, learned.lemmas):
+            if word not in known:
+                tags.setdefault(word, {}).setdefault(tag, set()).add(capture)
+    words = {}
+    for word in sorted({*captions, *tags}):
+        said, tagged = captions.get(word, set()), tags.get(word, {})
+        everywhere = frozenset(said.union(*tagged.values()))
+        words[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
+    return words
+
+
+def _tag_words(
+    info: CaptureInfo, synonyms: Mapping[str, str], lemmas: Mapping[str, str]
+) -> Iterable[tuple[str, str]]:
+    """Words of the tags of a capture, each with its tag."""
+    for key, value in info.tags.items():
+        if key in PLAIN_TAGS or len(value.split()) > MOST_WORDS_OF_TAG:
+            continue
+        for word in words_of(value, synonyms, lemmas):
+            if word.isalpha():
+                yield word, f"{key}={value}"
+
+
+def written_words_of(
+    learned: Learned,
+    text: str,
+    find: Callable[[], Mapping[str, WrittenWord]],
+    table: NearbyTable | None,
+) -> AskedWords:
+    """The learned words, and the words of a question that are written but were not learned.
+
+    `find` returns the words that are written (:func:`find_written`). It reads all captions and
+    tags, so it is called only if a word of the question is not known. With a `table` of
+    replacements, written words that replace a word of the question are added too.
+    """
+    known = frozenset(learned.known_words)
+    asked = asked_forms(learned, text)
+    if learned.fitted_word_map is None or known.issuperset(asked):
+        return learned_words(learned)
+    written = find()
+    wanted = []
+    for word, form in asked.items() if written else ():
+        if word in known or word in written:
+            wanted.append(word)
+        elif table is not None:
+            taking = take_word(form, known | written.keys(), table)
+            wanted += [w for w, _ in taking.words] if taking.is_taken else []
+    return with_written(learned, written, wanted)
+
+
+def with_written(
+    learned: Learned, written: Mapping[str, WrittenWord], wanted: Collection[str]
+) -> AskedWords:
+    """The learned words, and every wanted lemma that is written somewhere and was not learned."""
+    chosen = tuple(
+        written[word]
+        for word in dict.fromkeys(wanted)
+        if word in written and word not in learned.word_numbers
+    )
+    if not chosen or learned.fitted_word_map is None:
+        return learned_words(learned)
+    n_learned, n = len(learned.association.words), max(len(learned.rows), 1)
+    share = np.array([len(word.captures) / n for word in chosen])
+    word_map = _with_silent_words(learned.fitted_word_map, share, n)
+    constant = usual(word_map)[n_learned:]
+    # written words are as sure as the captions of the database
+    alone = learned.started is None
+    sure = bool(learned.checked.all()) if alone else learned.word_certainty is not None
+    columns = AddedColumns(
+        word_map,
+        np.array([len(word.captures) for word in chosen], dtype=np.int64),
+        np.zeros((n_learned, len(chosen))),
+        np.full(len(chosen), sure),
+        {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.motion_log_odds.items()},
+        _written_columns(learned, chosen),
+    )
+    names = (*learned.association.words, *(word.word for word in chosen))
+    return AskedWords(learned, names, chosen, columns)
+
+
+def _written_columns(learned: Learned, words: tuple[WrittenWord, ...]) -> dict[int, FloatArray]:
+    """Log-odds that captions and tags add to words that were not learned: (segments, words)."""
+    number = {word.word: n for n, word in enumerate(words)}
+    columns = caption_evidence(learned.described, learned.segments, learned.rows, number)
+    for n, word in enumerate(words):
+        keys = {tag.partition("=")[0] for tag in word.tags}
+        if not keys:
+            continue
+        for capture, rows in learned.rows.items():
+            tagged = not keys.isdisjoint(learned.captures[capture].tags)
+            if capture not in word.captures and not tagged:
+                continue
+            values = columns.setdefault(capture, np.zeros((rows.stop - rows.start, len(words))))
+            in_caption = values[:, n] == WRITTEN
+            values[:, n] = WRITTEN if capture in word.captures else UNWRITTEN
+            values[in_caption, n] = WRITTEN
+    return columns
+
+
+def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:
+    """A word map with further words that have these priors and are independent of the motion."""
+    priors = np.clip(share, 0.5 / n, 1.0 - 0.5 / n)
+    silent = np.zeros((len(word_map.weights), len(share)))
+    return WordMap(
+        np.concatenate([word_map.weights, silent], axis=1),
+        np.concatenate([word_map.offsets, np.zeros(len(share))]),
+        np.concatenate([word_map.priors, priors]),
+        np.concatenate([word_map.spreads, word_spreads(priors)]),
+        word_map.calibration,
+        ridge=word_map.ridge,
+    )
+
+
+def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWords:
+    """The same words, and every unknown word that known ones replace."""
+    taken = {w: taking for w, taking in takings.items() if taking.is_taken}
+    taken = {w: taking for w, taking in taken.items() if w not in asked.numbers}
+    learned = asked.learned
+    if not taken or learned.fitted_word_map is None:
+        return asked
+    shares = mixture(list(taken.values()), asked.names)
+    n_learned = len(learned.association.words)
+    odds = {capture: asked.odds(capture) @ shares for capture in learned.motion_log_odds}
+    said = {capture: asked.written(capture) for capture in learned.rows}
+    said_somewhere = {capture: values for capture, values in said.items() if values is not None}
+    written = {capture: values @ shares for capture, values in said_somewhere.items()}
+    # a replaced word is checked if all words are that replace it
+    checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
+    weights = shares[:n_learned]
+    counts = np.append(learned.association.counts, list(asked.added.values()))
+    counts = np.maximum(np.rint(counts @ shares), 1).astype(np.int64)
+    before = asked.columns
+    if before is not None:
+        counts = np.concatenate([before.counts, counts])
+        weights = np.concatenate([before.shares, weights], axis=1)
+        checked = np.concatenate([before.checked, checked])
+        odds = {c: np.concatenate([before.odds[c], v], axis=1) for c, v in odds.items()}
+        written = {
+            capture: np.concatenate([values[:, n_learned:], written[capture]], axis=1)
+            for capture, values in said_somewhere.items()
+        }
+    word_map = with_virtual_words(asked.word_map, shares)
+    columns = AddedColumns(word_map, counts, weights, checked, odds, written)
+    return AskedWords(learned, (*asked.names, *taken), asked.written_words, columns)
+
+
+def mixture(takings: Collection[Taking], vocabulary: Collection[str]) -> FloatArray:
+    """Shares of the known words in replaced words: array (vocabulary, takings), columns sum to 1.
+
+    >>> mixture([Taking("stroll", (("walk", 0.75), ("go", 0.25)))], ["go", "run", "walk"]).tolist()
+    [[0.25], [0.0], [0.75]]
+    """
+    number = {word: n for n, word in enumerate(vocabulary)}
+    shares = np.zeros((len(vocabulary), len(takings)))
+    for column, taking in enumerate(takings):
+        for (word, _), share in zip(taking.words, taking.shares):
+            shares[number[word], column] = share
+    return shares
+
+
+def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
+    """A word map with a column for every replaced word; `shares` (words, replaced words).
+
+    The log-odds of a replaced word are exactly the means, weighted by its shares, of those of its
+    words: slopes over spreads, and the logits of the priors, are averaged, and its spread is 1.
+    """
+    logits = np.log(word_map.priors) - np.log1p(-word_map.priors)
+    priors = 1.0 / (1.0 + np.exp(-(logits @ shares)))
+    return WordMap(
+        np.concatenate([word_map.weights, (word_map.weights / word_map.spreads) @ shares], axis=1),
+        np.concatenate([word_map.offsets, (word_map.offsets / word_map.spreads) @ shares]),
+        np.concatenate([word_map.priors, priors]),
+        np.concatenate([word_map.spreads, np.ones(shares.shape[1])]),
+        word_map.calibration,
+        ridge=word_map.ridge,
+    )

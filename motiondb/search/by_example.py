@@ -1,0 +1,217 @@
+"""Search by example: stored intervals that move like a motion, with certainties."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+
+from motiondb.body.features import FEATURE_STEP, recognition_features
+from motiondb.language import vocabulary
+from motiondb.learn.checking import NO_EXAMPLES_CHECKED
+from motiondb.learn.learned import Learned
+from motiondb.learn.recognition import recognise
+from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.meaning import by_motion, extents, score_vectors
+from motiondb.meaning import calibration as certainty
+from motiondb.meaning.resemblance import emphasis_of
+from motiondb.records import Float32Array, FloatArray, Match, Motion
+from motiondb.search.asked_words import learned_words
+from motiondb.search.by_words import mark_generated, reaches, to_seconds
+from motiondb.search.chances import why_unchecked
+from motiondb.symbols.hmm_jobs import one_blas_thread
+
+
+@dataclass(frozen=True, eq=False)
+class ExampleAnswer(Sequence[Match]):
+    """The matches of an example, best first, as a sequence.
+
+    Attributes
+    ----------
+    matches : tuple of Match
+        Best first.
+    strength : float or None
+        Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
+    threshold : float or None
+        Strength of the best answer below which nothing in the database matches. Both are None if
+        too little was written about the captures to learn them.
+    unchecked : str
+        Why the answers carry no probabilities, where captions have not sufficed to learn or to
+        check them (``learning.start.checking``); otherwise "".
+    """
+
+    matches: tuple[Match, ...]
+    strength: float | None = None
+    threshold: float | None = None
+    unchecked: str = ""
+
+    @property
+    def matches_anything(self) -> bool | None:
+        """Whether anything in the database moves like the example; None if this is not known."""
+        return reaches(self.matches, self.strength, self.threshold)
+
+    def __len__(self) -> int:
+        return len(self.matches)
+
+    @overload
+    def __getitem__(self, index: int) -> Match: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Match, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Match | tuple[Match, ...]:
+        return self.matches[index]
+
+
+def search_motion(
+    learned: Learned,
+    pool: FeaturePool,
+    motion: Motion,
+    allowed: Sequence[int],
+    limit: int = 10,
+    meaning: bool | None = None,
+) -> ExampleAnswer:
+    """The stored intervals that move like a motion, best first.
+
+    ``limit`` and ``meaning`` are those of ``MotionDB.like``.
+    """
+    allowed = [capture for capture in allowed if capture in learned.rows]
+    query = make_query(learned, motion, learned.has_words if meaning is None else meaning)
+    with one_blas_thread():  # the matrices of one query are too small to gain from two threads
+        refined = _find_motion(learned, pool, query, allowed)
+        refined = _whole_activities(learned, pool, motion, refined[: 2 * limit])[:limit]
+        sure = _how_sure(learned, query, refined)
+    matches = tuple(
+        Match(
+            rank,
+            learned.captures[c.capture].name,
+            *to_seconds(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            c.score,
+            _words_of_interval(learned, c.capture, c.start * FEATURE_STEP, c.end * FEATURE_STEP),
+            mark_generated(learned, c.capture),
+            sure[rank - 1][1] if sure else None,
+        )
+        for rank, c in enumerate(refined, start=1)
+    )
+    known = learned.example_certainty
+    return ExampleAnswer(
+        matches,
+        max((alike for alike, _ in sure), default=None),
+        None if known is None or np.isnan(known.threshold) else known.threshold,
+        _why_no_probabilities(learned),
+    )
+
+
+def _why_no_probabilities(learned: Learned) -> str:
+    """The reason why answers to examples have no probabilities; "" where they have."""
+    if learned.example_certainty is not None:
+        return ""
+    reason = why_unchecked(learned_words(learned), ())
+    return reason or (NO_EXAMPLES_CHECKED if learned.has_words else "")
+
+
+def _how_sure(
+    learned: Learned, query: by_motion.Query, candidates: Sequence[by_motion.Candidate]
+) -> list[tuple[float, float]]:
+    """Resemblance of every match, and the calibrated probability that it shows the same action.
+
+    Empty if the probability was not learned.
+    """
+    sure = learned.example_certainty
+    if sure is None:
+        return []
+    actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
+    clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
+    vectors = [_interval_vector(learned, c) for c in candidates]
+    alike = by_motion.resemblance(
+        query.vector,
+        np.array(vectors).reshape(len(candidates), len(query.vector)),
+        learned.word_map,
+        n_posture_and_travel=learned.n_posture_and_travel,
+        emphasis=emphasis_of(learned.association.words),
+    )
+    log_odds = sure.log_odds(np.column_stack([alike, np.full(len(alike), clear)]))
+    chances = certainty.probability(log_odds)
+    return [
+        (by_motion.same_motion(float(a), c.warp), by_motion.same_motion(float(chance), c.warp))
+        for c, a, chance in zip(candidates, alike, chances)
+    ]
+
+
+def _interval_vector(learned: Learned, candidate: by_motion.Candidate) -> FloatArray:
+    """Vector of the interval of a candidate: array (columns,)."""
+    rows = learned.rows[candidate.capture]
+    return score_vectors.interval_vectors(
+        learned.standardised[rows],
+        learned.segments.starts[rows],
+        learned.segments.ends[rows],
+        np.array([candidate.start * FEATURE_STEP]),
+        np.array([candidate.end * FEATURE_STEP]),
+    )[0]
+
+
+def _find_motion(
+    learned: Learned, pool: FeaturePool, query: by_motion.Query, allowed: Sequence[int]
+) -> list[by_motion.Candidate]:
+    takes = {
+        capture: by_motion.Take(
+            learned.segments.starts[rows] // FEATURE_STEP,
+            -(-learned.segments.ends[rows] // FEATURE_STEP),
+            learned.segments.symbols[rows],
+            learned.standardised[rows],
+        )
+        for capture in allowed
+        for rows in [learned.rows[capture]]
+    }
+
+    def frames_of(capture: int, first: int, end: int) -> Float32Array:
+        return learned.feature_space.project(pool.of_capture(capture)[first:end])
+
+    candidates = by_motion.find_candidates(query, takes, learned.distances, frames_of=frames_of)
+    features = {
+        capture: learned.feature_space.project(pool.of_capture(capture))
+        for capture in {c.capture for c in candidates}
+    }
+    return by_motion.refine(query, candidates, features)
+
+
+def _whole_activities(
+    learned: Learned, pool: FeaturePool, motion: Motion, candidates: list[by_motion.Candidate]
+) -> list[by_motion.Candidate]:
+    """Extend answers in long captures to the whole activity (``search.extents``)."""
+    contexts = learned.context_space
+    if contexts is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
+        return candidates
+    example = contexts.view(recognition_features(motion))
+    lengths = {c.capture: learned.captures[c.capture].motion_frames for c in candidates}
+    takes = {
+        capture: contexts.view(pool.of_capture(capture))
+        for capture, length in lengths.items()
+        if length >= extents.LONG * motion.n_frames
+    }
+    return by_motion.to_activities(example, candidates, takes)
+
+
+def make_query(learned: Learned, motion: Motion, meaning: bool = False) -> by_motion.Query:
+    """Segment and recognise an example as the captures were; see :func:`search_motion`."""
+    seen = recognise(learned, motion)
+    starts, ends = seen.starts, seen.ends
+    weights = (ends - starts) / max(int((ends - starts).sum()), 1)
+    whole = np.array([0.0]), np.array([float(len(seen.features))])
+    vector = score_vectors.interval_vectors(seen.standardised, starts, ends, *whole)[0]
+    space = learned.meaning_space if meaning else None
+    return by_motion.Query(seen.features, seen.symbols, weights, vector, space)
+
+
+def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> tuple[str, ...]:
+    """The likeliest words of a stored interval whose probabilities own captions have checked."""
+    if learned.fitted_word_map is None:
+        return ()
+    take = learned.takes[capture]
+    inside = (take.starts < end) & (take.ends > start)
+    given = learned.is_known() & learned.checked
+    odds = np.where(given, take.windows[inside].mean(axis=0), -np.inf)
+    order = np.argsort(-odds, kind="stable")[:3]
+    return tuple(learned.association.words[w] for w in order if odds[w] > -1.0)

@@ -1,0 +1,139 @@
+"""Rewrite the file without the space that removed rows left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import duckdb
+
+from motiondb.errors import StoreError
+from motiondb.files.safe_files import delete_all, plain_name
+from motiondb.store.connection.faults import first_sentence, is_damage
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.opening import is_lock, open_store
+from motiondb.store.connection.statements import Connection
+
+
+def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
+    """Copy the database into a new file, check it, and put it in the old one's place.
+
+    Other processes may read the file meanwhile, but not write: it is held open for reading until
+    the new file has taken its place, so that no change can be lost. A kill leaves the
+    old file, and a copy that the next command deletes.
+
+    Parameters
+    ----------
+    path : str or Path
+        The database file.
+    wait : float
+        Seconds to wait for another process that holds the file.
+
+    Returns
+    -------
+    before : int
+        Size of the old file, bytes.
+    after : int
+        Size of the new file, bytes.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be opened, or the disk has no room for the copy.
+    """
+    path = Path(path)
+    new = path.with_name(f".{path.name}.compact")
+    open_store(path, create=False, wait=wait).close()  # brings the log into the file
+    before, identity = path.stat().st_size, _identity(path)
+    with open_store(path, read_only=True, wait=wait) as store:
+        if path.with_name(f"{path.name}.wal").exists():
+            raise StoreError(
+                f"{path}: expected all changes in the file, found some in the log beside it "
+                f"({path.name}.wal): another program is writing, or the disk has no room to bring "
+                "them in. Wait until it has ended, and look at the disk."
+            )
+        _attach(store, new)  # from here on no other process compacts
+        try:
+            if _identity(path) != identity:
+                raise StoreError(
+                    f"{path}: expected the file that was opened, found that another program put "
+                    "one in its place. Nothing was changed; run the command again."
+                )
+            _copy(store)
+            if new.with_name(f"{new.name}.wal").exists():  # what it holds would be missing
+                raise StoreError(
+                    f"{path}: expected room for a copy beside it, found too little. "
+                    "The old file was kept; look at the disk."
+                )
+            new.replace(path)
+        except (StoreError, duckdb.Error) as error:
+            cause = error if isinstance(error, duckdb.Error) else error.__cause__
+            if not isinstance(cause, duckdb.Error) or is_damage(cause):
+                raise
+            raise StoreError(_no_room(path, cause)) from error
+        except OSError as error:
+            raise StoreError(_no_room(path, error)) from error
+        finally:
+            delete_all(new, new.with_name(f"{new.name}.wal"))
+    return before, path.stat().st_size
+
+
+def _identity(path: Path) -> tuple[int, int]:
+    """Return what tells a file from one that takes its name later: its device and its number."""
+    status = path.stat()
+    return status.st_dev, status.st_ino
+
+
+def _attach(store: Store, new: Path) -> None:
+    """Make the copy's file and attach it, which keeps every other process from it."""
+    target = plain_name(new).replace("'", "''")
+    try:
+        store.connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
+    except (StoreError, duckdb.Error) as error:
+        cause = error if isinstance(error, duckdb.Error) else error.__cause__
+        if isinstance(cause, duckdb.Error) and is_lock(cause):
+            raise StoreError(
+                f"{store.path}: expected no other process that compacts it, found one at work. "
+                "Nothing was changed; wait until it has ended."
+            ) from error
+        raise StoreError(_no_room(store.path, cause or error)) from error
+
+
+def _no_room(path: Path, cause: BaseException) -> str:
+    """What to say when the copy cannot be written."""
+    return (
+        f"{path}: expected room for a copy beside it, found: {first_sentence(cause)} "
+        "The old file was kept; look at the disk."
+    )
+
+
+def count_rows(store: Store) -> dict[str, int]:
+    """Count the rows of every table, by name."""
+    return _count(store.connection, "current_database()")
+
+
+def _copy(store: Store) -> None:
+    """Copy everything into the attached file, compare the numbers of rows, and detach it."""
+    connection = store.connection
+    row = connection.execute("SELECT current_database()").fetchone()
+    source = str(row[0]).replace('"', '""') if row else ""
+    connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
+    expected, copied = count_rows(store), _count(connection, "'compacted'")
+    connection.execute("DETACH compacted")
+    if copied != expected:
+        raise StoreError(
+            f"{store.path}: expected a copy with as many rows in every table, found {copied} for "
+            f"{expected}. The old file was kept; look at the disk."
+        )
+
+
+def _count(connection: Connection, database: str) -> dict[str, int]:
+    tables = connection.execute(
+        "SELECT database_name, table_name FROM duckdb_tables() "
+        f"WHERE database_name = {database} ORDER BY table_name"
+    ).fetchall()
+    counts: dict[str, int] = {}
+    for name, table in tables:
+        name = str(name).replace('"', '""')
+        row = connection.execute(f'SELECT count(*) FROM "{name}".main."{table}"').fetchone()
+        counts[table] = int(row[0]) if row else 0
+    return counts

@@ -1,1 +1,0 @@
-"""Tables of grammars, of the derivations of generated captures, and of scenes."""

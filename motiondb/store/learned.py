@@ -1,0 +1,395 @@
+"""Everything that ``learn`` derives: replaced in one transaction, loaded whole or in parts.
+
+Arrays come back equal to the last bit (NaN as NaN). A kill leaves the former model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.errors import NotLearnedError
+from motiondb.records import (
+    Association,
+    FloatArray,
+    MotionSymbols,
+    SegmentTable,
+    StoredLearning,
+    SymbolSpace,
+)
+from motiondb.store.catalogue.runs import finish_run
+from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import Connection, from_rows, to_rows
+from motiondb.store.connection.transactions import content_revision, transaction
+
+TABLES = (
+    "learning",
+    "segment",
+    "segment_score",
+    "segment_movement",
+    "symbol",
+    "symbol_state",
+    "symbol_distance",
+    "space_stress",
+    "cluster",
+    "word",
+    "translation",
+    "alignment",
+    "association_step",
+    "transition_count",
+    "parameter",
+)
+_PIECE = 65_536  # Numbers in one row of the table ``parameter``
+
+
+@dataclass(frozen=True)
+class LearningSize:
+    """The row of the table ``learning``: run, content that it was learned from, sizes."""
+
+    run_id: int
+    content_revision: str
+    n_symbols: int
+    max_states: int
+    n_features: int
+    n_coordinates: int
+    n_clusters: int
+    n_words: int
+
+
+def save_learning(store: Store, learning: StoredLearning) -> None:
+    """Replace everything derived by ``learning`` and finish its run, in one transaction."""
+    run_id, symbols, space = learning.run_id, learning.symbols, learning.space
+    with transaction(store) as connection:
+        for table in TABLES:
+            connection.execute(f"DELETE FROM {table}")
+        connection.execute(
+            "INSERT INTO learning VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+            [
+                run_id,
+                content_revision(store),
+                symbols.n_symbols,
+                *symbols.means.shape[1:],
+                space.coordinates.shape[1],
+                len(space.weights),
+                len(learning.association.words),
+            ],
+        )
+        _insert_symbols(connection, symbols, space, run_id)
+        _insert_space(connection, space, run_id)
+        _insert_segments(connection, learning.segments, run_id)
+        _insert_association(connection, learning.association, run_id)
+        _insert_transitions(connection, learning.transition_counts, run_id)
+        _insert_parameters(connection, learning.parameters, run_id)
+        finish_run(store, run_id)
+
+
+def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> StoredLearning:
+    """Load everything that was learned."""
+    size = load_learning_size(store)
+    empty = np.zeros(0, dtype=np.int64), np.zeros(0)
+    none = SegmentTable(
+        empty[0], empty[0], empty[0], empty[0], empty[1], empty[1], np.zeros((0, 0), np.float32)
+    )
+    return StoredLearning(
+        size.run_id,
+        load_symbols(store),
+        load_segments(store, scores=scores) if segments else none,
+        load_space(store),
+        load_association(store),
+        load_transition_counts(store),
+        load_parameters(store),
+    )
+
+
+def load_learning_size(store: Store) -> LearningSize:
+    """Load sizes and run of the learned model."""
+    row = store.connection.execute("SELECT * FROM learning").fetchone()
+    if row is None:
+        raise NotLearnedError(
+            f"{store.path}: expected motion symbols, found none. "
+            f"Run motiondb learn --db {store.path} first."
+        )
+    return LearningSize(*row)
+
+
+def is_learned(store: Store) -> bool:
+    """Whether ``learn`` has run."""
+    return store.connection.execute("SELECT 1 FROM learning").fetchone() is not None
+
+
+def learning_is_current(store: Store) -> bool:
+    """Whether no capture, word or synonym has changed since ``learn``."""
+    return load_learning_size(store).content_revision == content_revision(store)
+
+
+def load_symbols(store: Store) -> MotionSymbols:
+    """Load the motion symbols."""
+    size, connection = load_learning_size(store), store.connection
+    n_states = connection.arrays("SELECT n_states FROM symbol ORDER BY symbol_id")["n_states"]
+    rows = connection.arrays("SELECT symbol_id, state, self_loop, means, covars FROM symbol_state")
+    place = (rows["symbol_id"], rows["state"])
+    self_loops = np.zeros((len(n_states), size.max_states))
+    means = np.zeros((len(n_states), size.max_states, size.n_features))
+    covars = np.ones_like(means)
+    self_loops[place] = rows["self_loop"]
+    means[place] = from_rows(rows["means"], (size.n_features,))
+    covars[place] = from_rows(rows["covars"], (size.n_features,))
+    return MotionSymbols(n_states, self_loops, means, covars)
+
+
+def load_segments(store: Store, *, scores: bool = True) -> SegmentTable:
+    """Load the segments; without ``scores`` that array has no columns."""
+    size, connection = load_learning_size(store), store.connection
+    rows = connection.arrays(
+        "SELECT capture_id, start_frame, end_frame, symbol_id, log_likelihood, background "
+        "FROM segment ORDER BY ordinal",
+    )
+    n = len(rows["capture_id"])
+    table, movement = np.zeros((2, n, 0), dtype=np.float32)
+    if scores:
+        column = connection.arrays("SELECT scores FROM segment_score ORDER BY ordinal")["scores"]
+        table = from_rows(column, (size.n_symbols,), np.float32)
+        moving = connection.arrays("SELECT movement FROM segment_movement ORDER BY ordinal")
+        if len(moving["movement"]):
+            width = len(moving["movement"][0])
+            movement = from_rows(moving["movement"], (width,), np.float32)
+    return SegmentTable(
+        rows["capture_id"],
+        rows["start_frame"],
+        rows["end_frame"],
+        rows["symbol_id"],
+        rows["log_likelihood"],
+        rows["background"],
+        table,
+        movement,
+    )
+
+
+def load_space(store: Store) -> SymbolSpace:
+    """Load the symbol space."""
+    size, connection = load_learning_size(store), store.connection
+    places = connection.arrays("SELECT cluster_id, coordinates FROM symbol ORDER BY symbol_id")
+    pairs = connection.arrays(
+        "SELECT distance, variance FROM symbol_distance ORDER BY symbol_id, other_id"
+    )
+    clusters = connection.arrays("SELECT weight, mean, covar FROM cluster ORDER BY cluster_id")
+    n = len(places["cluster_id"])
+    return SymbolSpace(
+        distances=pairs["distance"].reshape(n, n),
+        variances=pairs["variance"].reshape(n, n),
+        coordinates=from_rows(places["coordinates"], (size.n_coordinates,)),
+        stress=connection.arrays("SELECT stress FROM space_stress ORDER BY dimensions")["stress"],
+        clusters=places["cluster_id"],
+        weights=clusters["weight"],
+        means=from_rows(clusters["mean"], (size.n_coordinates,)),
+        covars=from_rows(clusters["covar"], (size.n_coordinates, size.n_coordinates)),
+    )
+
+
+def load_association(store: Store) -> Association:
+    """Load the association of symbols and words."""
+    size, connection = load_learning_size(store), store.connection
+    words = connection.arrays("SELECT word, count FROM word ORDER BY word_id")
+    cells = connection.arrays("SELECT symbol_id, word_id, probability FROM translation")
+    translation = np.zeros((size.n_symbols + 1, len(words["word"])))
+    translation[cells["symbol_id"] + 1, cells["word_id"]] = cells["probability"]
+    steps = connection.arrays("SELECT log_likelihood FROM association_step ORDER BY step")
+    return Association(
+        tuple(words["word"].tolist()),
+        words["count"],
+        translation,
+        _load_alignment(store),
+        steps["log_likelihood"],
+    )
+
+
+def load_transition_counts(store: Store) -> FloatArray:
+    """Load how often symbols follow one another: array (symbols + 1, symbols + 1)."""
+    size, connection = load_learning_size(store), store.connection
+    cells = connection.arrays("SELECT symbol_id, next_id, count FROM transition_count")
+    counts = np.zeros((size.n_symbols + 1, size.n_symbols + 1))
+    counts[cells["symbol_id"] + 1, cells["next_id"] + 1] = cells["count"]
+    return counts
+
+
+def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:
+    """Load further values by name: those of these names and below them ("NAME.x"), or all."""
+    load_learning_size(store)
+    wanted = " OR ".join(["name = ? OR starts_with(name, ? || '.')"] * len(names)) or "true"
+    rows = store.connection.arrays(
+        f"SELECT name, shape, numbers, text FROM parameter WHERE {wanted} ORDER BY name, piece",
+        [name for name in names for _ in range(2)],
+    )
+    pieces: dict[str, list[FloatArray]] = {}
+    shapes: dict[str, list[int]] = {}
+    values: dict[str, FloatArray | str] = {}
+    is_array = np.ma.getmaskarray(rows["text"])
+    for array, name, shape, numbers, text in zip(is_array, *rows.values()):
+        if not array:
+            values[name] = text
+        else:
+            pieces.setdefault(name, []).append(np.ma.filled(numbers, np.nan))
+            shapes[name] = [int(size) for size in shape]
+    for name, of_one in pieces.items():
+        joined = np.concatenate(of_one).astype(np.float64, copy=False)
+        values[name] = joined.reshape(shapes[name])
+    return values
+
+
+def _insert_segments(connection: Connection, segments: SegmentTable, run_id: int) -> None:
+    """Write the segments in their order."""
+    ordinals = np.arange(len(segments.starts))
+    connection.insert(
+        "segment",
+        capture_id=segments.capture_ids,
+        ordinal=ordinals,
+        start_frame=segments.starts,
+        end_frame=segments.ends,
+        symbol_id=segments.symbols,
+        log_likelihood=segments.log_likelihoods,
+        background=segments.backgrounds,
+        run_id=run_id,
+    )
+    scores = to_rows(segments.scores)
+    connection.insert("segment_score", ordinal=ordinals, scores=scores, run_id=run_id)
+    if segments.movement.shape[1]:
+        rows = to_rows(segments.movement)
+        connection.insert("segment_movement", ordinal=ordinals, movement=rows, run_id=run_id)
+
+
+def _insert_symbols(
+    connection: Connection, symbols: MotionSymbols, space: SymbolSpace, run_id: int
+) -> None:
+    """Write the symbols with their places; padding is left out."""
+    numbers = np.arange(symbols.n_symbols)
+    connection.insert(
+        "symbol",
+        symbol_id=numbers,
+        n_states=symbols.n_states,
+        cluster_id=space.clusters,
+        coordinates=to_rows(space.coordinates),
+        run_id=run_id,
+    )
+    ids, states = np.nonzero(np.arange(symbols.means.shape[1]) < symbols.n_states[:, None])
+    connection.insert(
+        "symbol_state",
+        symbol_id=ids,
+        state=states,
+        self_loop=symbols.self_loops[ids, states],
+        means=to_rows(symbols.means[ids, states]),
+        covars=to_rows(symbols.covars[ids, states]),
+        run_id=run_id,
+    )
+
+
+def _insert_space(connection: Connection, space: SymbolSpace, run_id: int) -> None:
+    """Write distances, stress and clusters (coordinates are in the table ``symbol``)."""
+    n = len(space.distances)
+    ids, others = np.divmod(np.arange(n * n), max(n, 1))
+    connection.insert(
+        "symbol_distance",
+        symbol_id=ids,
+        other_id=others,
+        distance=space.distances.ravel(),
+        variance=space.variances.ravel(),
+        run_id=run_id,
+    )
+    connection.insert(
+        "space_stress",
+        dimensions=np.arange(1, len(space.stress) + 1),
+        stress=space.stress,
+        run_id=run_id,
+    )
+    connection.insert(
+        "cluster",
+        cluster_id=np.arange(len(space.weights)),
+        weight=space.weights,
+        mean=to_rows(space.means),
+        covar=to_rows(space.covars),
+        run_id=run_id,
+    )
+
+
+def _insert_association(connection: Connection, association: Association, run_id: int) -> None:
+    """Write vocabulary, translation (where not 0) and alignment."""
+    n_words, steps = len(association.words), len(association.log_likelihoods)
+    connection.insert(
+        "word",
+        word_id=np.arange(n_words),
+        word=list(association.words),
+        count=association.counts,
+        run_id=run_id,
+    )
+    rows, words = np.nonzero(association.translation)
+    connection.insert(
+        "translation",
+        symbol_id=rows - 1,
+        word_id=words,
+        probability=association.translation[rows, words],
+        run_id=run_id,
+    )
+    for (length, m), probabilities in association.alignment.items():
+        connection.insert(
+            "alignment",
+            l=length,
+            m=m,
+            j=np.arange(m),
+            probabilities=to_rows(probabilities),
+            run_id=run_id,
+        )
+    connection.insert(
+        "association_step",
+        step=np.arange(steps),
+        log_likelihood=association.log_likelihoods,
+        run_id=run_id,
+    )
+
+
+def _insert_transitions(connection: Connection, counts: FloatArray, run_id: int) -> None:
+    """Write the transition counts that are not 0."""
+    rows, columns = np.nonzero(counts)
+    connection.insert(
+        "transition_count",
+        symbol_id=rows - 1,
+        next_id=columns - 1,
+        count=counts[rows, columns],
+        run_id=run_id,
+    )
+
+
+def _insert_parameters(
+    connection: Connection, parameters: Mapping[str, FloatArray | str], run_id: int
+) -> None:
+    """Write arrays of any shape, and texts, by name."""
+    texts = {name: value for name, value in parameters.items() if isinstance(value, str)}
+    values = list(texts.values())
+    connection.insert("parameter", name=list(texts), piece=0, text=values, run_id=run_id)
+    for name, array in parameters.items():
+        if isinstance(array, str):
+            continue
+        flat = np.asarray(array, dtype=np.float64).ravel()
+        pieces = [flat[first : first + _PIECE] for first in range(0, max(flat.size, 1), _PIECE)]
+        n, numbers = len(pieces), np.empty(len(pieces), dtype=object)
+        for piece, some in enumerate(pieces):
+            numbers[piece] = some
+        connection.insert(
+            "parameter",
+            name=name,
+            piece=np.arange(n),
+            shape=to_rows(np.tile(np.array(np.shape(array), dtype=np.int64), (n, 1))),
+            numbers=numbers,
+            run_id=run_id,
+        )
+
+
+def _load_alignment(store: Store) -> dict[tuple[int, int], FloatArray]:
+    """Load a(i | j, l, m) by (l, m): arrays (m, l + 1)."""
+    rows = store.connection.arrays("SELECT l, m, probabilities FROM alignment ORDER BY l, m, j")
+    keys = np.stack([rows["l"], rows["m"]], axis=1)
+    starts = np.flatnonzero(np.any(np.diff(keys, axis=0, prepend=-1) != 0, axis=1))
+    return {
+        (int(length), int(m)): from_rows(rows["probabilities"][start : start + m], (length + 1,))
+        for start, (length, m) in zip(starts, keys[starts])
+    }

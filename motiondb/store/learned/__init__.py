@@ -1,1 +1,0 @@
-"""The tables that ``learn`` replaces: segments, symbols, their space, and their words."""

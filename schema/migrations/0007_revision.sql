@@ -1,2 +1,0 @@
--- The number that every committed change raises.
-INSERT INTO meta VALUES ('revision', '0');

@@ -1,1 +1,0 @@
-"""Migrations: changes of the tables, in order."""

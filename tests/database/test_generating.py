@@ -1,0 +1,223 @@
+"""Generated motion: what is honoured, what it is said to show, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import motiondb
+from motiondb import MotionDB
+from motiondb.cli.main import app
+from motiondb.errors import QueryError
+from motiondb.generate.occurrences import find_occurrences, measured_track
+from motiondb.generate.shown_actions import Asked, judge_motion
+from motiondb.records import MOTION_FPS
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+def test_every_asked_action_is_said_to_be_shown_or_not(db: MotionDB) -> None:
+    made = db.generate("walk, then kick", seed=7)
+    assert [one.words for one in made.shown] == [("walk",), ("kick",)]
+    assert [one.shown for one in made.shown] == [True, True]
+    assert made.shows_all
+    assert made.facts().shown
+    assert made.spans[-1][1] == made.motion.n_frames
+    for one in made.shown:
+        assert one.probability is not None
+        assert one.described[0][0] in one.words
+
+
+def test_the_judge_never_sees_the_captures_used(db: MotionDB) -> None:
+    """Of a word that one capture alone shows, nothing can be confirmed."""
+    learned = db.learned
+    said: dict[int, set[str]] = {}
+    for d in learned.described:
+        said.setdefault(d.capture_id, set()).update(d.words)
+    lonely = [
+        word for word in learned.known_words
+        if sum(word in words for words in said.values()) == 1 and not word.endswith("ly")
+    ]  # fmt: skip
+    told = []
+    for word in lonely[:6]:
+        try:
+            made = db.generate(word, seed=0, exact=True)
+        except QueryError:
+            continue
+        told += [one for one in made.shown if one.words == (word,)]
+    assert told
+    for one in told:
+        assert one.shown is not True
+        assert one.reason
+
+
+def test_counts_and_durations_are_honoured(db: MotionDB) -> None:
+    for number, word in ((1, "once"), (3, "three times")):
+        made = db.generate(f"jump {word}")
+        assert len(find_occurrences(measured_track(made.motion), "jump")) == number
+        assert made.not_used == ()
+    assert "3 times" in " ".join(made.shown[0].done)
+    long = db.generate("walk for ten seconds", seed=3)
+    assert long.motion.n_frames / MOTION_FPS == pytest.approx(10.0, rel=0.1) or long.not_used
+    least = db.generate("kick for at least seven seconds")
+    assert least.motion.n_frames / MOTION_FPS >= 7.0 or least.not_used
+
+
+def test_slow_and_fast_walks_differ_in_speed(db: MotionDB) -> None:
+    speeds = {}
+    for manner in ("slowly", "fast"):
+        made = db.generate(f"walk {manner}", seed=3)
+        assert any(line.startswith(manner) for line in made.shown[0].done), made.not_used
+        steps = np.diff(made.motion.joint_positions(), axis=0)
+        speeds[manner] = float(np.linalg.norm(steps, axis=-1).mean())
+    assert speeds["slowly"] < speeds["fast"]
+
+
+def test_what_is_excluded_is_not_used(db: MotionDB) -> None:
+    made = db.generate("walk, but not wave")
+    for source in made.provenance.sources:
+        assert "wav" not in " ".join(c.words for c in db.captions(source.name))
+
+
+def test_variants_come_from_other_captures(db: MotionDB) -> None:
+    made = db.generate_variants("kick", 3, seed=1)
+    first = db.generate("kick", seed=1)
+    np.testing.assert_array_equal(made[0].motion.local_rotations, first.motion.local_rotations)
+    sources = [frozenset(s.name for s in one.provenance.sources) for one in made]
+    assert len(set(sources)) == 3
+    with pytest.raises(QueryError, match="expected 1 for trajectory, which is one motion"):
+        db.generate_variants("kick", 2, method="trajectory")
+    with pytest.raises(QueryError, match="variants: expected 1 to 100, found 0"):
+        db.generate_variants("kick", 0)
+
+
+def test_there_are_no_more_variants_than_places(db: MotionDB) -> None:
+    made = db.generate_variants("throw", 3)
+    assert len(made) == 1
+    assert made[0].took_all_places
+    assert made[0].shown[0].done[-1] == (
+        "no other place shows it about as clearly, so other seeds take the same one"
+    )
+    kicks = db.generate_variants("kick", 8)
+    assert kicks[0].shown[0].done[-1] == f"place 1 of {len(kicks)} that show it about as clearly"
+    places = {(s.name, kick.shown[0].done[0]) for kick in kicks for s in kick.provenance.sources}
+    assert 1 < len(kicks) < 8
+    assert len(places) == len(kicks)
+
+
+def test_variants_of_alternatives_show_each_of_them(db: MotionDB) -> None:
+    """One place shows "throw", so its first motion must not be the last one."""
+    made = db.generate_variants("throw or kick", 3)
+    assert len(made) == 3
+    assert {one.actions for one in made} == {(("throw",),), (("kick",),)}
+
+
+def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
+    with pytest.raises(QueryError) as error:
+        db.generate("walk, then moonwlak", exact=True)
+    assert str(error.value).startswith(
+        "generate: expected actions that the captures show, found 'moonwlak', which nothing in the "
+        "database shows. "
+    )
+    assert "--anyway" in str(error.value)
+    made = db.generate("walk, then moonwlak", exact=True, anyway=True)
+    assert [(one.words, one.shown) for one in made.shown] == [
+        (("walk",), True), (("moonwlak",), False)
+    ]  # fmt: skip
+    assert not made.shows_all
+
+
+def test_an_action_that_lost_its_verb_is_made_but_not_shown(db: MotionDB) -> None:
+    made = db.generate("swim with a ball", exact=True)
+    assert made.actions == (("ball",),)
+    lost = made.shown[-1]
+    assert (lost.words, lost.shown) == (("swim",), False)
+    assert lost.reason == "it was not made: no caption says it"
+    assert not made.shows_all
+    assert [one.words for one in db.generate("kick the ball", exact=True).shown][1:] == []
+    assert [one.words for one in db.generate("swim with a ball, or kick", exact=True).shown][
+        1:
+    ] == []
+
+
+def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -> None:
+    with pytest.raises(QueryError, match=r"found 'wlak'\. Did you mean walk\?"):
+        db.generate("wlak")
+    made = db.generate("wlak", anyway=True)
+    assert [(one.words, one.shown) for one in made.shown] == [
+        (("walk",), True), (("wlak",), False)
+    ]  # fmt: skip
+    assert made.shown[1].reason == (
+        "no caption says it; 'walk', the nearest known word, was made instead"
+    )
+    assert not made.shows_all
+    with pytest.raises(QueryError, match="expected a known word, found 'zzzzzzzzzz'"):
+        db.generate("zzzzzzzzzz", anyway=True)
+
+
+def test_a_motion_that_does_not_do_a_measured_word_does_not_show_it(db: MotionDB) -> None:
+    made = db.generate("kick for half a second, then stand up")
+    path = made.motion
+    asked = Asked((("jump",),), (), *made.spans[0], directions=("jump",))
+    judged = judge_motion(db.learned, path, [asked], [])[0]
+    assert (judged.shown, judged.reason) == (False, "it does not jump")
+
+
+def test_actions_never_said_together_are_refused(db: MotionDB) -> None:
+    with pytest.raises(QueryError, match="Each by itself is known: bow, layup"):
+        db.generate("bow while layup")
+    assert db.generate("bow while layup", anyway=True).motion.n_frames > 30
+
+
+def test_the_side_of_a_limb_is_not_kept_without_the_limb(db: MotionDB) -> None:
+    """Captions have a kick and, in another action, a left turn, but no left foot."""
+    made = db.generate("kick with the left foot")
+    assert made.actions == (("kick",),)
+    assert {left.text for left in made.not_used} == {"left", "foot"}
+
+
+def test_the_verb_of_an_action_is_kept_before_other_words(db: MotionDB) -> None:
+    """No caption throws to the left or throws a ball; one has "pivot left" and a ball."""
+    made = db.generate("throw a ball to the left", seed=0, anyway=True)
+    assert "throw" in made.actions[0]
+
+
+def test_words_with_one_meaning_are_asked_for_once(db: MotionDB) -> None:
+    made = db.generate("walk on tiptoes", seed=0)  # taken as walk
+    assert made.actions == (("walk",),)
+    assert made.question.understood == "walk"
+
+
+def test_directions_are_measured_in_the_motion(db: MotionDB) -> None:
+    for words, sign in (("sit down", -1), ("stand up", 1)):
+        made = db.generate(words)
+        start, end = made.spans[0]
+        height = made.motion.root_positions[start:end, 1]
+        assert np.sign(height[-5:].mean() - height[:5].mean()) == sign
+
+
+def test_the_command_ends_with_1_where_an_action_is_missing(
+    learned_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    common = ("-o", "new.bvh", "--db", str(learned_file), "--json")
+    ended = CliRunner().invoke(
+        app, ["generate", "walk, then moonwlak", "--exact", "--anyway", *common]
+    )
+    assert ended.exit_code == 1
+    told = json.loads(ended.stdout)
+    assert told["shown"] is False
+    assert [one["shown"] for one in told["shown_actions"]] == [True, False]
+    command = ("generate", "throw", "--variants", "3", *common[:-1])
+    told = CliRunner().invoke(app, command).stdout
+    assert told.endswith("1 of 3 written: no other place shows this about as clearly\n")
+    assert Path("new-1.provenance.json").exists()

@@ -1,0 +1,190 @@
+"""A fault of every kind is found and told in its sentence."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import duckdb
+import pytest
+
+from motiondb import store
+from motiondb.errors import StoreError
+from motiondb.store import DamagedFileError, grammars, learned, scenes
+from motiondb.store.connection.migrations import present_schema
+
+
+@pytest.fixture(scope="module")
+def whole_file(tmp_path_factory: pytest.TempPathFactory, samples: ModuleType) -> Path:
+    path = tmp_path_factory.mktemp("whole") / "motions.duckdb"
+    with store.open_store(path) as database:
+        infos = [samples.add(database, name) for name in ("a", "bb")]
+        store.save_learning(database, samples.learning(infos, store.start_run(database, "learn")))
+        assert store.check_store(database, sources=True) == []
+    return path
+
+
+@pytest.fixture
+def filled(tmp_path: Path, whole_file: Path) -> Iterator[store.Store]:
+    with store.open_store(shutil.copy(whole_file, tmp_path / "motions.duckdb")) as opened:
+        yield opened
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (
+            "DELETE FROM motion_frame WHERE capture_id = 1 AND frame = 3",
+            "a: expected as many motion frames as its row says, numbered from 0, found others.",
+        ),
+        (
+            "DELETE FROM motion_frame WHERE capture_id = 2",
+            "bb: expected as many motion frames as its row says, numbered from 0, found others.",
+        ),
+        (
+            "UPDATE motion_frame SET pose = array_value("
+            + ", ".join(["2.0"] * 87)
+            + ")::FLOAT[87] WHERE capture_id = 2 AND frame = 5",
+            "bb: expected finite positions and quaternions of length 1, found others in frame 5.",
+        ),
+        (
+            "DELETE FROM source WHERE file_name = 'a.bvh'",
+            "a: expected its file in the table source, found others.",
+        ),
+        (
+            "UPDATE segment SET start_frame = 7 WHERE capture_id = 1 AND start_frame = 6",
+            "a: expected segments that tile its motion, found others.",
+        ),
+        (
+            "UPDATE segment SET symbol_id = 77 WHERE ordinal = 0",
+            "segment: expected every symbol_id in symbol, found 1 rows without, such as 77.",
+        ),
+        (
+            "UPDATE segment_score SET scores = [1.0] WHERE ordinal = 2",
+            "segment 2: expected a score for every symbol, found others.",
+        ),
+        (
+            "UPDATE translation SET probability = probability + 0.1 WHERE symbol_id = -1",
+            "symbol -1: expected the probabilities of its words to sum to 1, found others.",
+        ),
+        (
+            "UPDATE translation SET probability = NULL WHERE symbol_id = 0",
+            "symbol 0: expected the probabilities of its words to sum to 1, found others.",
+        ),
+        (
+            "UPDATE alignment SET probabilities = [1.0] WHERE l = 1 AND m = 1",
+            "alignment 1, 1, 0: expected l + 1 alignment probabilities that sum to 1, "
+            "found others.",
+        ),
+        (
+            "DELETE FROM symbol_state WHERE symbol_id = 0 AND state = 1",
+            "symbol 0: expected states numbered from 0, as many as its row says, found others.",
+        ),
+        (
+            "DELETE FROM symbol_distance WHERE symbol_id = 1 AND other_id = 1",
+            "table symbol_distance: expected as many rows as the table learning says, "
+            "found others.",
+        ),
+        (
+            "INSERT INTO capture_tag VALUES (9, 'performer', 'x')",
+            "capture_tag: expected every capture_id in capture, found 1 rows without, such as 9.",
+        ),
+        (
+            "UPDATE run SET finished = NULL WHERE kind = 'learn'",
+            "learning: expected rows of the finished run of learn, found 1 others.",
+        ),
+        (
+            "UPDATE word SET run_id = 1",
+            "word: expected rows of the finished run of learn, found 4 others.",
+        ),
+    ],
+)
+def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None:
+    filled.connection.execute(damage)
+    assert sentence in store.check_store(filled)
+
+
+def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
+    store.start_run(filled, "add")
+    store.start_run(filled, "learn")
+    assert store.check_store(filled) == []
+
+
+def test_a_damaged_block_is_told(filled: store.Store) -> None:
+    pose_blocks = filled.connection.execute(
+        "SELECT block_id FROM pragma_storage_info('motion_frame') WHERE column_name = 'pose'"
+    ).fetchall()
+    filled.close()
+    damage_block(filled.path, max(block for (block,) in pose_blocks))
+    with store.open_store(filled.path, read_only=True) as opened:
+        faults = store.check_store(opened)
+        assert len(faults) == 1
+        assert faults[0].startswith(
+            f"{filled.path}: expected tables that can be read, found: damaged columns: "
+        )
+        assert faults[0].endswith(
+            "The file is damaged: restore a copy, or save what is readable: "
+            f"motiondb rescue {filled.path} -o NEW.duckdb."
+        )
+        with pytest.raises(DamagedFileError, match="Corrupt database file: computed checksum"):
+            store.load_motion(opened, 1)
+
+
+def damage_block(path: Path, number: int) -> None:
+    content = bytearray(path.read_bytes())
+    content[12_288 + 262_144 * number + 100] ^= 1
+    path.write_bytes(content)
+
+
+def test_damage_in_any_table_and_in_the_indexes_of_names_is_told(filled: store.Store) -> None:
+    """Flip a bit in every block that holds a column, then in every other one."""
+    query = "SELECT unnest([block_id] || coalesce(additional_block_ids, [])) FROM "
+    used = {
+        number
+        for table in store.count_rows(filled)
+        for (number,) in filled.connection.execute(
+            f"{query} pragma_storage_info('{table}') WHERE persistent"
+        ).fetchall()
+        if number >= 0
+    }
+    total = filled.connection.execute("CALL pragma_database_size()").fetchone()[3]
+    filled.close()
+    whole = filled.path.read_bytes()
+    missed = set()
+    for number in range(total):
+        damage_block(filled.path, number)
+        try:
+            with store.open_store(filled.path, read_only=True) as opened:
+                if not store.check_store(opened):
+                    missed.add(number)
+        except StoreError:
+            pass
+        filled.path.write_bytes(whole)
+    assert not missed & used
+    assert len(missed) < total // 2
+
+
+def test_a_missing_or_changed_table_is_told(filled: store.Store) -> None:
+    filled.connection.execute("DROP TABLE relation")
+    filled.connection.execute("ALTER TABLE synonym ADD COLUMN extra INTEGER")
+    assert store.check_store(filled) == [
+        f"{filled.path}: expected the table relation as in schema.sql, found none. "
+        "The file was changed by another program: restore a copy.",
+        f"{filled.path}: expected the table synonym with the columns word VARCHAR, canonical "
+        "VARCHAR as in schema.sql, found word VARCHAR, canonical VARCHAR, extra INTEGER. "
+        "The file was changed by another program: restore a copy.",
+    ]
+
+
+def test_an_empty_store_is_whole(database: store.Store) -> None:
+    assert store.check_store(database, sources=True) == []
+
+
+def test_every_row_of_a_run_is_checked() -> None:
+    with duckdb.connect() as written:
+        written.execute(present_schema())
+        query = "SELECT table_name FROM duckdb_columns() WHERE column_name = 'run_id'"
+        named = {row[0] for row in written.execute(query).fetchall()}
+    assert named == {"run", "capture", *learned.TABLES, *grammars.TABLES, *scenes.TABLES}

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from subprocess import PIPE, Popen
+from types import ModuleType
+
+import duckdb
+import numpy as np
+import pytest
+
+from motiondb import store
+from motiondb.errors import StoreError
+from motiondb.store import compaction
+
+
+def test_compacting_gives_the_room_back_and_loses_nothing(
+    database: store.Store, samples: ModuleType
+) -> None:
+    noise = np.random.default_rng(0).bytes(1_500_000)
+    run_id = store.start_run(database, "add")
+    for name in ("a", "bb", "ccc"):
+        source = store.pack_source(f"{name}.bvh", name.encode() + noise, "bvh")
+        store.save_capture(database, samples.info(name, run_id), samples.motion(len(name)), source)
+    infos = store.load_captures(database)
+    learning = samples.learning(infos, store.start_run(database, "learn"))
+    store.save_learning(database, learning)
+    store.remove_capture(database, 2)
+    counts = store.count_rows(database)
+    database.close()
+    before, after = store.compact(database.path)
+    assert after < before - 1_000_000
+    assert after == database.path.stat().st_size
+    with store.open_store(database.path) as compacted:
+        assert store.count_rows(compacted) == counts
+        assert store.check_store(compacted, sources=True) == []
+        assert not store.learning_is_current(compacted)
+        samples.assert_equal(store.load_symbols(compacted), learning.symbols)
+        assert samples.add(compacted, "dddd").capture_id == 4
+        with pytest.raises(StoreError, match="under the name a"):
+            store.save_capture(
+                compacted,
+                samples.info("e", run_id),
+                samples.motion(),
+                store.pack_source("a.bvh", b"a" + noise, "bvh"),
+            )
+    assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
+
+
+def test_a_failing_copy_keeps_the_old_file(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    content = database.path.read_bytes()
+
+    def fail(*_: object) -> None:
+        raise duckdb.IOException("IO Error: No space left on device! More.")
+
+    monkeypatch.setattr("motiondb.store.compaction._copy", fail)
+    with pytest.raises(StoreError) as error:
+        store.compact(database.path)
+    assert str(error.value) == (
+        f"{database.path}: expected room for a copy beside it, found: IO Error: No space left on "
+        "device. The old file was kept; look at the disk."
+    )
+    assert database.path.read_bytes() == content
+    assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
+
+
+def test_compacting_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StoreError, match="found no such file"):
+        store.compact(tmp_path / "m.duckdb")
+    assert list(tmp_path.iterdir()) == []
+
+
+HOLDS = """
+import sys, time, duckdb
+connection = duckdb.connect(sys.argv[1])
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_compact_beside_another_is_refused(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    content = database.path.read_bytes()
+    draft = database.path.with_name(".motions.duckdb.compact")
+    identity = compaction._identity
+    with ExitStack() as others:
+
+        def begin_another(path: Path) -> tuple[int, int]:
+            """Another process begins after this one has swept what killed ones left."""
+            program = [sys.executable, "-c", HOLDS, str(draft)]
+            other = others.enter_context(Popen(program, stdin=PIPE, stdout=PIPE, text=True))
+            assert other.stdout is not None
+            assert other.stdout.readline() == "held\n"
+            return identity(path)
+
+        monkeypatch.setattr(compaction, "_identity", begin_another)
+        with pytest.raises(StoreError) as error:
+            store.compact(database.path)
+        assert str(error.value) == (
+            f"{database.path}: expected no other process that compacts it, found one at work. "
+            "Nothing was changed; wait until it has ended."
+        )
+        assert draft.exists()
+    assert database.path.read_bytes() == content
+
+
+def test_a_file_that_took_the_name_meanwhile_is_not_overwritten(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    attach, path = compaction._attach, database.path
+
+    def put_another(opened: store.Store, new: Path) -> None:
+        attach(opened, new)
+        path.with_name("other").write_bytes(b"another")
+        path.with_name("other").replace(path)
+
+    monkeypatch.setattr(compaction, "_attach", put_another)
+    with pytest.raises(StoreError, match="found that another program put one in its place"):
+        store.compact(path)
+    assert path.read_bytes() == b"another"
+    assert [item.name for item in path.parent.iterdir()] == ["motions.duckdb"]
