@@ -293,6 +293,7 @@ def sequence_reply(
     meanings = db.grammars.meanings(sequence.grammar)
     names = db.grammars.load(sequence.grammar).terminals.names
     words = {name: tuple(w for w, _ in one.words) for name, one in zip(names, meanings)}
+    path = root_path(sequence).round(3).tolist()
     return SequenceReply(
         **vars(db.grammars.facts(sequence, seed)),
         id=sequence_id,
@@ -301,7 +302,7 @@ def sequence_reply(
             WordedTerminal(**vars(each), words=words.get(each.terminal, ()), at=at)
             for at, each in enumerate(db.grammars.strip(sequence))
         ),
-        path=RootPath(MOTION_FPS / PATH_STEP, root_path(sequence).round(3).tolist()),
+        path=RootPath(MOTION_FPS / PATH_STEP, [(x, z) for x, z in path]),
         nodes=tree_nodes(sequence.tree),
         stretches=stretches(sequence.provenance),
         **more,
