@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,18 +63,13 @@ def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
 
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
-    """Segments of a capture, computed as at the end of ``learn``.
-
-    Columns of movement that an earlier version did not learn are left out.
-    """
+    """Segments of a capture, computed as at the end of ``learn``."""
     features = recognition_features(motion)
     bounds = np.array([0, len(features)])
     frames = learned.feature_space.project(features)
     pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
     cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
-    table = segment_table(frames, pool, learned.symbols, cutting)
-    known = len(learned.score_space.mean) - learned.symbols.n_symbols
-    return replace(table, movement=table.movement[:, :known])
+    return segment_table(frames, pool, learned.symbols, cutting)
 
 
 @dataclass(frozen=True)

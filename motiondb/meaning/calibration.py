@@ -16,14 +16,15 @@ Source: Platt, Probabilistic outputs for support vector machines (1999).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.meaning.word_map import WordMap
-from motiondb.records import FloatArray
+from motiondb.records import Axes, FloatArray, MayBeUnknown, Sizes
 
 _RIDGE = 1.0  # chosen by hand; not tuned
 _ROUNDS = 100  # largest number of Newton steps; a few suffice
@@ -33,19 +34,15 @@ _ROUNDS = 100  # largest number of Newton steps; a few suffice
 class Certainty:
     """A calibration of answers."""
 
-    weights: FloatArray  # (cues,): w, at least 0
+    weights: Annotated[FloatArray, Axes("cues")]  # w, at least 0
     constant: float
     # Value of the best answer below which nothing matches; NaN where it is unknown
-    threshold: float
+    threshold: Annotated[float, MayBeUnknown]
 
     def log_odds(self, cues: FloatArray) -> FloatArray:
         """Calibrated log-odds (...,) of cues (..., cues)."""
         odds: FloatArray = cues @ self.weights + self.constant
         return odds
-
-    def pack(self) -> FloatArray:
-        """Weights, constant and threshold in one array; :func:`unpack` is the inverse."""
-        return np.concatenate([self.weights, [self.constant, self.threshold]])
 
 
 @dataclass(frozen=True)
@@ -61,23 +58,17 @@ class KindCertainty:
 class Certainties:
     """Certainty of answers; None if there are too few captions."""
 
-    words: Certainty | None = None  # Of an answer to words
-    example: Certainty | None = None  # Of an answer to an example
+    words: Annotated[Certainty | None, Sizes({"cues": 1})] = None  # Of an answer to words
+    example: Annotated[Certainty | None, Sizes({"cues": 2})] = None  # Of an answer to an example
     # Certainty of the interval of an action, given that the capture shows the action, and several
     # actions (:mod:`motiondb.meaning.place_certainty`)
-    place: Certainty | None = None
-    # That a capture shows an action throughout, where ``place`` was learned; None in databases of
-    # versions in which ``place`` covered this case
-    single: Certainty | None = None
+    place: Annotated[Certainty | None, Sizes({"cues": 8})] = None
+    # That a capture shows an action throughout, where ``place`` was learned
+    single: Annotated[Certainty | None, Sizes({"cues": 6})] = None
     # Of an answer to one action but not another
-    without: KindCertainty = field(default_factory=KindCertainty)
+    without: Annotated[KindCertainty, Sizes({"cues": 2})] = field(default_factory=KindCertainty)
     # Of an answer to one of several actions
-    either: KindCertainty = field(default_factory=KindCertainty)
-
-
-def unpack(numbers: FloatArray) -> Certainty:
-    """Inverse of :meth:`Certainty.pack`; `numbers` (cues + 2,)."""
-    return Certainty(np.asarray(numbers[:-2]), float(numbers[-2]), float(numbers[-1]))
+    either: Annotated[KindCertainty, Sizes({"cues": 1})] = field(default_factory=KindCertainty)
 
 
 def probability(log_odds: FloatArray | float) -> FloatArray:
@@ -189,39 +180,3 @@ def usual(words: WordMap) -> FloatArray:
     _, share, constant = words.calibration
     odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
     return odds
-
-
-PLACE_NAME = "certainty_interval"
-
-
-def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
-    """Certainties of answers as arrays by name; :func:`certainties_from` is the inverse."""
-    each = {
-        "certainty_words": sure.words,
-        "certainty_example": sure.example,
-        PLACE_NAME: sure.place,
-        "certainty_single": sure.single,
-        "certainty_without": sure.without.whole,
-        "certainty_without_part": sure.without.part,
-        "certainty_either": sure.either.whole,
-        "certainty_either_part": sure.either.part,
-    }
-    return {name: one.pack() for name, one in each.items() if one is not None}
-
-
-def certainties_from(arrays: Mapping[str, FloatArray]) -> Certainties:
-    """Certainties of answers from arrays by name; a certainty without arrays is None."""
-
-    def one(name: str) -> Certainty | None:
-        return unpack(arrays[name]) if name in arrays else None
-
-    return Certainties(
-        one("certainty_words"),
-        one("certainty_example"),
-        one(PLACE_NAME),
-        one("certainty_single"),
-        *(
-            KindCertainty(one(name), one(f"{name}_part"))
-            for name in ("certainty_without", "certainty_either")
-        ),
-    )

@@ -31,11 +31,12 @@ the difference between two captures of the same movement.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
 
 RIDGES = (0.1, 0.3, 1.0)  # Ridges to choose from; vectors have length 1
 SPREAD_POWER = 0.25
@@ -263,11 +264,11 @@ class CaptionMoments:
 class WordMoments:
     """Sums over described intervals."""
 
-    n: float
-    vectors: FloatArray  # (symbols,): sum of v
-    words: FloatArray  # (words,): sum of y
-    gram: FloatArray  # (symbols, symbols): sum of v v'
-    cross: FloatArray  # (symbols, words): sum of v y'
+    n: Annotated[float, Within(1, LARGEST, "at least one described interval")]
+    vectors: Annotated[FloatArray, Axes("columns")]  # Sum of v
+    words: Annotated[FloatArray, Axes("words")]  # Sum of y
+    gram: Annotated[FloatArray, Axes("columns", symmetric=True)]  # Sum of v v'
+    cross: Annotated[FloatArray, Axes("columns", "words")]  # Sum of v y'
     # Sums for whole captions; None in databases of versions that did not keep them
     captions: CaptionMoments | None = None
 

@@ -238,7 +238,7 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
     Words that were not learned are left out.
     """
     started = learned.started
-    if started is None or learned.counted is None:
+    if started is None:
         return ()
     counts = learned.counted.counts
     captions_of = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
@@ -255,8 +255,6 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
 def why_unchecked(asked: AskedWords, words: Iterable[str]) -> str:
     """The reason why answers about some words carry no probabilities; "" where they do."""
     learned = asked.learned
-    if learned.counted is None:
-        return ""
     if learned.started is None and learned.word_certainty is not None:
         return ""
     number = asked.numbers

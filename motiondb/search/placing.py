@@ -212,13 +212,14 @@ def _right(
 
     Nor is it known if no captions of other performers hold the words.
     """
-    sure = asked.learned.certainties.place
+    certainties = asked.learned.certainties
+    sure, single = certainties.place, certainties.single
     performer = asked.learned.performers[capture]
     support = count_performers(asked.learned.listed_by, _words(asked, part), [performer])
-    if sure is None or not support:
+    if sure is None or single is None or not support:
         return None
     cues = interval_cues(placed.values[k], placed.ends, *placed.spans[k], support)
-    return PlaceCertainty(sure, asked.learned.certainties.single).probability(cues)
+    return PlaceCertainty(sure, single).probability(cues)
 
 
 def _only_by_caption(said: PartChance | None) -> bool:

@@ -25,18 +25,32 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 
 from motiondb.errors import MotionDBError
-from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, Within
 from motiondb.symbols import hmm
 
 Progress = Callable[[str, float], None]
 
 
+AT_LEAST_ONE = Within(1.0, 1e6, "a switch cost and a shortest length of at least 1")
+
+
 @dataclass(frozen=True)
-class AcquisitionSettings:
+class RecutSettings:
+    """How symbols cut a motion into segments."""
+
+    # Nats that each further symbol costs. Not tuned
+    switch_cost: Annotated[float, AT_LEAST_ONE] = 20.0
+    # Least length of a segment: 8 feature frames, about half a second
+    shortest: Annotated[int, AT_LEAST_ONE] = 8
+
+
+@dataclass(frozen=True)
+class AcquisitionSettings(RecutSettings):
     """Settings of the acquisition; lengths in feature frames, 15 a second.
 
     The defaults were chosen by hand on the sample data and on CMU captures; no table of
@@ -52,9 +66,6 @@ class AcquisitionSettings:
     # Rounds of removing, creating and refitting at most. The search usually ends earlier
     rounds: int = 12
     recuts: int = 3  # Times that the captures are segmented again at most
-    # Nats that each further symbol costs when captures are segmented again. Not tuned
-    switch_cost: float = 20.0
-    shortest: int = 8  # Least length of a segment: 8 frames, about half a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +270,7 @@ def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _Sta
 
 
 def recut(
-    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: AcquisitionSettings
+    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: RecutSettings
 ) -> Cutting:
     """Segment every capture by the symbols: the path of largest likelihood less switch costs.
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
@@ -200,10 +200,13 @@ def test_motion_faster_than_people_is_a_problem(tmp_path: Path, folder: Path) ->
 
 
 class Deadly(type(Path())):
-    """The path of a file that ends the process to which it is handed."""
+    """A path that ends the process that reads it, but not the one that hands it on."""
 
     def __reduce__(self) -> tuple[object, ...]:
-        return os._exit, (3,)
+        ends = "lambda *_, **__: __import__('os')._exit(3)"
+        methods = f"dict.fromkeys(('stat', 'is_file', 'open', 'read_bytes'), {ends})"
+        base = "type(__import__('pathlib').Path())"
+        return eval, (f"type('Deadly', ({base},), {methods})({str(self)!r})",)
 
 
 def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
@@ -222,15 +225,8 @@ def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    "option", ["--fps=nan", "--fps=0", "--fps=1e9", "--time-limit=nan", "--memory-limit=-1"]
-)
-def test_numeric_options_have_ranges(tmp_path: Path, option: str) -> None:
-    command = [sys.executable, "-c", "from motiondb.cli.main import main; main()", "add"]
-    ended = subprocess.run(
-        [*command, option, str(tmp_path), "--db", str(tmp_path / "m.duckdb")],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert ended.returncode == 2
-    assert option.split("=")[0] in ended.stderr
-    assert "Traceback" not in ended.stderr
+def test_numeric_options_have_ranges(tmp_path: Path, command: Callable[..., Any]) -> None:
+    for option in ("--fps=nan", "--fps=0", "--fps=1e9", "--time-limit=nan", "--memory-limit=-1"):
+        ended = command("add", option, tmp_path, "--db", tmp_path / "m.duckdb")
+        assert ended.code == 2, option
+        assert option.split("=")[0] in ended.err

@@ -23,9 +23,11 @@ from pathlib import Path
 from motiondb.database.catalogue.file_reading import AddSettings, read_all
 
 class Slow(type(Path())):
-    def __reduce__(self):
+    def __reduce__(self):  # a path whose reading waits
         begun = f"__import__('pathlib').Path({str(self) + '.begun'!r}).touch()"
-        return eval, (f"{begun} or {sys.argv[2]}",)
+        methods = f"dict.fromkeys(('stat', 'is_file'), lambda *_, **__: {begun} or {sys.argv[2]})"
+        base = "type(__import__('pathlib').Path())"
+        return eval, (f"type('Slow', ({base},), {methods})({str(self)!r})",)
 
 folder = Path(sys.argv[1])
 jobs = [(f"take{n}", Slow(folder / f"take{n}"), None, folder, AddSettings()) for n in range(6)]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from motiondb.files.safe_files import is_running, whole_file
+from motiondb.files.safe_files import is_running, read_bounded, read_bounded_text, whole_file
 
 _KILLED = """
 import os, signal, sys
@@ -93,3 +93,26 @@ def test_a_database_is_never_overwritten(tmp_path: Path) -> None:
         draft.write_bytes(b"other")
     assert path.read_bytes() == b"checksumDUCK and more"
     assert names(tmp_path) == {"motions.bvh"}
+
+
+def test_a_file_is_read_up_to_the_bound(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    path.write_bytes(b"12345")
+    assert read_bounded(path, 5) == b"12345"
+    with pytest.raises(OSError, match="more than 4e-06 MB"):
+        read_bounded(path, 4)
+
+
+def test_every_end_of_line_becomes_one(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    path.write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
+    assert read_bounded_text(path) == "a\nb\nc\n"
+    path.write_bytes(b"\xff")
+    with pytest.raises(UnicodeDecodeError):
+        read_bounded_text(path)
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="a file without an end")
+def test_a_file_without_an_end_is_refused() -> None:
+    with pytest.raises(OSError, match="more than 1 MB"):
+        read_bounded(Path("/dev/zero"), 1_000_000)

@@ -1,4 +1,4 @@
-"""Sheets of events: frames and seconds, what is refused with its line, what is left out."""
+"""Sheets of words: true line numbers, and quotes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,73 @@ from pathlib import Path
 import pytest
 
 from motiondb.errors import SheetError
-from motiondb.files.sheets import read_event_sheet
-from motiondb.records import Event
+from motiondb.files.sheets import read_event_sheet, read_sheet
+from motiondb.records import Caption, Event
 
 
-def written(tmp_path: Path, text: str) -> Path:
+def written(folder: Path, text: str) -> Path:
+    """A sheet with these very bytes."""
+    path = folder / "words.tsv"
+    path.write_bytes(text.encode())
+    return path
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_are_those_of_the_file(tmp_path: Path, end: str) -> None:
+    path = written(
+        tmp_path, end.join(["", "file\twords\tfps", "", "a\twalk\t", "", "b\trun\tx", ""])
+    )
+    with pytest.raises(SheetError) as caught:
+        read_sheet(path)
+    assert str(caught.value) == f"{path}:6: expected a number in column fps, found 'x'."
+    sheet = read_sheet(
+        written(tmp_path, end.join(["", "file\twords", "", "a\twalk", "", "b\trun"]))
+    )
+    assert [entry.line for entry in sheet.entries.values()] == [4, 6]
+    assert sheet.unknown(["a"])[0].startswith(f"{path}:6: expected a capture")
+    assert sheet.entries["b"].captions == (Caption("run"),)
+
+
+def test_a_repeated_row_names_both_lines(tmp_path: Path) -> None:
+    path = written(tmp_path, "file\twords\na\twalk\n\n\na\twalk\n")
+    assert read_sheet(path).notes == (f"{path}:5: repeats line 2 and was left out",)
+
+
+def test_a_header_below_empty_lines_is_named_where_it_is(tmp_path: Path) -> None:
+    path = written(tmp_path, "\n\nname\twords\na\twalk\n")
+    with pytest.raises(SheetError, match=r":3: expected a column `file`, found name, words"):
+        read_sheet(path)
+
+
+def test_a_quote_that_stays_open_is_named_by_its_line(tmp_path: Path) -> None:
+    path = written(tmp_path, 'file\twords\n\njump\t"jump high\nwalk\twalk\n')
+    with pytest.raises(
+        SheetError, match=r"words.tsv:3: expected a quote that ends in its own line"
+    ):
+        read_sheet(path)
+
+
+def test_letters_that_break_lines_elsewhere_do_not_here(tmp_path: Path) -> None:
+    sheet = read_sheet(written(tmp_path, "file\twords\na\twalk\u2028slowly\x0bthen run\nb\tsit\n"))
+    assert sheet.entries["b"].line == 3
+
+
+def test_a_column_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SheetError) as caught:
+        read_sheet(written(tmp_path, "file\tfile\twords\na\tb\twalk\n"))
+    assert str(caught.value) == (
+        f"{tmp_path}/words.tsv:1: expected each column once, found 'file' twice. Rename one."
+    )
+
+
+def test_of_many_repeated_rows_a_hundred_are_named(tmp_path: Path) -> None:
+    notes = read_sheet(written(tmp_path, "file\twords\n" + "a\twalk\n" * 1000)).notes
+    assert len(notes) == 101
+    assert notes[0].endswith("words.tsv:3: repeats line 2 and was left out")
+    assert notes[-1] == "... and 899 more notes like these"
+
+
+def events_written(tmp_path: Path, text: str) -> Path:
     path = tmp_path / "events.tsv"
     path.write_text(text)
     return path
@@ -19,7 +81,7 @@ def written(tmp_path: Path, text: str) -> Path:
 
 def test_frames_and_seconds_give_frames_at_thirty_a_second(tmp_path: Path) -> None:
     sheet = read_event_sheet(
-        written(
+        events_written(
             tmp_path,
             "file\tframe\ttime\tevent\tjoint\tother\n"
             "a/shot.bvh\t35\t\trelease\tr_wrist\tball\n"
@@ -40,13 +102,15 @@ def test_frames_and_seconds_give_frames_at_thirty_a_second(tmp_path: Path) -> No
 
 
 def test_commas_and_other_names_of_columns(tmp_path: Path) -> None:
-    sheet = read_event_sheet(written(tmp_path, "Filename,Name,Seconds,mood\na.bvh,catch,2,calm\n"))
+    sheet = read_event_sheet(
+        events_written(tmp_path, "Filename,Name,Seconds,mood\na.bvh,catch,2,calm\n")
+    )
     assert sheet.entries == {"a": ((2, Event(60, "catch")),)}
 
 
 def test_a_repeated_row_is_noted_and_left_out(tmp_path: Path) -> None:
     text = "file\tevent\tframe\na\tcatch\t3\na.bvh\tcatch\t3\n"
-    sheet = read_event_sheet(written(tmp_path, text))
+    sheet = read_event_sheet(events_written(tmp_path, text))
     assert sheet.n_events == 1
     assert sheet.notes == (f"{tmp_path}/events.tsv:3: repeats line 2 and was left out",)
 
@@ -65,7 +129,7 @@ def test_all_faults_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
         "a\tcatch\t3\t\t\tball\n"
     )
     with pytest.raises(SheetError) as error:
-        read_event_sheet(written(tmp_path, text))
+        read_event_sheet(events_written(tmp_path, text))
     lines = [line.removeprefix(f"{tmp_path}/events.tsv:") for line in str(error.value).split("\n")]
     assert lines == [
         "2: expected a whole number of at least 0 in column frame, found '2.5'. Frames count 30 a"
@@ -92,14 +156,14 @@ def test_all_faults_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
 )
 def test_a_header_that_lacks_columns_is_refused(tmp_path: Path, text: str, sentence: str) -> None:
     with pytest.raises(SheetError) as error:
-        read_event_sheet(written(tmp_path, text))
+        read_event_sheet(events_written(tmp_path, text))
     assert sentence in str(error.value)
     assert "Columns: file, event, frame, time, joint, other" in str(error.value)
 
 
 def test_what_lies_outside_and_who_is_not_there_have_their_lines(tmp_path: Path) -> None:
     text = "file\tevent\tframe\nana/bow\tcatch\t9\nana/bow\trelease\t10\nana/bwo\tcatch\t1\n"
-    sheet = read_event_sheet(written(tmp_path, text))
+    sheet = read_event_sheet(events_written(tmp_path, text))
     problems: list[str] = []
     assert sheet.within("ana/bow", 10, problems) == (Event(9, "catch"),)
     assert problems == [
