@@ -55,14 +55,20 @@ from motiondb.meaning.calibration import (
     Certainties,
     Certainty,
     KindCertainty,
-    clearest,
     fit_probability,
     separate,
-    usual,
 )
 from motiondb.meaning.counting import Described, capture_rows
 from motiondb.meaning.resemblance import emphasis_of
-from motiondb.meaning.word_map import WordMap, WordMoments, map_words, solve_word_map, word_moments
+from motiondb.meaning.word_map import (
+    WordMap,
+    WordMoments,
+    clearest,
+    map_words,
+    solve_word_map,
+    usual,
+    word_moments,
+)
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
