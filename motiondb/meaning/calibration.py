@@ -53,6 +53,11 @@ class KindCertainty:
     part: Certainty | None = None
 
 
+def kind_cues(asked: float, excluded: float | None) -> FloatArray:
+    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
+    return np.array([asked] if excluded is None else [asked, -excluded])
+
+
 @dataclass(frozen=True)
 class Certainties:
     """Certainty of answers; None if there are too few captions."""
