@@ -25,8 +25,9 @@ import numpy as np
 
 import motiondb
 from motiondb.files.knowledge_file import read_knowledge
+from motiondb.learn.codec import to_values
 from motiondb.learn.knowledge import Knowledge
-from motiondb.learn.knowledge_arrays import knowledge_arrays
+from motiondb.learn.knowledge_check import APART
 
 SHIPPED = Path(motiondb.__file__).parent / "knowledge" / "cmu.knowledge"
 CREDIT = (
@@ -84,9 +85,9 @@ def differences(made: Knowledge, shipped: Knowledge) -> tuple[list[str], bool]:
     if made.taught.words != shipped.taught.words:
         lines.append(f"words: {sorted(set(made.taught.words) ^ set(shipped.taught.words))}")
         return lines, False
-    ours = knowledge_arrays(shipped)
-    for name, values in knowledge_arrays(made).items():
-        theirs = ours.get(name, np.zeros(0))
+    ours = to_values(shipped, without=APART)
+    for name, value in to_values(made, without=APART).items():
+        values, theirs = np.asarray(value), np.asarray(ours.get(name, np.zeros(0)))
         if theirs.shape != values.shape:
             lines.append(f"{name}: shape {values.shape} in place of {theirs.shape}")
             same = False

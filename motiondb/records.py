@@ -7,9 +7,9 @@ every parent comes before its children.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,40 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
 MOTION_FPS = 30.0  # Frames per second of every canonical :class:`~motiondb.records.Motion`
+
+LARGEST = 1e9  # Bound on every number of a file
+
+
+class Axes:
+    """Sizes of the axes of an array: numbers, names that mean one size throughout, or any (None).
+
+    The half above the diagonal of a symmetric matrix is not stored.
+    """
+
+    def __init__(self, *sizes: int | str | None, symmetric: bool = False) -> None:
+        self.sizes = sizes
+        self.symmetric = symmetric
+
+
+@dataclass(frozen=True)
+class Within:
+    """Bounds of the numbers of a field, and what a message says is expected of them."""
+
+    low: float
+    high: float
+    what: str
+    is_whole: bool = False  # Whether the numbers are integers
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes by name that hold in one field's record."""
+
+    by_name: Mapping[str, int]
+
+
+class MayBeUnknown:
+    """A number that may be NaN."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,10 +402,10 @@ class MotionSymbols:
         Variances; 1 in the padding.
     """
 
-    n_states: IntArray
-    self_loops: FloatArray
-    means: FloatArray
-    covars: FloatArray
+    n_states: Annotated[IntArray, Axes("symbols")]
+    self_loops: Annotated[FloatArray, Axes("symbols", "states")]
+    means: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
+    covars: Annotated[FloatArray, Axes("symbols", "states", "dimensions")]
 
     @property
     def n_symbols(self) -> int:
@@ -447,14 +481,19 @@ class SegmentTable:
 class SymbolSpace:
     """Distances between the symbols, their coordinates and clusters."""
 
-    distances: FloatArray  # (symbols, symbols): nats per frame, symmetric, zero diagonal
-    variances: FloatArray  # (symbols, symbols): variance of each distance's Monte-Carlo estimate
-    coordinates: FloatArray  # (symbols, dimensions): from multidimensional scaling
-    stress: FloatArray  # (tried dimensions,): normalised stress of 1, 2, ... dimensions
-    clusters: IntArray  # (symbols,): cluster of every symbol
-    weights: FloatArray  # (clusters,): weights of the Gaussian mixture
-    means: FloatArray  # (clusters, dimensions): means of the Gaussian mixture
-    covars: FloatArray  # (clusters, dimensions, dimensions): covariances of the Gaussian mixture
+    # Nats per frame, symmetric, zero diagonal
+    distances: Annotated[
+        FloatArray, Axes("symbols", "symbols"), Within(0.0, LARGEST, "distances of at least 0")
+    ]
+    # Variance of each distance's Monte-Carlo estimate
+    variances: Annotated[FloatArray, Axes("symbols", "symbols")]
+    coordinates: Annotated[FloatArray, Axes("symbols", "axes")]  # From multidimensional scaling
+    stress: Annotated[FloatArray, Axes(None)]  # Normalised stress of 1, 2, ... dimensions
+    clusters: Annotated[IntArray, Axes("symbols")]  # Cluster of every symbol
+    # Weights, means and covariances of the Gaussian mixture
+    weights: Annotated[FloatArray, Axes("clusters")]
+    means: Annotated[FloatArray, Axes("clusters", "axes")]
+    covars: Annotated[FloatArray, Axes("clusters", "axes", "axes")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -476,8 +515,7 @@ class Association:
 class StoredLearning:
     """The results of ``learn``, in the form of the tables of the store.
 
-    :mod:`motiondb.learn.parameter_arrays` turns it into typed records
-    (``motiondb.learn.learned_model.LearnedModel``) and back; nothing else reads ``parameters``.
+    :mod:`motiondb.learn.learned_model` turns it into a ``LearnedModel`` and back.
     """
 
     run_id: int  # Run that made it

@@ -25,7 +25,7 @@ from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
 from motiondb.learn.learned import Learned
-from motiondb.learn.parameter_arrays import from_stored
+from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import recognise_capture
 from motiondb.learn.symbol_fitting import FeaturePool
 from motiondb.meaning.counting import join_tables

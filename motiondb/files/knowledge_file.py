@@ -36,9 +36,9 @@ import numpy as np
 
 from motiondb.errors import KnowledgeError
 from motiondb.files.safe_files import whole_file
+from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.knowledge import Knowledge, Origin
-from motiondb.learn.knowledge_arrays import knowledge_arrays, knowledge_from
-from motiondb.learn.knowledge_check import MOST_WORDS, array_faults
+from motiondb.learn.knowledge_check import APART, MOST_WORDS, array_faults
 from motiondb.records import FloatArray
 
 HEADING = b"motiondb knowledge 1\n"
@@ -66,7 +66,8 @@ def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
 
 def to_bytes(knowledge: Knowledge) -> bytes:
     """The bytes of a file of knowledge."""
-    arrays = knowledge_arrays(knowledge)
+    values = to_values(knowledge, without=APART)
+    arrays = {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
     data = b"".join(np.ascontiguousarray(v, dtype="<f4").tobytes() for v in arrays.values())
     header = {
         "origin": knowledge.origin.facts(),
@@ -112,7 +113,8 @@ def from_bytes(content: bytes, source: str) -> Knowledge:
             + " The file is damaged or was not written by motiondb: get it again."
         )
     digest = hashlib.sha256(content).hexdigest()
-    return knowledge_from(replace(origin, digest=digest), words, arrays)
+    given = dict(zip(APART, (replace(origin, digest=digest), words, None)))
+    return from_values(Knowledge, arrays, given=given)
 
 
 def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
@@ -234,7 +236,7 @@ def _read_entry(entry: object, source: str) -> tuple[str, tuple[int, ...]]:
         name, shape = entry
         if (
             isinstance(name, str)
-            and len(name) <= 40
+            and len(name) <= 60
             and name.isprintable()
             and isinstance(shape, list)
             and len(shape) <= 4

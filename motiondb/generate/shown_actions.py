@@ -155,7 +155,7 @@ def _judge_part(
     features: Float32Array,
     asked: Asked,
 ) -> JudgedAction:
-    if judge is None or not len(judge.table.judge.calibration):
+    if judge is None or judge.table.judge.calibration is None:
         why = "the database has no judge of motion: learn again, with more captions"
         if not learned.described:
             why = "no caption of this database can confirm it"

@@ -71,16 +71,16 @@ def checked_certainty(
     return join_certainty(own_certainty, first, n_own)
 
 
-def given_certainties(learned: Certainties, counted: Counted | None) -> Certainties:
+def given_certainties(learned: Certainties, counted: Counted) -> Certainties:
     """The certainties by which answers are told: none while there are too few own captions."""
-    too_few = counted is not None and counted.counts.moments.n < LEAST_CHECKING
+    too_few = counted.counts.moments.n < LEAST_CHECKING
     return Certainties() if too_few else learned
 
 
 def checked_words(
     association: Association,
     started: Started | None,
-    counted: Counted | None,
+    counted: Counted,
     certainty: Certainty | None,
 ) -> NDArray[np.bool_]:
     """Which words have probabilities that own captions have checked.
@@ -89,8 +89,6 @@ def checked_words(
 
     Shapes: result (words,).
     """
-    if counted is None:  # a version that did not count
-        return np.ones(len(association.words), dtype=bool)
     if started is None:
         return np.full(len(association.words), certainty is not None)
     if certainty is None:

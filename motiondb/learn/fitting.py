@@ -140,8 +140,6 @@ def _fit_with_start(
     cutting = acquisition.recut(frames, pool.bounds, first.symbols, first.cutting)
     tell("scoring", 0.0)
     table = segment_table(frames, pool, first.symbols, cutting)
-    columns = len(first.score_space.mean) - first.symbols.n_symbols
-    table = replace(table, movement=table.movement[:, :columns])
     lemmas = counting.dictionary_lemmas(taught.captions)
     described = counting.described_intervals(table, taught.captions, taught.synonyms, lemmas)
     if joining.is_set_aside(table, len(described)):

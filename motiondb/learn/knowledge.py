@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,9 @@ from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.extents import ContextSpace
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map
-from motiondb.records import FloatArray, IntArray, MotionSymbols, SymbolSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
+from motiondb.records import LARGEST, Axes, FloatArray, IntArray, MotionSymbols, SymbolSpace, Within
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 
 @dataclass(frozen=True)
@@ -54,17 +54,26 @@ class Taught:
     """The model learned from captions, as sums over captions and captures."""
 
     words: tuple[str, ...]
-    said: IntArray  # (words,): number of captions with each word
-    # (words,): median duration of an action that captions describe with the word
-    seconds: FloatArray
-    transitions: FloatArray  # (symbols + 1, symbols + 1): as in ``counting.Counts``
+    # Number of captions with each word
+    said: Annotated[
+        IntArray, Axes("words"), Within(1, LARGEST, "words that some caption holds", is_whole=True)
+    ]
+    # Median duration of an action that captions describe with the word
+    seconds: Annotated[FloatArray, Axes("words"), Within(0.01, 1e5, "durations of actions above 0")]
+    # As in ``counting.Counts``
+    transitions: Annotated[
+        FloatArray,
+        Axes("symbols + 1", "symbols + 1"),
+        Within(0.0, LARGEST, "counts of transitions of at least 0"),
+    ]
     shapes: Mapping[tuple[int, int], int]  # (symbols l, words m) -> number of described intervals
     expected: ExpectedCounts
     moments: WordMoments  # Of the word map
-    ridge: float  # Of the word map
-    calibration: FloatArray  # (3,): of the word map
-    # (3, 3): fisher information of the calibration, summed over the intervals and words
-    information: FloatArray
+    # Ridge and calibration of the word map
+    ridge: Annotated[float, Within(1e-3, 1e3, "a ridge from 0.001 to 1000")]
+    calibration: Annotated[FloatArray, Axes(3)]
+    # Fisher information of the calibration, summed over the intervals and words
+    information: Annotated[FloatArray, Axes(3, 3)]
     certainties: Certainties
 
 
@@ -80,13 +89,13 @@ class Knowledge:
         Projection of recognition features.
     symbols : MotionSymbols
         Motion symbols.
-    cutting : AcquisitionSettings
+    cutting : RecutSettings
         How the symbols cut a motion into segments.
     space : SymbolSpace
         Distances, coordinates and clusters of the symbols.
     score_space : ScoreSpace
         Standardisation of scores and movement.
-    context_space : ContextSpace or None
+    context_space : ContextSpace
         Contexts of activities.
     taught : Taught
         The model learned from captions.
@@ -95,10 +104,10 @@ class Knowledge:
     origin: Origin
     feature_space: FeatureSpace
     symbols: MotionSymbols
-    cutting: AcquisitionSettings
+    cutting: RecutSettings
     space: SymbolSpace
     score_space: ScoreSpace
-    context_space: ContextSpace | None
+    context_space: ContextSpace
     taught: Taught
 
     @property

@@ -45,11 +45,6 @@ def _check(learned: Learned) -> None:
             f"found one that started from {learned.started.knowledge.origin.name!r}. Run motiondb "
             "learn --start none first; its words are then learned from its captions only."
         )
-    if learned.counted is None:
-        raise KnowledgeError(
-            f"{learned.source}: expected the counts of captions, found a model that an earlier "
-            f"version learned without them. Run motiondb learn first."
-        )
     n = int(learned.counted.counts.moments.n)
     if learned.fitted_word_map is None or not learned.has_words:
         raise NotLearnedError(
@@ -66,7 +61,6 @@ def _check(learned: Learned) -> None:
 def _origin(
     learned: Learned, name: str, runs: Sequence[Mapping[str, object]], credit: str, version: str
 ) -> Origin:
-    assert learned.counted is not None
     infos = [learned.captures[c] for c in learned.rows if c in learned.captures]
     licences: dict[str, int] = {}
     for info in infos:
@@ -86,7 +80,6 @@ def _origin(
 
 
 def _taught(learned: Learned) -> Taught:
-    assert learned.counted is not None
     counts, fit = learned.counted.counts, learned.word_map
     words = learned.association.words
     kept = np.flatnonzero(counts.said > 0)

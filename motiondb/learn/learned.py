@@ -166,7 +166,7 @@ class Learned(LearnedModel):
     @cached_property
     def caption_map(self) -> CaptionMap | None:
         """Map from score vectors to whole captions; None if its sums were not kept."""
-        return None if self.counted is None else solve_caption_map(self.counted.counts.moments)
+        return solve_caption_map(self.counted.counts.moments)
 
     @cached_property
     def suggested_captions(self) -> FloatArray:

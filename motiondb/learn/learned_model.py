@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
+from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.drift import DriftBaseline
 from motiondb.learn.knowledge import Started
 from motiondb.meaning import extents
@@ -20,13 +22,15 @@ from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import (
     Association,
+    Axes,
     FloatArray,
     MotionSymbols,
     SegmentTable,
+    StoredLearning,
     SymbolSpace,
 )
-from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,38 +47,43 @@ class LearnedModel:
     transition_counts: FloatArray
     feature_space: FeatureSpace  # Projection of recognition features
     score_space: ScoreSpace  # Standardisation of scores and movement
-    # Contexts of activities; None in databases of versions that did not learn them
-    context_space: extents.ContextSpace | None = None
-    # Calibrated map from score vectors to words; None if no words were written
-    fitted_word_map: WordMap | None = None
-    certainties: Certainties = field(default_factory=Certainties)
+    context_space: extents.ContextSpace  # Contexts of activities
+    counted: Counted  # Exact counts, from which the models of words follow
     # (symbols l, words m) -> number of described intervals of this shape
-    lengths: Mapping[tuple[int, int], int] = field(default_factory=dict)
-    # Exact counts; None in databases of versions that did not keep them
-    counted: Counted | None = None
+    lengths: Mapping[tuple[int, int], int]
     # Lemmas that the dictionary gave for the words of captions
-    lemmas: Mapping[str, str] = field(default_factory=dict)
-    # How the symbols cut a motion into segments
-    cutting: AcquisitionSettings = field(default_factory=AcquisitionSettings)
+    lemmas: Mapping[str, str]
+    cutting: RecutSettings  # How the symbols cut a motion into segments
+    drift_baseline: DriftBaseline  # The motion learned from, as drift is measured against it
     # (updates,): objective after every accepted update, bits; decreasing
     description_lengths: FloatArray = field(default_factory=lambda: np.zeros(0))
-    # The baseline of drift; None in databases of versions that did not keep it
-    drift_baseline: DriftBaseline | None = None
-    # Where in their takes the actions of captions happen, as ``learn`` found them; None if no words
-    # were written, and in databases of versions that did not learn them
-    places: Places | None = None
+    certainties: Certainties = field(default_factory=Certainties)
     # Knowledge of another database that it learned with. Then symbols and feature space are that
     # knowledge's, and association, transitions, lengths and word map join its sums with ``counted``
     started: Started | None = None
-    # Decides which words a generated motion shows; None if no words were written, and in databases
-    # of versions without a judge
-    judge: MotionJudge | None = None
-    # Evidence for words at each frame, by which intervals are refined; None where no words were
-    # written, and in databases of versions that did not learn it
-    edges: EdgeMap | None = None
-    # Second opinion on the words of an interval, for the resemblance to an example; None if no
-    # words were written, with a start, and in databases of versions that did not learn it
+    # The rest is None if no words were written.
+    # Calibrated map from score vectors to words
+    fitted_word_map: WordMap | None = None
+    places: Places | None = None  # Where in their takes the actions of captions happen
+    judge: MotionJudge | None = None  # Decides which words a generated motion shows
+    edges: EdgeMap | None = None  # Evidence for words at each frame: where actions begin and end
+    # Also None with a start: second opinion on the words of an interval, for the resemblance to an
+    # example, and (2,) the calibration of the words of a motion
     pooled: PooledMap | None = None
-    # (2,) or None: calibration of words told of a motion; None in the same cases: then the word map
-    # tells them
-    description_calibration: FloatArray | None = None
+    description_calibration: Annotated[FloatArray, Axes(2)] | None = None
+
+
+TABLES = ("run_id", "symbols", "segments", "space", "association", "transition_counts")
+"""Fields that have tables of the store; the others are in its table ``parameter``."""
+
+
+def to_stored(model: LearnedModel) -> StoredLearning:
+    """The stored form of the learned model; :func:`from_stored` is the inverse."""
+    parameters = to_values(model, LearnedModel, without=TABLES)
+    return StoredLearning(**{name: getattr(model, name) for name in TABLES}, parameters=parameters)
+
+
+def from_stored(stored: StoredLearning) -> LearnedModel:
+    """The learned model from its stored form."""
+    given = {name: getattr(stored, name) for name in TABLES}
+    return from_values(LearnedModel, stored.parameters, given=given)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from motiondb.records import (
     Motion,
     SegmentTable,
 )
-from motiondb.symbols import acquisition, hmm
 
 LONGEST_DECODED = 12  # Largest number of symbols of a decoded sequence of up to 6 words
 
@@ -49,6 +48,8 @@ class Recognised:
 
 def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
     """Cut and score a motion by the learned symbols, as the captures were."""
+    from motiondb.symbols import acquisition, hmm  # compiled code, which a search does without
+
     plain = recognition_features(motion)
     features = learned.feature_space.project(plain)
     bounds = np.array([0, len(features)])
@@ -63,18 +64,15 @@ def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
 
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
-    """Segments of a capture, computed as at the end of ``learn``.
+    """Segments of a capture, computed as at the end of ``learn``."""
+    from motiondb.symbols import acquisition
 
-    Columns of movement that an earlier version did not learn are left out.
-    """
     features = recognition_features(motion)
     bounds = np.array([0, len(features)])
     frames = learned.feature_space.project(features)
     pool = FeaturePool(np.array([capture_id]), bounds, features, np.array([motion.n_frames]))
     cutting = acquisition.recut(frames, bounds, learned.symbols, learned.cutting)
-    table = segment_table(frames, pool, learned.symbols, cutting)
-    known = len(learned.score_space.mean) - learned.symbols.n_symbols
-    return replace(table, movement=table.movement[:, :known])
+    return segment_table(frames, pool, learned.symbols, cutting)
 
 
 @dataclass(frozen=True)

@@ -16,14 +16,14 @@ Source: Platt, Probabilistic outputs for support vector machines (1999).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.word_map import WordMap
-from motiondb.records import FloatArray
+from motiondb.records import Axes, FloatArray, MayBeUnknown, Sizes
 
 _RIDGE = 1.0  # chosen by hand; not tuned
 _ROUNDS = 100  # largest number of Newton steps; a few suffice
@@ -33,19 +33,15 @@ _ROUNDS = 100  # largest number of Newton steps; a few suffice
 class Certainty:
     """A calibration of answers."""
 
-    weights: FloatArray  # (cues,): w, at least 0
+    weights: Annotated[FloatArray, Axes("cues")]  # w, at least 0
     constant: float
     # Value of the best answer below which nothing matches; NaN where it is unknown
-    threshold: float
+    threshold: Annotated[float, MayBeUnknown]
 
     def log_odds(self, cues: FloatArray) -> FloatArray:
         """Calibrated log-odds (...,) of cues (..., cues)."""
         odds: FloatArray = cues @ self.weights + self.constant
         return odds
-
-    def pack(self) -> FloatArray:
-        """Weights, constant and threshold in one array; :func:`unpack` is the inverse."""
-        return np.concatenate([self.weights, [self.constant, self.threshold]])
 
 
 @dataclass(frozen=True)
@@ -57,27 +53,26 @@ class KindCertainty:
     part: Certainty | None = None
 
 
+def kind_cues(asked: float, excluded: float | None) -> FloatArray:
+    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
+    return np.array([asked] if excluded is None else [asked, -excluded])
+
+
 @dataclass(frozen=True)
 class Certainties:
     """Certainty of answers; None if there are too few captions."""
 
-    words: Certainty | None = None  # Of an answer to words
-    example: Certainty | None = None  # Of an answer to an example
+    words: Annotated[Certainty | None, Sizes({"cues": 1})] = None  # Of an answer to words
+    example: Annotated[Certainty | None, Sizes({"cues": 2})] = None  # Of an answer to an example
     # Certainty of the interval of an action, given that the capture shows the action, and several
     # actions (:mod:`motiondb.meaning.place_certainty`)
-    place: Certainty | None = None
-    # That a capture shows an action throughout, where ``place`` was learned; None in databases of
-    # versions in which ``place`` covered this case
-    single: Certainty | None = None
+    place: Annotated[Certainty | None, Sizes({"cues": 8})] = None
+    # That a capture shows an action throughout, where ``place`` was learned
+    single: Annotated[Certainty | None, Sizes({"cues": 6})] = None
     # Of an answer to one action but not another
-    without: KindCertainty = field(default_factory=KindCertainty)
+    without: Annotated[KindCertainty, Sizes({"cues": 2})] = field(default_factory=KindCertainty)
     # Of an answer to one of several actions
-    either: KindCertainty = field(default_factory=KindCertainty)
-
-
-def unpack(numbers: FloatArray) -> Certainty:
-    """Inverse of :meth:`Certainty.pack`; `numbers` (cues + 2,)."""
-    return Certainty(np.asarray(numbers[:-2]), float(numbers[-2]), float(numbers[-1]))
+    either: Annotated[KindCertainty, Sizes({"cues": 1})] = field(default_factory=KindCertainty)
 
 
 def probability(log_odds: FloatArray | float) -> FloatArray:
@@ -174,54 +169,31 @@ def separate(present: FloatArray, absent: FloatArray) -> float:
     return float(between[best[len(best) // 2]])
 
 
-def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> float:
-    """Largest log-odds among some words for one vector; 0 if there are no words.
+def calibrate(
+    z: FloatArray,
+    logits: FloatArray,
+    target: FloatArray,
+    centre: FloatArray | None = None,
+    information: FloatArray | None = None,
+) -> FloatArray:
+    """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
 
-    Shapes: `vector` (columns,); `which` (words,).
+    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
     """
-    if not which.any():
-        return 0.0
-    return float(np.max(words.log_odds(vector[None])[0][which]))
-
-
-def usual(words: WordMap) -> FloatArray:
-    """Log-odds of every word without evidence from motion: array (words,)."""
-    _, share, constant = words.calibration
-    odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
-    return odds
-
-
-PLACE_NAME = "certainty_interval"
-
-
-def certainty_arrays(sure: Certainties) -> dict[str, FloatArray]:
-    """Certainties of answers as arrays by name; :func:`certainties_from` is the inverse."""
-    each = {
-        "certainty_words": sure.words,
-        "certainty_example": sure.example,
-        PLACE_NAME: sure.place,
-        "certainty_single": sure.single,
-        "certainty_without": sure.without.whole,
-        "certainty_without_part": sure.without.part,
-        "certainty_either": sure.either.whole,
-        "certainty_either_part": sure.either.part,
-    }
-    return {name: one.pack() for name, one in each.items() if one is not None}
-
-
-def certainties_from(arrays: Mapping[str, FloatArray]) -> Certainties:
-    """Certainties of answers from arrays by name; a certainty without arrays is None."""
-
-    def one(name: str) -> Certainty | None:
-        return unpack(arrays[name]) if name in arrays else None
-
-    return Certainties(
-        one("certainty_words"),
-        one("certainty_example"),
-        one(PLACE_NAME),
-        one("certainty_single"),
-        *(
-            KindCertainty(one(name), one(f"{name}_part"))
-            for name in ("certainty_without", "certainty_either")
-        ),
-    )
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    y = target.ravel()
+    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
+    prior_precision = np.diag([1e-3, 1e-3, 1e-3])
+    if information is not None:
+        prior_precision = prior_precision + information
+    beta = start.copy()
+    for _ in range(50):
+        p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -50.0, 50.0)))
+        gradient = x.T @ (y - p) - prior_precision @ (beta - start)
+        hessian = (x * (p * (1 - p))[:, None]).T @ x + prior_precision
+        step = np.linalg.solve(hessian, gradient)
+        beta = beta + step / max(1.0, float(np.abs(step).max()) / 2.0)
+        if np.abs(step).max() < 1e-9:
+            break
+    beta[0] = max(beta[0], 0.05)
+    return beta

@@ -21,11 +21,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Float32Array, FloatArray
-from motiondb.symbols.segmentation import context
+from motiondb.records import Axes, Float32Array, FloatArray
 
 WINDOW = 39  # Feature frames (2.6 s) of a context
 SPREAD_WEIGHT = 1.5  # Weight of the standard deviations relative to the means
@@ -44,10 +44,10 @@ LONG = 1.5
 class ContextSpace:
     """A whitening projection of contexts."""
 
-    features: FloatArray  # (n,): mean of the features
-    mean: FloatArray  # (2 n,): mean of their contexts
-    # (2 n, axes): principal axes as columns, each divided by the standard deviation along it
-    projection: FloatArray
+    features: Annotated[FloatArray, Axes("features")]  # Mean of the features
+    mean: Annotated[FloatArray, Axes("contexts")]  # Mean of their contexts; 2 a feature
+    # Principal axes as columns, each divided by the standard deviation along it
+    projection: Annotated[FloatArray, Axes("contexts", None)]
 
     def view(self, features: FloatArray | Float32Array) -> FloatArray:
         """Contexts (frames, axes) of features (frames, n), 15 a second."""
@@ -109,6 +109,8 @@ def _threshold(distance: FloatArray) -> float:
 
 
 def _contexts(features: FloatArray | Float32Array) -> FloatArray:
+    from motiondb.symbols.segmentation import context  # compiled code
+
     values = context(np.asarray(features, dtype=np.float64), WINDOW)
     values[:, features.shape[1] :] *= SPREAD_WEIGHT
     return values

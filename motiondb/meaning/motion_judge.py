@@ -73,8 +73,8 @@ class MotionJudge:
     spread: FloatArray  # (columns,): their standard deviations
     rows: FloatArray  # (windows, columns): statistics of the windows of all captures
     captures: IntArray  # (windows,): capture of every window
-    # (4,): certainty from the two cues, as an array; empty if too few captures could be compared
-    calibration: FloatArray
+    # Certainty from the two cues; None if too few captures could be compared
+    calibration: Certainty | None = None
 
     def only(self, captures: Collection[int]) -> MotionJudge:
         """Return the judge with the windows of some captures only."""
@@ -209,10 +209,9 @@ class WithoutSources:
 
     def probability(self, scores: FloatArray, word: int) -> float | None:
         """Probability that a motion shows a word; None if no remaining capture has the word."""
-        packed = self.table.judge.calibration
-        if self.n_captures[word] < 1.0 or not len(packed):
+        sure = self.table.judge.calibration
+        if self.n_captures[word] < 1.0 or sure is None:
             return None
-        sure = Certainty(packed[:-2], float(packed[-2]), float(packed[-1]))
         return float(probability(sure.log_odds(self.cues(scores, word))))
 
     def likeliest(self, scores: FloatArray, n_words: int) -> list[tuple[int, float]]:
@@ -270,7 +269,7 @@ def fit_judge(
     )
     spread = rows.std(axis=0)
     spread = np.maximum(spread, 1e-6 + 0.01 * spread.max())
-    judge = MotionJudge(rows.mean(axis=0), spread, rows, captures, np.zeros(0))
+    judge = MotionJudge(rows.mean(axis=0), spread, rows, captures)
     table = judging_table(judge, {c: said[c] for c in said if c in windows}, n_words)
     with one_blas_thread():  # many small systems
         pairs = _draw_pairs(table, performers, rng)
@@ -278,8 +277,8 @@ def fit_judge(
             return judge
         cues, right = _compare(table, windows, pairs, rng)
     weights, constant = fit_probability(cues, right)
-    packed = Certainty(weights, constant, float("nan")).pack()
-    return MotionJudge(judge.mean, judge.spread, rows, captures, packed)
+    sure = Certainty(weights, constant, float("nan"))
+    return MotionJudge(judge.mean, judge.spread, rows, captures, sure)
 
 
 def _draw_pairs(

@@ -104,23 +104,19 @@ LAGS = (1, 2, 4, 8, 15)  # Feature frames between which change is measured: 1/15
 def block_sizes(n_columns: int) -> tuple[int, ...]:
     """Number of columns of places, joint, rhythm, posture and travel, given the total.
 
-    Databases that learned before posture and travel were added have the first three blocks only.
-
-    >>> block_sizes(627), block_sizes(540), block_sizes(0)
-    ((120, 300, 120, 63, 24), (120, 300, 120), ())
+    >>> block_sizes(627), block_sizes(0)
+    ((120, 300, 120, 63, 24), ())
     """
     if n_columns == 0:
         return ()
-    added = (N_POSTURE, N_TRAVEL)
-    whole = _sizes(n_columns - sum(added))
-    return (*whole, *added) if sum(whole) + sum(added) == n_columns else _sizes(n_columns)
+    return (*_sizes(n_columns - N_POSTURE - N_TRAVEL), N_POSTURE, N_TRAVEL)
 
 
 def count_posture_and_travel(n_columns: int) -> int:
     """Number of the last columns that are posture and travel, given the number of all columns.
 
-    >>> count_posture_and_travel(627), count_posture_and_travel(540), count_posture_and_travel(0)
-    (87, 0, 0)
+    >>> count_posture_and_travel(627), count_posture_and_travel(0)
+    (87, 0)
     """
     return sum(block_sizes(n_columns)[3:])
 

@@ -267,15 +267,11 @@ class PlaceCertainty:
     """The two regressions."""
 
     several: Certainty
-    # s, from :func:`single_cues`; mostly by the length of the take. None in databases of versions
-    # in which the first regression covered both cases
-    single: Certainty | None
+    single: Certainty  # s, from :func:`single_cues`; mostly by the length of the take
 
     def probability(self, cues: IntervalCues) -> float:
         """Probability that an interval is right."""
         among = float(probability(self.several.log_odds(cues.several)))
-        if self.single is None:
-            return among
         alone = float(probability(self.single.log_odds(cues.single)))
         return alone * float(cues.covers) + (1.0 - alone) * among
 

@@ -18,11 +18,12 @@ Vectors of length 1.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from motiondb.meaning.movement import block_sizes, block_weight
-from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, Within
 
 
 def unit(vectors: FloatArray) -> FloatArray:
@@ -39,10 +40,12 @@ CLIP = 3.0  # Standard deviations beyond which a value is clipped
 class ScoreSpace:
     """Means and standard deviations over segments."""
 
-    # (symbols + columns of movement,): means; those of the symbols are of the scores less their
-    # mean over symbols
-    mean: FloatArray
-    spread: FloatArray  # (symbols + columns of movement,): standard deviations
+    # Means; those of the symbols are of the scores less their mean over symbols
+    mean: Annotated[FloatArray, Axes("columns")]
+    # Standard deviations
+    spread: Annotated[
+        FloatArray, Axes("columns"), Within(1e-12, LARGEST, "spreads of scores above 0")
+    ]
 
     def standardise(self, scores: Float32Array, movement: Float32Array | None = None) -> FloatArray:
         """Standardised, clipped and weighted rows (segments, symbols + columns).

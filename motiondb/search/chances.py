@@ -28,9 +28,8 @@ from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.asked_certainty import cues_of
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.calibration import KindCertainty
+from motiondb.meaning.calibration import KindCertainty, kind_cues
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
 
@@ -138,7 +137,7 @@ def chances_of_kind(
     """
     if kind.whole is None or kind.part is None:
         return Chances(None, (None,))
-    cues = cues_of(asked[0] - asked[1], None if excluded is None else excluded[0] - excluded[1])
+    cues = kind_cues(asked[0] - asked[1], None if excluded is None else excluded[0] - excluded[1])
     whole, part = float(kind.whole.log_odds(cues)), float(kind.part.log_odds(cues))
     if excluded is None:
         part = min(part, whole)  # one of the alternatives is shown where the best one is
@@ -238,7 +237,7 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
     Words that were not learned are left out.
     """
     started = learned.started
-    if started is None or learned.counted is None:
+    if started is None:
         return ()
     counts = learned.counted.counts
     captions_of = dict(zip(learned.counted.reference.association.words, counts.said.tolist()))
@@ -255,8 +254,6 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
 def why_unchecked(asked: AskedWords, words: Iterable[str]) -> str:
     """The reason why answers about some words carry no probabilities; "" where they do."""
     learned = asked.learned
-    if learned.counted is None:
-        return ""
     if learned.started is None and learned.word_certainty is not None:
         return ""
     number = asked.numbers

@@ -31,30 +31,9 @@ import numpy as np
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
+from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class AcquisitionSettings:
-    """Settings of the acquisition; lengths in feature frames, 15 a second.
-
-    The defaults were chosen by hand on the sample data and on CMU captures; no table of
-    ``docs/quality.md`` compares other values, except as noted below.
-    """
-
-    n_symbols: int | None = None  # Number of symbols. None: the number of least description length
-    n_states: int = 6  # States of a symbol. Not tuned
-    # Least variance of a state; the variance of all whitened frames is 1. With 0.1 in place of 0.3,
-    # and exact removal, planted symbols of synthetic data are recovered
-    variance_floor: float = 0.1
-    max_symbols: int = 240  # Largest number of symbols. It bounds time and memory
-    # Rounds of removing, creating and refitting at most. The search usually ends earlier
-    rounds: int = 12
-    recuts: int = 3  # Times that the captures are segmented again at most
-    # Nats that each further symbol costs when captures are segmented again. Not tuned
-    switch_cost: float = 20.0
-    shortest: int = 8  # Least length of a segment: 8 frames, about half a second
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +238,7 @@ def _recut(arena: _Arena, bounds: IntArray, state: _State) -> tuple[_Arena, _Sta
 
 
 def recut(
-    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: AcquisitionSettings
+    frames: Float32Array, bounds: IntArray, symbols: MotionSymbols, settings: RecutSettings
 ) -> Cutting:
     """Segment every capture by the symbols: the path of largest likelihood less switch costs.
 

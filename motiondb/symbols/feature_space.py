@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Float32Array, FloatArray
+from motiondb.records import Axes, Float32Array, FloatArray
 
 N_DIMENSIONS = 24  # Principal axes that are kept
 _CLIP = 8.0  # standard deviations: a broken frame cannot dominate a segment. By hand.
@@ -22,9 +23,9 @@ _MOST_FRAMES = 900  # frames (60 s) of a capture that count. By hand.
 class FeatureSpace:
     """A whitening projection."""
 
-    mean: FloatArray  # (130,): mean of the recognition features
-    # (130, dimensions): principal axes as columns, each divided by the standard deviation along it
-    projection: FloatArray
+    mean: Annotated[FloatArray, Axes("features")]  # Mean of the recognition features
+    # Principal axes as columns, each divided by the standard deviation along it
+    projection: Annotated[FloatArray, Axes("features", "dimensions")]
 
     def project(self, features: Float32Array) -> Float32Array:
         """Features (frames, 130) -> whitened array (frames, dimensions), float32."""

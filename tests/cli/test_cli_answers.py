@@ -13,7 +13,7 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
-from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.learned_model import from_stored, to_stored
 
 
 def answer(ended: Any) -> Any:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from motiondb.body.features import N_FEATURES
@@ -14,8 +12,8 @@ from motiondb.meaning.extents import ContextSpace
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import word_moments
 from motiondb.records import MotionSymbols, SymbolSpace
-from motiondb.symbols.acquisition import AcquisitionSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 WORDS = ("jump", "run", "walk")
 N_SYMBOLS, N_DIMS = 3, 2
@@ -68,7 +66,7 @@ def small_knowledge(seed: int = 0) -> Knowledge:
             rng.normal(size=(N_SYMBOLS, 2, N_DIMS)),
             np.ones((N_SYMBOLS, 2, N_DIMS)),
         ),
-        cutting=replace(AcquisitionSettings(), switch_cost=20.0, shortest=8),
+        cutting=RecutSettings(20.0, 8),
         space=SymbolSpace(
             distances, np.zeros((3, 3)), rng.normal(size=(3, 2)), np.array([0.5, 0.25]),
             np.array([0, 0, 1]), np.array([0.75, 0.25]), np.zeros((2, 2)),

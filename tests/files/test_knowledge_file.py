@@ -25,7 +25,8 @@ from motiondb.files.knowledge_file import (
     to_bytes,
     write_knowledge,
 )
-from motiondb.learn.knowledge_arrays import knowledge_arrays
+from motiondb.learn.codec import to_values
+from motiondb.learn.knowledge_check import APART
 
 GOOD = to_bytes(small_knowledge())
 
@@ -73,8 +74,8 @@ def test_what_was_written_comes_back(tmp_path: Path) -> None:
     assert actual.taught.words == made.taught.words
     assert replace(actual.origin, digest="") == ORIGIN
     assert actual.origin.digest == hashlib.sha256(path.read_bytes()).hexdigest()
-    theirs = knowledge_arrays(actual)
-    for name, values in knowledge_arrays(made).items():
+    theirs = to_values(actual, without=APART)
+    for name, values in to_values(made, without=APART).items():
         np.testing.assert_array_equal(theirs[name], values.astype(np.float32), err_msg=name)
     np.testing.assert_allclose(actual.taught.moments.gram, made.taught.moments.gram, atol=1e-6)
     assert actual.taught.shapes == made.taught.shapes
@@ -108,9 +109,15 @@ def test_the_summary_is_read_without_the_numbers() -> None:
         (GOOD.replace(b'"seconds":60.5', b'"seconds":NaN'), "short texts and numbers"),
         (GOOD.replace(b'"name":"small"', b'"name":"sm\\u001b[2J"'), "short texts and numbers"),
         (GOOD.replace(b'"name":"small"', b'"name":["sma"]'), "short texts and numbers"),
-        (GOOD.replace(b'[["feature_mean"', b'[["__reduce__"'), "expected the array 'feature_mean'"),
-        (GOOD.replace(b'"ridge",[1]', b'"ridge",[-1]'), "a name and a shape for every array"),
-        (GOOD.replace(b'"ridge",[1]', b'"ridge",[9999999,9999999]'), "data for it"),
+        (
+            GOOD.replace(b'"feature_space.mean"', b'"__reduce__"'),
+            "expected the array 'feature_space.mean'",
+        ),
+        (
+            GOOD.replace(b'"taught.ridge",[]', b'"taught.ridge",[-1]'),
+            "a name and a shape for every array",
+        ),
+        (GOOD.replace(b'"taught.ridge",[]', b'"taught.ridge",[9999999,9999999]'), "data for it"),
     ],
     ids=lambda value: value[:30] if isinstance(value, str) else "",
 )
@@ -143,26 +150,42 @@ def test_a_file_that_is_too_large_is_not_read(
 @pytest.mark.parametrize(
     ("name", "change", "said"),
     [
-        ("symbol_covars", lambda v: v * 0, "variances of symbols above 0"),
-        ("symbol_means", lambda v: v + np.nan, "finite numbers"),
-        ("symbol_means", lambda v: v * 1e30, "finite numbers"),
-        ("symbol_self_loops", lambda v: v + 1, "self-loops from 0 to below 1"),
-        ("symbol_n_states", lambda v: v + 7, "numbers of states from 1 to 2"),
-        ("symbol_n_states", lambda v: v[:2], "'symbol_n_states' of shape (3,), found (2,)"),
-        ("feature_mean", lambda v: v[:-1], "'feature_mean' of shape (130,), found (129,)"),
-        ("feature_projection", lambda v: v.T, "'feature_projection' of shape (130, 2)"),
-        ("score_spread", lambda v: v * 0, "spreads of scores above 0"),
-        ("cutting", lambda v: v * 0, "a shortest length of at least 1"),
-        ("space_clusters", lambda v: v + 5, "clusters that there are"),
-        ("said", lambda v: v * 0, "words that some caption holds"),
-        ("transitions", lambda v: -v, "counts of transitions of at least 0"),
-        ("alignment", lambda v: v[:-1], "expected 11 numbers in 'alignment', found 10"),
-        ("alignment_shapes", lambda v: v * 1000, "intervals of 1 to 400 symbols and words"),
-        ("moment_gram", lambda v: -v, "a matrix that cannot be one"),
-        ("information", lambda v: -v, "a matrix that cannot be one"),
-        ("moment_words", lambda v: v + 50, "no word in more intervals than there are"),
-        ("calibration", lambda v: -v, "a calibration that rises"),
-        ("certainty_words", lambda v: v[:-1], "'certainty_words' of shape (3,), found (2,)"),
+        ("symbols.covars", lambda v: v * 0, "variances of symbols above 0"),
+        ("symbols.means", lambda v: v + np.nan, "finite numbers"),
+        ("symbols.means", lambda v: v * 1e30, "finite numbers"),
+        ("symbols.self_loops", lambda v: v + 1, "self-loops from 0 to below 1"),
+        ("symbols.n_states", lambda v: v + 7, "numbers of states from 1 to 2"),
+        ("symbols.n_states", lambda v: v[:2], "'symbols.n_states' of shape (3,), found (2,)"),
+        (
+            "feature_space.mean",
+            lambda v: v[:-1],
+            "mean' of shape (130,), found (129,)",
+        ),
+        ("feature_space.projection", lambda v: v.T, "'feature_space.projection' of shape (130, 2)"),
+        ("score_space.spread", lambda v: v * 0, "spreads of scores above 0"),
+        ("cutting.shortest", lambda v: v * 0, "a shortest length of at least 1"),
+        ("space.clusters", lambda v: v + 5, "clusters that there are"),
+        ("taught.said", lambda v: v * 0, "words that some caption holds"),
+        ("taught.transitions", lambda v: -v, "counts of transitions of at least 0"),
+        (
+            "taught.expected.alignment.values",
+            lambda v: v[:-1],
+            "expected 11 numbers in 'taught.expected.alignment.values', found 10",
+        ),
+        (
+            "taught.expected.alignment.keys",
+            lambda v: v * 1000,
+            "intervals of 1 to 400 symbols and words",
+        ),
+        ("taught.moments.gram", lambda v: -v, "a matrix that cannot be one"),
+        ("taught.information", lambda v: -v, "a matrix that cannot be one"),
+        ("taught.moments.words", lambda v: v + 50, "no word in more intervals than there are"),
+        ("taught.calibration", lambda v: -v, "a calibration that rises"),
+        (
+            "taught.certainties.words.weights",
+            lambda v: v[:-1],
+            "of shape (1,), found (0,)",
+        ),
     ],
 )
 def test_numbers_that_cannot_be_are_refused(name: str, change: Any, said: str) -> None:

@@ -11,14 +11,11 @@ from scipy.optimize import minimize
 from motiondb.meaning import by_motion
 from motiondb.meaning.calibration import (
     Certainty,
-    clearest,
     fit_probability,
     probability,
     separate,
-    unpack,
-    usual,
 )
-from motiondb.meaning.word_map import WordMap
+from motiondb.meaning.word_map import WordMap, clearest, usual
 from motiondb.records import FloatArray
 
 few = settings(deadline=None, max_examples=25)
@@ -89,14 +86,6 @@ def test_no_threshold_separates_better(present: list[float], absent: list[float]
 def test_without_questions_there_is_no_threshold() -> None:
     assert np.isnan(separate(np.array([1.0]), np.zeros(0)))
     assert np.isnan(separate(np.zeros(0), np.array([1.0])))
-
-
-def test_packed_and_unpacked_is_the_same() -> None:
-    sure = Certainty(np.array([1.0, 0.25]), -3.0, float("nan"))
-    again = unpack(sure.pack())
-    np.testing.assert_array_equal(again.weights, sure.weights)
-    assert again.constant == -3.0
-    assert np.isnan(again.threshold)
 
 
 def test_what_is_usual_and_what_is_clear() -> None:

@@ -17,11 +17,11 @@ from motiondb.files.knowledge_file import (
     read_summary,
     write_knowledge,
 )
+from motiondb.learn.codec import from_values
 from motiondb.learn.joining import fits, start_weight, strange_share
-from motiondb.learn.knowledge import Knowledge
+from motiondb.learn.knowledge import Knowledge, Started
 from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
-from motiondb.learn.parameter_arrays import ORIGIN_NAME, started_from
 from motiondb.learn.symbol_fitting import LearnSettings
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import why_unchecked
@@ -97,10 +97,8 @@ def find_start(
 
 def _former_start(opened: store.Store) -> Knowledge | None:
     with store.reading(opened):
-        if not store.is_learned(opened) or not store.load_parameters(opened, ORIGIN_NAME):
-            return None
-        started = started_from(store.load_parameters(opened))
-    return None if started is None else started.knowledge
+        values = store.load_parameters(opened, "started") if store.is_learned(opened) else {}
+    return from_values(Started, values, "started").knowledge if values else None
 
 
 def export(
@@ -128,7 +126,7 @@ def start_knowledge(learned: Learned) -> Knowledge:
 def start_facts(learned: Learned) -> dict[str, Any] | None:
     """The origin of the start of a database and its share in the database; None without a start."""
     started = learned.started
-    if started is None or learned.counted is None:
+    if started is None:
         return None
     counts = learned.counted.counts
     captioned = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}

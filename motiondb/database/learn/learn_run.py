@@ -11,17 +11,11 @@ from motiondb import store
 from motiondb.database.learn.knowledge import find_start
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
-from motiondb.learn.drift import Drift, count_word_use, measure_drift
+from motiondb.learn.codec import from_values
+from motiondb.learn.drift import Drift, DriftBaseline, count_word_use, measure_drift
 from motiondb.learn.fitting import fit_model
 from motiondb.learn.knowledge import Knowledge, begin
-from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.parameter_arrays import (
-    DRIFT_NAMES,
-    LEMMA_NAME,
-    drift_baseline_from,
-    lemmas_from,
-    to_stored,
-)
+from motiondb.learn.learned_model import LearnedModel, to_stored
 from motiondb.learn.performers import performers_of
 from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
@@ -102,14 +96,13 @@ def _same(first: TaughtWords, second: TaughtWords) -> bool:
 
 
 def measure(opened: store.Store) -> Drift | None:
-    """The drift since the database learned; None if it has not, or kept no baseline."""
+    """The drift since the database learned; None if it has not."""
     with store.reading(opened):
         if not store.is_learned(opened):
             return None
-        arrays = store.load_parameters(opened, *DRIFT_NAMES, LEMMA_NAME)
-        baseline = drift_baseline_from(arrays)
-        if baseline is None:
-            return None
+        values = store.load_parameters(opened, "drift_baseline", "lemmas")
+        baseline = from_values(DriftBaseline, values, "drift_baseline")
+        lemmas = from_values(dict[str, str], values, "lemmas")
         captured = {i.capture_id for i in store.load_captures(opened) if i.kind == "captured"}
         captions = [
             caption
@@ -118,7 +111,5 @@ def measure(opened: store.Store) -> Drift | None:
             for caption in rows
         ]
         vocabulary = store.load_association(opened).words
-        words = count_word_use(
-            captions, vocabulary, store.load_synonyms(opened), lemmas_from(arrays)
-        )
+        words = count_word_use(captions, vocabulary, store.load_synonyms(opened), lemmas)
         return measure_drift(store.load_segments(opened, scores=False), baseline, words)

@@ -18,8 +18,7 @@ import numpy as np
 from motiondb import store
 from motiondb.language import vocabulary
 from motiondb.learn.joining import with_counts
-from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.parameter_arrays import COUNTED_NAME, from_stored, to_stored
+from motiondb.learn.learned_model import LearnedModel, from_stored, to_stored
 from motiondb.learn.recognition import recognise_capture
 from motiondb.meaning import counting
 from motiondb.meaning.counting import Counted
@@ -53,14 +52,13 @@ def changing(
 def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[Change]:
     """Surround a change of captures or words, inside a transaction, so that counts stay true.
 
-    Nothing is counted if the database has not learned, or learned with an earlier version without
-    counts.
+    Nothing is counted if the database has not learned.
     """
     change, wanted = Change(), set(touched)
-    model = _load_counted(opened)
-    if model is None or model.counted is None:
+    if not store.is_learned(opened):
         yield change
         return
+    model = from_stored(store.load_learning(opened))
     counts, reference = model.counted.counts, model.counted.reference
     table = model.segments
     wanted &= set(table.capture_ids.tolist())
@@ -80,13 +78,6 @@ def counted(opened: store.Store, run_id: int, touched: Iterable[int] = ()) -> It
     change.new_words = _unknown_words(opened, change.counted, model)
     model = with_counts(model, run_id, table, Counted(counts, reference))
     store.save_learning(opened, to_stored(model))
-
-
-def _load_counted(opened: store.Store) -> LearnedModel | None:
-    """The learned model, if its counts were kept."""
-    if not store.is_learned(opened) or not store.load_parameters(opened, COUNTED_NAME):
-        return None
-    return from_stored(store.load_learning(opened))
 
 
 def _unknown_words(

@@ -18,10 +18,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Association, FloatArray, IntArray
+from motiondb.records import LARGEST, Association, Axes, FloatArray, IntArray, Within
 
 DIAGONAL_TENSION = 4.0  # Value of the source
 DIAGONAL_NULL = 0.08  # p0, value of the source
@@ -32,10 +33,15 @@ _GRAIN = 2.0**32  # counts are multiples of its reciprocal, see the module
 class ExpectedCounts:
     """Expected counts of t and a under fixed parameters; additive over captures."""
 
-    translation: FloatArray  # (symbols + 1, words): row 0 is NULL
+    # Row 0 is NULL
+    translation: Annotated[
+        FloatArray,
+        Axes("symbols + 1", "words"),
+        Within(0.0, LARGEST, "expected counts of at least 0"),
+    ]
     # (l, m) -> array (m, l + 1)
     alignment: dict[tuple[int, int], FloatArray] = field(default_factory=dict)
-    n_pairs: int = 0
+    n_pairs: Annotated[int, Within(1, LARGEST, "at least one described interval")] = 0
 
     def __add__(self, other: ExpectedCounts) -> ExpectedCounts:
         return _combine(self, other, 1)

@@ -12,7 +12,7 @@ import pytest
 import motiondb
 from motiondb import store
 from motiondb.learn.learned import Learned
-from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.meaning.calibration import Certainty
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import search_words
@@ -29,7 +29,8 @@ def learned(learned_file: Path) -> Learned:
 def with_place(learned: Learned, log_odds: float) -> Learned:
     """The same, every place as likely right as given."""
     sure = Certainty(np.zeros(8), log_odds, float("nan"))
-    return replace(learned, certainties=replace(learned.certainties, place=sure, single=None))
+    single = Certainty(np.zeros(6), -50.0, float("nan"))
+    return replace(learned, certainties=replace(learned.certainties, place=sure, single=single))
 
 
 @pytest.mark.parametrize("question", QUESTIONS)

@@ -18,7 +18,7 @@ from motiondb.database.learn import knowledge as knowledge_verbs
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.joining import start_weight
-from motiondb.learn.parameter_arrays import from_stored, to_stored
+from motiondb.learn.learned_model import from_stored, to_stored
 from motiondb.meaning.calibration import Certainties, Certainty
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_example import search_motion
@@ -143,15 +143,6 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     assert alike.unchecked == NO_EXAMPLES_CHECKED  # the words' certainty says nothing of examples
     said = [pair for d in describe(learned, started.motion("ana/walk_1")) for pair in d.words]
     assert {word for word, p in said if p is not None} == {"walk"}
-
-
-def test_certainties_that_an_older_version_stored_are_not_used(
-    bare: MotionDB, handed_on: Path
-) -> None:
-    """It stored those of the start where own captions were fewer than fifty."""
-    model = bare.learn(start=handed_on)
-    sure = Certainties(Certainty(np.array([1.0]), 0.0, 0.0))
-    assert from_stored(to_stored(replace(model, certainties=sure))).certainties == Certainties()
 
 
 def test_a_caption_alone_tells_no_place_without_checked_probabilities(started: MotionDB) -> None:

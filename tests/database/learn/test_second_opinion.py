@@ -1,15 +1,12 @@
-"""The map from pooled statistics and the calibration of told words: learned, kept, optional."""
+"""The map from pooled statistics and the calibration of told words: learned and kept."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import motiondb
-from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.language import vocabulary
@@ -18,24 +15,6 @@ from motiondb.meaning.score_vectors import unit
 from motiondb.search.described import word_probabilities
 
 SAMPLE = Path(__file__).parents[3] / "sample_data"
-LATER = (
-    "pooled_centre",
-    "pooled_spread",
-    "pooled_mean",
-    "pooled_weights",
-    "description_calibration",
-)
-
-
-@pytest.fixture
-def older(learned_copy: Path) -> Path:
-    """What was learned, without both, as versions before this one left it."""
-    with motiondb.open(learned_copy) as db, store.transaction(db.store):
-        learning = store.load_learning(db.store)
-        kept = {n: v for n, v in learning.parameters.items() if n not in LATER}
-        assert len(kept) == len(learning.parameters) - len(LATER)
-        store.save_learning(db.store, replace(learning, parameters=kept))
-    return learned_copy
 
 
 def naive_statistics(frames: np.ndarray) -> np.ndarray:
@@ -93,24 +72,12 @@ def test_words_are_told_by_the_map_of_descriptions(learned_file: Path) -> None:
         )
 
 
-def test_databases_that_learned_before_answer_as_before(older: Path) -> None:
-    with motiondb.open(older, read_only=True) as db:
-        learned = db.learned
-        assert (learned.pooled, learned.description_calibration) == (None, None)
-        vectors = unit(np.random.default_rng(0).normal(size=(3, len(learned.score_space.mean))))
-        np.testing.assert_array_equal(
-            word_probabilities(learned, vectors), learned.word_map.probabilities(vectors)
-        )
-        assert db.like("ana/bow_1")[0].capture == "ana/bow_1"
-        assert db.describe("ana/bow_1")[0].words
-
-
 def test_adding_and_removing_leave_both_as_they_are(learned_copy: Path, tmp_path: Path) -> None:
     again = tmp_path / "again.bvh"
     again.write_text((SAMPLE / "captures/ana/walk_1.bvh").read_text() + "\n")
     (tmp_path / "words.tsv").write_text("file\twords\nagain.bvh\twalks slowly\n")
     with motiondb.open(learned_copy) as db:
-        before = store.load_learning(db.store).parameters
+        before = db.learned
         vectors = unit(np.random.default_rng(0).normal(size=(2, len(db.learned.score_space.mean))))
         told = word_probabilities(db.learned, vectors)
         db.add(again, tmp_path / "words.tsv", AddSettings(jobs=1))
@@ -118,19 +85,9 @@ def test_adding_and_removing_leave_both_as_they_are(learned_copy: Path, tmp_path
             word_probabilities(db.learned, vectors), told
         )  # the new caption takes part
         db.remove(["again"])
-        after = store.load_learning(db.store).parameters
+        after = db.learned
         np.testing.assert_array_equal(word_probabilities(db.learned, vectors), told)
-    for name in LATER:
-        np.testing.assert_array_equal(after[name], before[name])
-
-
-def test_a_second_opinion_changes_which_captures_are_alike(learned_file: Path, older: Path) -> None:
-    """And only the order of captures: the interval within a capture is that of the motion."""
-    with motiondb.open(learned_file, read_only=True) as db:
-        now = {m.capture: m for m in db.like("ana/bow_1", limit=20)}
-        by_motion = [m.score for m in db.like("ana/bow_1", limit=20, meaning=False)]
-    with motiondb.open(older, read_only=True) as db:
-        then = {m.capture: m for m in db.like("ana/bow_1", limit=20)}
-        assert by_motion == [m.score for m in db.like("ana/bow_1", limit=20, meaning=False)]
-    both = [name for name in now if name in then and name != "ana/bow_1"]
-    assert any(now[name].score != then[name].score for name in both)
+    np.testing.assert_array_equal(after.description_calibration, before.description_calibration)
+    assert after.pooled is not None
+    assert before.pooled is not None
+    np.testing.assert_array_equal(after.pooled.weights, before.pooled.weights)
