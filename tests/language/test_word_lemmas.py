@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from motiondb.language import lemmas, vocabulary
 from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
