@@ -2,7 +2,7 @@
 
 Sentences are drawn from known grammars, n to learn from and others to test. A test sentence counts
 as foreseen as in :mod:`grammar_tasks.foreseen`. In *play, two ways* every label is written as one
-of two symbols at random, as terminals of real takes often are, and no classes are given.
+of two symbols at random, as terminals of real takes often are.
 """
 
 from __future__ import annotations

@@ -23,6 +23,7 @@ from motiondb.meaning import word_map
 from motiondb.meaning.by_motion import resemblance
 from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
 from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_map import clearest, usual
 from motiondb.records import FloatArray
 from quality_protocol import baselines as base
 from quality_protocol.captures import (
@@ -130,7 +131,7 @@ def by_words(material: Material) -> Asked:
         assert sure is not None
         takes = [material.seen.hear(fit, int(g)) for g in gallery]
         heard = np.stack([0.5 * t.windows.max(axis=0) + 0.5 * t.whole for t in takes])
-        added = heard - certainty.usual(fit)
+        added = heard - usual(fit)
         odds = logistic_answers(material.pooled, fold).word_scores
         for word in np.flatnonzero(words[train].sum(axis=0) >= LEAST_TRAINED):
             shown = words[gallery, word]
@@ -200,7 +201,7 @@ def _values(
     for row, q in enumerate(queries):
         windows = _windows(material, int(q), gallery)
         alike[row] = resemblance(vectors[q], windows, fit, n_posture_and_travel=BEARING)
-    clear = {int(q): certainty.clearest(fit, vectors[q], actions) for q in queries}
+    clear = {int(q): clearest(fit, vectors[q], actions) for q in queries}
     pooled = material.pooled
     return {
         OURS: alike,

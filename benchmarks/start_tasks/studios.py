@@ -34,6 +34,7 @@ from motiondb.learn.word_fitting import (
 )
 from motiondb.meaning import asked_certainty, by_words, score_vectors
 from motiondb.meaning import calibration as certainty
+from motiondb.meaning.word_map import usual
 from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.symbols import acquisition
 from quality_protocol.captures import (
@@ -281,7 +282,7 @@ def answer(
             assert first is not None
             withheld = certainty.probability(first.log_odds(scores[..., None]))
     return Asked(
-        names, scores, np.array(described), scores - certainty.usual(fit),
+        names, scores, np.array(described), scores - usual(fit),
         None if sure is None or np.isnan(sure.threshold) else sure.threshold, chances, withheld,
     )  # fmt: skip
 

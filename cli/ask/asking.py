@@ -88,8 +88,6 @@ def search(
             "search: expected --explain or --by-symbols, found both. An answer by symbols comes "
             "from an alignment of sequences, so there is nothing more to explain."
         )
-    from motiondb import StandalonePage
-
     with database(db) as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
         note_filter(base, where, exact)
@@ -99,6 +97,8 @@ def search(
         elif png and answer.matches:
             base.draw_matches(answer, png, words)
         if html:
+            from motiondb import StandalonePage
+
             write_html(html, StandalonePage.of_search(base, answer))
     _note_words(answer, silent=explain and not json)
     why = [e.facts() for e in answer.explanations] if explain else []
@@ -171,8 +171,6 @@ def like(
     If captures of two or more performers have captions, every answer has a probability that it
     shows the same action, and a line says if none is good enough.
     """
-    from motiondb import StandalonePage
-
     with database(db) as base:
         answer = base.like(example, start, end, where, limit, meaning, exact)
         note_filter(base, where, exact)
@@ -181,6 +179,8 @@ def like(
             motion = base.motion(example, start, end)
             base.draw_matches(answer, png, f"like {example}", motion)
         if html:
+            from motiondb import StandalonePage
+
             write_html(html, StandalonePage.of_like(base, answer, example, start, end))
     note_unchecked(answer.unchecked)
     _print_answer(answer, json, reasons=any(m.reason for m in answer))
@@ -337,8 +337,6 @@ def generate(
     A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
     confirmed.
     """
-    from motiondb import StandalonePage
-
     with database(db, writing=save is not None) as base, progress(not json) as tell:
         tell("generating", 0.0, 1.0)
         names = generation.numbered(variants, output, save, png)
@@ -355,6 +353,8 @@ def generate(
             if picture is not None:
                 made.draw(picture)
             if html is not None:
+                from motiondb import StandalonePage
+
                 page = html if variants == 1 else generation.numbered_path(html, number)
                 write_html(page, StandalonePage.of_generated(base, made, name or ""))
     note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)

@@ -38,7 +38,7 @@ from motiondb.language.translation import explanation
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.knowledge import Started
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.calibration import Certainty, calibrate
 from motiondb.meaning.counting import (
     Counted,
     Counts,
@@ -52,7 +52,6 @@ from motiondb.meaning.word_map import (
     TOLERANCE,
     WordMap,
     WordMoments,
-    calibrate,
     precision,
     solve_word_map,
     word_moments,

@@ -22,8 +22,8 @@ from motiondb.meaning.extents import ContextSpace
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, MotionSymbols, SymbolSpace, Within
-from motiondb.symbols.acquisition import RecutSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 
 @dataclass(frozen=True)

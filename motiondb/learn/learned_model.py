@@ -29,8 +29,8 @@ from motiondb.records import (
     StoredLearning,
     SymbolSpace,
 )
-from motiondb.symbols.acquisition import RecutSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,6 @@ from motiondb.records import (
     Motion,
     SegmentTable,
 )
-from motiondb.symbols import acquisition, hmm
 
 LONGEST_DECODED = 12  # Largest number of symbols of a decoded sequence of up to 6 words
 
@@ -49,6 +48,8 @@ class Recognised:
 
 def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
     """Cut and score a motion by the learned symbols, as the captures were."""
+    from motiondb.symbols import acquisition, hmm  # compiled code, which a search does without
+
     plain = recognition_features(motion)
     features = learned.feature_space.project(plain)
     bounds = np.array([0, len(features)])
@@ -64,6 +65,8 @@ def recognise(learned: LearnedModel, motion: Motion) -> Recognised:
 
 def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) -> SegmentTable:
     """Segments of a capture, computed as at the end of ``learn``."""
+    from motiondb.symbols import acquisition
+
     features = recognition_features(motion)
     bounds = np.array([0, len(features)])
     frames = learned.feature_space.project(features)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.meaning import movement
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
-from motiondb.symbols import acquisition, hmm, segmentation
+from motiondb.symbols.settings import AcquisitionSettings, SegmentationSettings
+
+if TYPE_CHECKING:  # compiled code, which a search does without
+    from motiondb.symbols.acquisition import Acquired, Cutting
 
 Progress = Callable[[str, float], None]
 """Called with the step and the share of it that is done, 0 to 1."""
@@ -34,12 +38,8 @@ class LearnSettings:
 
     n_symbols: int | None = None
     seed: int = 0
-    first_cut: segmentation.SegmentationSettings = field(
-        default_factory=segmentation.SegmentationSettings
-    )
-    acquisition: acquisition.AcquisitionSettings = field(
-        default_factory=acquisition.AcquisitionSettings
-    )
+    first_cut: SegmentationSettings = field(default_factory=SegmentationSettings)
+    acquisition: AcquisitionSettings = field(default_factory=AcquisitionSettings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +74,13 @@ def acquire_symbols(
     rng: np.random.Generator,
     settings: LearnSettings,
     tell: Progress,
-) -> acquisition.Acquired:
+) -> Acquired:
     """Fit motion symbols: first segmentation, then competitive learning.
 
     Shapes: `frames` (rows, dimensions), float32.
     """
+    from motiondb.symbols import acquisition, segmentation
+
     starts, ends = [], []
     for low, high in zip(pool.bounds[:-1], pool.bounds[1:]):
         for part in segmentation.segment(frames[low:high].astype(np.float64), settings.first_cut):
@@ -94,9 +96,11 @@ def segment_table(
     frames: Float32Array,
     pool: FeaturePool,
     symbols: MotionSymbols,
-    cutting: acquisition.Cutting,
+    cutting: Cutting,
 ) -> SegmentTable:
     """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32."""
+    from motiondb.symbols import hmm
+
     owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
     first = pool.bounds[owner]
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
@@ -114,9 +118,7 @@ def segment_table(
     )
 
 
-def _movement(
-    frames: Float32Array, pool: FeaturePool, cutting: acquisition.Cutting
-) -> Float32Array:
+def _movement(frames: Float32Array, pool: FeaturePool, cutting: Cutting) -> Float32Array:
     """Movement of every segment, capture by capture: array (segments, columns)."""
     bounds = pool.bounds
     first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))

@@ -55,14 +55,21 @@ from motiondb.meaning.calibration import (
     Certainties,
     Certainty,
     KindCertainty,
-    clearest,
     fit_probability,
+    kind_cues,
     separate,
-    usual,
 )
 from motiondb.meaning.counting import Described, capture_rows
 from motiondb.meaning.resemblance import emphasis_of
-from motiondb.meaning.word_map import WordMap, WordMoments, map_words, solve_word_map, word_moments
+from motiondb.meaning.word_map import (
+    WordMap,
+    WordMoments,
+    clearest,
+    map_words,
+    solve_word_map,
+    usual,
+    word_moments,
+)
 from motiondb.records import FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -361,11 +368,6 @@ def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
     return without.fit(), either.fit()
 
 
-def cues_of(asked: float, excluded: float | None) -> FloatArray:
-    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
-    return np.array([asked] if excluded is None else [asked, -excluded])
-
-
 def without_questions(
     shown: NDArray[np.bool_], verbs: IntArray, names: Sequence[str]
 ) -> Iterator[MadeQuestion]:
@@ -405,7 +407,7 @@ def _ask(
     ranked.sort(key=lambda pair: -pair[1].log_odds)
     for n, hit in ranked[:FIRST]:
         asked, excluded = by_question.split_statements(hit.statements)
-        answers.cues.append(cues_of(asked[0], excluded[0] if excluded else None))
+        answers.cues.append(kind_cues(asked[0], excluded[0] if excluded else None))
         answers.whole.append(bool(question.right[n]))
         answers.part.append(bool(question.shown[hit.reading, n]))
 

@@ -23,7 +23,6 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.word_map import WordMap
 from motiondb.records import Axes, FloatArray, MayBeUnknown, Sizes
 
 _RIDGE = 1.0  # chosen by hand; not tuned
@@ -52,6 +51,11 @@ class KindCertainty:
     whole: Certainty | None = None  # Certainty that all of the question holds
     # Certainty that the capture shows the action that the answer shows
     part: Certainty | None = None
+
+
+def kind_cues(asked: float, excluded: float | None) -> FloatArray:
+    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
+    return np.array([asked] if excluded is None else [asked, -excluded])
 
 
 @dataclass(frozen=True)
@@ -165,18 +169,31 @@ def separate(present: FloatArray, absent: FloatArray) -> float:
     return float(between[best[len(best) // 2]])
 
 
-def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> float:
-    """Largest log-odds among some words for one vector; 0 if there are no words.
+def calibrate(
+    z: FloatArray,
+    logits: FloatArray,
+    target: FloatArray,
+    centre: FloatArray | None = None,
+    information: FloatArray | None = None,
+) -> FloatArray:
+    """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
 
-    Shapes: `vector` (columns,); `which` (words,).
+    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
     """
-    if not which.any():
-        return 0.0
-    return float(np.max(words.log_odds(vector[None])[0][which]))
-
-
-def usual(words: WordMap) -> FloatArray:
-    """Log-odds of every word without evidence from motion: array (words,)."""
-    _, share, constant = words.calibration
-    odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
-    return odds
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    y = target.ravel()
+    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
+    prior_precision = np.diag([1e-3, 1e-3, 1e-3])
+    if information is not None:
+        prior_precision = prior_precision + information
+    beta = start.copy()
+    for _ in range(50):
+        p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -50.0, 50.0)))
+        gradient = x.T @ (y - p) - prior_precision @ (beta - start)
+        hessian = (x * (p * (1 - p))[:, None]).T @ x + prior_precision
+        step = np.linalg.solve(hessian, gradient)
+        beta = beta + step / max(1.0, float(np.abs(step).max()) / 2.0)
+        if np.abs(step).max() < 1e-9:
+            break
+    beta[0] = max(beta[0], 0.05)
+    return beta

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.meaning.ridge import solve_sums
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import WordMoments
 from motiondb.records import FloatArray
@@ -58,13 +59,7 @@ def solve_caption_map(moments: WordMoments, ridge: float = RIDGE) -> CaptionMap 
     if moments.captions is None:
         return None
     n = max(moments.n, 1.0)
-    mean_v: FloatArray = moments.vectors / n
     mean_t: FloatArray = moments.captions.words / n
-    gram = moments.gram - n * np.outer(mean_v, mean_v) + ridge * np.eye(len(mean_v))
-    target = moments.captions.cross - n * np.outer(mean_v, mean_t)
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1):  # sums of several threads differ in their last bits
-        weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
-    offsets = mean_t - np.einsum("i,ij->j", mean_v, weights, optimize=False)
-    return CaptionMap(weights, offsets, np.log((1.0 + n) / (1.0 + moments.words)))
+    sums = (moments.vectors, moments.gram, moments.captions.words, moments.captions.cross)
+    weights, shift = solve_sums(n, *sums, ridge)
+    return CaptionMap(weights, mean_t - shift, np.log((1.0 + n) / (1.0 + moments.words)))

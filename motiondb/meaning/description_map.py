@@ -45,8 +45,9 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from motiondb.meaning.calibration import calibrate
+from motiondb.meaning.ridge import shared_words
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import calibrate, shared_words
 from motiondb.records import FloatArray, IntArray
 
 RIDGE = 0.2

@@ -26,7 +26,6 @@ from typing import Annotated
 import numpy as np
 
 from motiondb.records import Axes, Float32Array, FloatArray
-from motiondb.symbols.segmentation import context
 
 WINDOW = 39  # Feature frames (2.6 s) of a context
 SPREAD_WEIGHT = 1.5  # Weight of the standard deviations relative to the means
@@ -110,6 +109,8 @@ def _threshold(distance: FloatArray) -> float:
 
 
 def _contexts(features: FloatArray | Float32Array) -> FloatArray:
+    from motiondb.symbols.segmentation import context  # compiled code
+
     values = context(np.asarray(features, dtype=np.float64), WINDOW)
     values[:, features.shape[1] :] *= SPREAD_WEIGHT
     return values

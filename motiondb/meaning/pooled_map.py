@@ -26,8 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.meaning.ridge import fit_ridge
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import fit_ridge
 from motiondb.records import Float32Array, FloatArray
 
 RIDGE = 0.3

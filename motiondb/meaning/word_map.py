@@ -36,6 +36,8 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.meaning.calibration import calibrate
+from motiondb.meaning.ridge import fit_ridge, left_out, shared_words, solve_sums
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
 
 RIDGES = (0.1, 0.3, 1.0)  # Ridges to choose from; vectors have length 1
@@ -154,78 +156,6 @@ def precision(predicted: FloatArray, presence: NDArray[np.bool_]) -> float:
     return float(np.mean(means))
 
 
-def fit_ridge(
-    vectors: FloatArray, target: FloatArray, ridge: float
-) -> tuple[FloatArray, FloatArray]:
-    """Slopes (columns, words) and constants (words,) of centred ridge regression.
-
-    Shapes: `vectors` (n, columns); `target` (n, words).
-    """
-    mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
-    v, y = vectors - mean_v, target - mean_y
-    if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
-        weights = v.T @ np.linalg.solve(v @ v.T + ridge * np.eye(len(v)), y)
-    else:
-        weights = np.linalg.solve(v.T @ v + ridge * np.eye(v.shape[1]), v.T @ y)
-    return weights, mean_y - mean_v @ weights
-
-
-def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
-    """Words of two or more groups; all words if there are none: array (words,).
-
-    Shapes: `presence` (n, words); `groups` (n,).
-    """
-    said = [presence[groups == group].any(axis=0) for group in np.unique(groups)]
-    shared: NDArray[np.bool_] = np.sum(said, axis=0) > 1
-    return shared if shared.any() else np.ones_like(shared)
-
-
-def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
-    """Predicted target of every interval, by the regression without its group: array (n, words).
-
-    Shapes: `vectors` (n, symbols); `target` (n, words); `groups` (n,).
-    """
-    predicted = np.zeros_like(target)
-    for group in np.unique(groups):
-        test = groups == group
-        if test.all():
-            predicted[test] = target.mean(axis=0)
-            continue
-        weights, offsets = fit_ridge(vectors[~test], target[~test], ridge)
-        predicted[test] = vectors[test] @ weights + offsets
-    return predicted
-
-
-def calibrate(
-    z: FloatArray,
-    logits: FloatArray,
-    target: FloatArray,
-    centre: FloatArray | None = None,
-    information: FloatArray | None = None,
-) -> FloatArray:
-    """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
-
-    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
-    """
-    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
-    y = target.ravel()
-    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
-    prior_precision = np.diag([1e-3, 1e-3, 1e-3])
-    if information is not None:
-        prior_precision = prior_precision + information
-    beta = start.copy()
-    for _ in range(50):
-        p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -50.0, 50.0)))
-        gradient = x.T @ (y - p) - prior_precision @ (beta - start)
-        hessian = (x * (p * (1 - p))[:, None]).T @ x + prior_precision
-        step = np.linalg.solve(hessian, gradient)
-        beta = beta + step / max(1.0, float(np.abs(step).max()) / 2.0)
-        if np.abs(step).max() < 1e-9:
-            break
-    beta[0] = max(beta[0], 0.05)
-    return beta
-
-
 def calibration_information(fit: WordMap, vectors: FloatArray) -> FloatArray:
     """Fisher information of the calibration over some intervals and all words: array (3, 3).
 
@@ -327,16 +257,26 @@ def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) 
     Shapes: `calibration` (3,).
     """
     n = max(moments.n, 1.0)
-    mean_v: FloatArray = moments.vectors / n
     mean_y: FloatArray = moments.words / n
-    gram = moments.gram - n * np.outer(mean_v, mean_v) + ridge * np.eye(len(mean_v))
-    target = moments.cross - n * np.outer(mean_v, mean_y)
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1):  # sums of several threads differ in their last bits
-        weights = np.linalg.solve(gram, target).astype(np.float64, copy=False)
+    sums = (moments.vectors, moments.gram, moments.words, moments.cross)
+    weights, shift = solve_sums(n, *sums, ridge)
     priors = np.clip(mean_y, 0.5 / n, 1.0 - 0.5 / n)
     spreads = word_spreads(priors)
-    # one order of summation: a matrix product's last bits depend on the number of threads
-    offsets = -np.einsum("i,ij->j", mean_v, weights, optimize=False)
-    return WordMap(weights, offsets, priors, spreads, calibration, ridge=ridge)
+    return WordMap(weights, -shift, priors, spreads, calibration, ridge=ridge)
+
+
+def clearest(words: WordMap, vector: FloatArray, which: NDArray[np.bool_]) -> float:
+    """Largest log-odds among some words for one vector; 0 if there are no words.
+
+    Shapes: `vector` (columns,); `which` (words,).
+    """
+    if not which.any():
+        return 0.0
+    return float(np.max(words.log_odds(vector[None])[0][which]))
+
+
+def usual(words: WordMap) -> FloatArray:
+    """Log-odds of every word without evidence from motion: array (words,)."""
+    _, share, constant = words.calibration
+    odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
+    return odds

@@ -27,10 +27,9 @@ from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import Learned
 from motiondb.meaning.bounds import TakeExtremes, take_extremes
 from motiondb.meaning.by_words import UNWRITTEN, WRITTEN, TakeScores
-from motiondb.meaning.calibration import usual
 from motiondb.meaning.caption_evidence import caption_evidence, interval_evidence
 from motiondb.meaning.place_fitting import Written
-from motiondb.meaning.word_map import WordMap, word_spreads
+from motiondb.meaning.word_map import WordMap, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
 from motiondb.search.unknown_words import Taking, asked_forms, take_word
 

@@ -17,6 +17,7 @@ from motiondb.learn.symbol_fitting import FeaturePool
 from motiondb.meaning import by_motion, extents, score_vectors
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning.resemblance import emphasis_of
+from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import mark_generated, reaches, to_seconds
@@ -123,7 +124,7 @@ def _how_sure(
     if sure is None:
         return []
     actions = np.array([w not in vocabulary.MODIFIERS for w in learned.association.words])
-    clear = certainty.clearest(learned.word_map, query.vector, actions & learned.is_known())
+    clear = clearest(learned.word_map, query.vector, actions & learned.is_known())
     vectors = [_interval_vector(learned, c) for c in candidates]
     alike = by_motion.resemblance(
         query.vector,

@@ -17,7 +17,7 @@ from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode, understand
-from motiondb.meaning import alignment, by_words
+from motiondb.meaning import by_words
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, ranking, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
@@ -268,6 +268,8 @@ def _times(probability: float | None, share: float) -> float | None:
 def _search_decoded(
     asked: AskedWords, question: KnownQuestion, allowed: Sequence[int], limit: int
 ) -> WordAnswer:
+    from motiondb.meaning import alignment  # compiled code, which other questions do without
+
     learned = asked.learned
     actions, left_out = plain_actions(question.tree)
     not_used = (*question.not_used, *left_out)

@@ -28,9 +28,8 @@ from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
 from motiondb.meaning import calibration as certainty
-from motiondb.meaning.asked_certainty import cues_of
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.calibration import KindCertainty
+from motiondb.meaning.calibration import KindCertainty, kind_cues
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
 
@@ -138,7 +137,7 @@ def chances_of_kind(
     """
     if kind.whole is None or kind.part is None:
         return Chances(None, (None,))
-    cues = cues_of(asked[0] - asked[1], None if excluded is None else excluded[0] - excluded[1])
+    cues = kind_cues(asked[0] - asked[1], None if excluded is None else excluded[0] - excluded[1])
     whole, part = float(kind.whole.log_odds(cues)), float(kind.part.log_odds(cues))
     if excluded is None:
         part = min(part, whole)  # one of the alternatives is shown where the best one is

@@ -25,6 +25,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
+import numpy as np
+
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
 from motiondb.meaning import by_question
@@ -179,9 +181,11 @@ def _placed(
     words = {asked.numbers[w] for part in reading.parts for a in part.actions for w in a}
     if take is None or not words <= asked.learned.placed_words:
         return None
+    # exclusions may hold added words, of whose places nothing is known
+    unplaced = np.zeros((len(take.starts), len(asked.added)))
+    windows = np.concatenate([take.windows, unplaced], axis=1)
     said = asked.said_places.get(capture) if written else None
-    if said is not None:
-        take = replace(take, windows=take.windows + said)
+    take = replace(take, windows=windows if said is None else windows + said)
     return by_question.place_reading(take, reading, asked.numbers)
 
 

@@ -23,10 +23,10 @@ from motiondb.language.question.known import KnownQuestion
 from motiondb.language.question.readings import Reading, readings
 from motiondb.language.question.tree import NotUsed
 from motiondb.meaning import by_question
-from motiondb.meaning import calibration as certainty
 from motiondb.meaning.bounds import SLACK, upper_bounds
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.by_words import WINDOW_MARGIN
+from motiondb.meaning.word_map import usual
 from motiondb.records import FloatArray
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
@@ -151,10 +151,10 @@ def strength(
     For an excluded action, the distance to the threshold changes its sign: a motion without the
     action matches if the action itself would not.
     """
-    usual = certainty.usual(asked.word_map)
+    usual_odds = usual(asked.word_map)
 
     def usually(words: Sequence[reasons.WordReason]) -> float:
-        return float(np.mean([usual[w.word] for w in words]))
+        return float(np.mean([usual_odds[w.word] for w in words]))
 
     requested = [w for w in why if w.exclusion < 0]
     numbers = sorted({w.action for w in requested})

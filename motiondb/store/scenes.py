@@ -19,6 +19,7 @@ from motiondb.errors import QueryError
 from motiondb.records import FloatArray
 from motiondb.store.catalogue.names import unknown_name
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import columns_of
 from motiondb.store.connection.transactions import transaction
 
 TABLES = ("scene", "scene_player", "scene_clip", "scene_rule", "scene_ball")
@@ -191,17 +192,7 @@ def _insert_rules(store: Store, number: int, rules: Sequence[SceneRule], run_id:
         "scene_rule",
         scene_id=number,
         ordinal=list(range(len(rules))),
-        player=[rule.player for rule in rules],
-        action=[rule.action for rule in rules],
-        clip=[rule.clip for rule in rules],
-        kind=[rule.kind for rule in rules],
-        about=[rule.about for rule in rules],
-        unit=[rule.unit for rule in rules],
-        before=[rule.before for rule in rules],
-        after=[rule.after for rule in rules],
-        threshold=[rule.threshold for rule in rules],
-        frame=[rule.frame for rule in rules],
-        kept=[rule.kept for rule in rules],
+        **columns_of(SceneRule, rules),
         run_id=run_id,
     )
 

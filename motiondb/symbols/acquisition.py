@@ -25,47 +25,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated
 
 import numpy as np
 
 from motiondb.errors import MotionDBError
-from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, Within
+from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
+from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 
 Progress = Callable[[str, float], None]
-
-
-AT_LEAST_ONE = Within(1.0, 1e6, "a switch cost and a shortest length of at least 1")
-
-
-@dataclass(frozen=True)
-class RecutSettings:
-    """How symbols cut a motion into segments."""
-
-    # Nats that each further symbol costs. Not tuned
-    switch_cost: Annotated[float, AT_LEAST_ONE] = 20.0
-    # Least length of a segment: 8 feature frames, about half a second
-    shortest: Annotated[int, AT_LEAST_ONE] = 8
-
-
-@dataclass(frozen=True)
-class AcquisitionSettings(RecutSettings):
-    """Settings of the acquisition; lengths in feature frames, 15 a second.
-
-    The defaults were chosen by hand on the sample data and on CMU captures; no table of
-    ``docs/quality.md`` compares other values, except as noted below.
-    """
-
-    n_symbols: int | None = None  # Number of symbols. None: the number of least description length
-    n_states: int = 6  # States of a symbol. Not tuned
-    # Least variance of a state; the variance of all whitened frames is 1. With 0.1 in place of 0.3,
-    # and exact removal, planted symbols of synthetic data are recovered
-    variance_floor: float = 0.1
-    max_symbols: int = 240  # Largest number of symbols. It bounds time and memory
-    # Rounds of removing, creating and refitting at most. The search usually ends earlier
-    rounds: int = 12
-    recuts: int = 3  # Times that the captures are segmented again at most
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,28 +16,13 @@ are symbols, captures are segmented again by them (``acquisition``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numba import njit
 
 from motiondb.records import FloatArray, IntArray, Segment
-
-
-@dataclass(frozen=True)
-class SegmentationSettings:
-    """Settings of the first segmentation; lengths in feature frames, 15 a second."""
-
-    shortest: int = 8  # Least length of a segment: 8 frames, half a second. Chosen by hand
-    longest: int = 36  # Largest length of a segment: 36 frames, 2.4 s. Chosen by hand
-    # Length of the window of a context: 22 frames, 1.5 s. With it more true boundaries were found
-    # than with the window used before
-    window: int = 22
-    # Cost of a boundary, in units of one whitened feature squared. Chosen by hand
-    penalty: float = 6.0
-    # Cost of a boundary where the pose moves at the capture's mean speed. Chosen by hand
-    rest: float = 2.0
+from motiondb.symbols.settings import SegmentationSettings
 
 
 def context(features: FloatArray, window: int) -> FloatArray:

@@ -98,7 +98,7 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
     alternatives_offered = alternatives(toy, tree, region, 2, np.random.default_rng(0))
     edited = Edit(tree, (), region, alternatives_offered)
 
-    def play(_name: str, edited: Edit, number: int, _seed: int) -> tuple[str, ...]:
+    def play(_name: str, edited: Edit, number: int) -> tuple[str, ...]:
         if edited.tree(number).leaves()[1] in gone:
             raise QueryError("d: expected a capture with this terminal, found none. Add it.")
         return edited.tree(number).leaves()

@@ -37,7 +37,7 @@ def labels(samples_sheet: Path) -> dict[str, list[tuple[float, float, str]]]:
 
 @pytest.mark.parametrize(
     ("question", "label"),
-    [("bow", "bow"), ("kick", "kick"), ("sit down", "sit"), ("run", "run"), ("dribble", "dribble")],
+    [("bow", "bow"), ("sit down", "sit"), ("dribble", "dribble")],
 )
 def test_words_find_what_shows_them(
     db: MotionDB, labels: dict[str, list[tuple[float, float, str]]], question: str, label: str
@@ -80,7 +80,7 @@ def test_filter_and_limit(db: MotionDB) -> None:
         db.search("walk", where="performr=ana")
 
 
-@pytest.mark.parametrize("name", ["ana/bow_1", "goran/kick_1", "fatou/layup_1", "emil/jump_1"])
+@pytest.mark.parametrize("name", ["ana/bow_1", "fatou/layup_1"])
 def test_a_stored_capture_finds_itself(db: MotionDB, samples_folder: Path, name: str) -> None:
     info = store.load_capture(db.store, name)
     for example in (name, samples_folder / f"{name}.bvh"):

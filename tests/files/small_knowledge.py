@@ -12,8 +12,8 @@ from motiondb.meaning.extents import ContextSpace
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import word_moments
 from motiondb.records import MotionSymbols, SymbolSpace
-from motiondb.symbols.acquisition import RecutSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 WORDS = ("jump", "run", "walk")
 N_SYMBOLS, N_DIMS = 3, 2

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grammar_tasks.language_match import match_languages, share_with_unseen_pairs
+from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
 from motiondb.grammar.cfg.lengths import nearest_length
 from motiondb.grammar.cfg.parse import ParseError, accepts, log_probability, parse
@@ -49,7 +49,7 @@ rules = st.builds(
 
 
 @given(st.lists(rules, min_size=2, max_size=6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_a_finite_language_is_all_that_is_accepted(actual: list[Rule]) -> None:
     ending = [Rule("S", ("a",)), Rule("A", ()), Rule("B", ("b",))]
     grammar = Grammar("S", (*actual, *ending), ("a", "b")).with_probabilities(
@@ -108,7 +108,7 @@ def pairs(sentences: list[tuple[str, ...]]) -> Counter[tuple[str | None, str | N
 
 
 @given(sentences_of, st.lists(st.sampled_from("abc"), max_size=5).map(tuple))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_the_machine_accepts_exactly_the_observed_transitions(
     sentences: list[tuple[str, ...]], string: tuple[str, ...]
 ) -> None:
@@ -120,13 +120,6 @@ def test_the_machine_accepts_exactly_the_observed_transitions(
         out = sum(n for (a, _), n in transitions.items() if a == before)
         chance *= transitions[before, after] / out if out else 0.0
     assert exp(log_probability(machine, string)) == pytest.approx(chance)
-
-
-@given(sentences_of, st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
-def test_the_machine_derives_no_unseen_pair(sentences: list[tuple[str, ...]], seed: int) -> None:
-    strings = derived_strings(finite_state_grammar(sentences), np.random.default_rng(seed), 5)
-    assert share_with_unseen_pairs(strings, sentences) == 0.0
 
 
 def test_the_machine_by_hand() -> None:

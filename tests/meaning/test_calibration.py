@@ -11,13 +11,11 @@ from scipy.optimize import minimize
 from motiondb.meaning import by_motion
 from motiondb.meaning.calibration import (
     Certainty,
-    clearest,
     fit_probability,
     probability,
     separate,
-    usual,
 )
-from motiondb.meaning.word_map import WordMap
+from motiondb.meaning.word_map import WordMap, clearest, usual
 from motiondb.records import FloatArray
 
 few = settings(deadline=None, max_examples=25)

@@ -30,8 +30,8 @@ from motiondb.records import (
     StoredLearning,
     SymbolSpace,
 )
-from motiondb.symbols.acquisition import RecutSettings
 from motiondb.symbols.feature_space import FeatureSpace
+from motiondb.symbols.settings import RecutSettings
 
 SAMPLE = Path(__file__).parents[2] / "sample_data"
 ONE = AddSettings(jobs=1)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from threadpoolctl import threadpool_limits
 
 from motiondb.meaning import description_map
+from motiondb.meaning.calibration import calibrate
 from motiondb.meaning.description_map import (
     ALPHA,
     BETA,
@@ -21,7 +22,6 @@ from motiondb.meaning.description_map import (
     score_probabilities,
 )
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import calibrate
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 

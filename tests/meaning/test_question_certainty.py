@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from motiondb.meaning.asked_certainty import (
-    cues_of,
     either_questions,
     without_questions,
 )
-from motiondb.meaning.calibration import Certainty, KindCertainty
+from motiondb.meaning.calibration import Certainty, KindCertainty, kind_cues
 from motiondb.search.chances import Chances, PartChance, chances_of_kind
 
 NAMES = ["walk", "run", "jump"]
@@ -60,8 +59,8 @@ def test_what_all_captures_show_is_not_asked() -> None:
 
 
 def test_cues_turn_what_is_excluded() -> None:
-    assert cues_of(2.0, None).tolist() == [2.0]
-    assert cues_of(2.0, 3.0).tolist() == [2.0, -3.0]
+    assert kind_cues(2.0, None).tolist() == [2.0]
+    assert kind_cues(2.0, 3.0).tolist() == [2.0, -3.0]
 
 
 def test_chances_by_motion_are_those_learned() -> None:

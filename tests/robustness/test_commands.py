@@ -32,11 +32,6 @@ def test_the_two_lists_hold_every_command_once() -> None:
     }
 
 
-def test_a_kind_is_named_after_its_command() -> None:
-    for kind in COMMANDS:
-        assert kind.startswith(command_of(kind))
-
-
 def test_every_option_that_writes_is_used_by_a_kill() -> None:
     for name, command in LEAVES.items():
         options = {option for p in command.params for option in p.opts}

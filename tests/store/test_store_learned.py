@@ -32,13 +32,6 @@ def test_learning_comes_back_to_the_last_bit(filled: store.Store, samples: Modul
     assert store.load_runs(filled)[-1].finished is not None
 
 
-def test_learning_survives_closing(filled: store.Store, samples: ModuleType) -> None:
-    learning = _learn(filled, samples)
-    filled.close()
-    with store.open_store(filled.path, read_only=True) as reopened:
-        samples.assert_equal(store.load_learning(reopened), learning)
-
-
 def test_a_second_learning_replaces_the_first(filled: store.Store, samples: ModuleType) -> None:
     _learn(filled, samples, n_symbols=9, n_words=11, n_features=5)
     learning = _learn(filled, samples, n_symbols=3, seed=1)

@@ -72,12 +72,6 @@ def test_removed_without_a_trace(opened: store.Store) -> None:
         store.remove_scene(opened, "play")
 
 
-def test_the_nearest_name_is_suggested(opened: store.Store) -> None:
-    keep(opened, SCENE)
-    with pytest.raises(QueryError, match="play"):
-        store.load_scene(opened, "pley")
-
-
 def test_nothing_is_left_of_a_scene_that_failed(opened: store.Store) -> None:
     run = store.start_run(opened, "scene make", {}, 3)
     twice = replace(SCENE, players=(SCENE.players[0], SCENE.players[0]))

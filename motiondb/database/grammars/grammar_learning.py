@@ -32,14 +32,13 @@ Progress = Callable[[str, float, float], None]
 
 SENTENCES = ("auto", "captures", "captions")
 FEWEST_TERMINALS, MOST_TERMINALS = 4, 20
-"""Bounds of the default number of terminals. The lower bound is the fewest that ``auto`` tries. The
-upper bound is near the number with the fewest bits in most tables of real takes in
-``docs/grammar.md``."""
+"""Bounds of the default number of terminals. The upper one is near the number with the fewest bits
+of motion, strings and rules in most real takes (``docs/measured/grammar.md``)."""
 
 SECONDS_A_TERMINAL = 5.0
-"""Default duration for each terminal, in seconds. With 20 terminals in a minute of motion, most
-terminals occur once (``docs/grammar.md``, boxing: 13 of 20). Nothing then recurs that rules could
-describe."""
+"""Default duration for each terminal, in seconds. With 20 terminals in a minute of motion most of
+them occur once, and nothing recurs that rules could describe. Held-out sentences of real takes are
+foreseen as often as with a number chosen by bits, or more often (``docs/measured/grammar.md``)."""
 
 MAX_NAME = 80  # Most characters of a grammar's name, so that it fits into file names and tables
 

@@ -323,7 +323,7 @@ def _idle_nonterminal(
             continue
         left = table.rows[r, LEFT] - table.n_terminals
         if alternatives[left] == 1 and left > 0:
-            idle = left
+            idle, once = left, False
         symbol = table.text[table.rows[r, OFFSET]] - table.n_terminals
         if symbol > 0 and idle == 0 and numbers[symbol] == 1:
             idle, once = symbol, True

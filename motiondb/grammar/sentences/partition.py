@@ -65,7 +65,7 @@ from motiondb.grammar.sentences.repeats import join_strings
 
 FINALISTS = 4
 """Number of partitions that are improved. This and the numbers of annealings below were chosen
-by hand on strings of known grammars (docs/grammar.md)."""
+by hand on strings of known grammars (docs/measured/grammar.md)."""
 _TRIES_A_SYMBOL, _MOST_TRIES = 25, 5000
 """Number of tries of an annealing for each symbol of the right sides, and the largest number."""
 _FIRST_ANNEALINGS = 6
@@ -242,7 +242,7 @@ def _flat(strings: Sequence[Sentence], cuts: Cuts, number: dict[str, int]) -> Ru
 
 EVALUATIONS = 4000
 """Default number of evaluations. The numbers of evaluations, annealings and changes in this
-module were chosen by hand on strings of known grammars (docs/grammar.md)."""
+module were chosen by hand on strings of known grammars (docs/measured/grammar.md)."""
 _SEARCHES = 3  # Searches for candidates: one that respects repeats, and two that do not
 _FULLY_SEARCHED = 200
 """Number of symbols of all strings up to which all evaluations are made; for more symbols fewer,

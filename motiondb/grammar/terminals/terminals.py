@@ -9,7 +9,7 @@ the terminals; no segment crosses the end of a take.
 The objective is the F of the paper minus a price for every cut: F alone grows when segments get
 shorter, down to the shortest that is allowed. The price and the weight of R were chosen on one take
 of each of the three grammars of the sample data, so that boundaries and groups agree best with the
-truth; ``docs/grammar.md`` reports the other takes.
+truth; ``docs/measured/grammar.md`` reports the other takes.
 
 Notation: segments s_i of L(s_i) frames tile T frames; group k has the medoid s_k^c.
 
@@ -91,7 +91,7 @@ COARSE_STEP = 2  # Frames per frame of the coarse search: 15 frames a second
 
 FEWEST_TRIALS, MOST_TRIALS, TRIED_CELLS = 6_000, 16_000, 32_000_000
 """Bounds of the number of medoids that are tried, and of the number of cells computed for all of
-them. Chosen so that a long take needs seconds; see ``docs/grammar.md``, Speed."""
+them. Chosen so that a long take needs seconds; see ``docs/measured/grammar.md``, Speed."""
 
 
 @dataclass(frozen=True)

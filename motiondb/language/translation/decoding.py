@@ -32,8 +32,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.language.translation.decoding_kernels import search_sequences
-from motiondb.language.translation.decoding_problem import pose_problem
 from motiondb.language.translation.explanation import DIAGONAL_TENSION, alignment_table
 from motiondb.records import Association, FloatArray, IntArray
 
@@ -68,6 +66,10 @@ def decode_words(
 
     Shapes: `log_transitions` (symbols + 1, symbols + 1); `log_lengths` (longest length + 1,).
     """
+    # compiled code, which most questions do without
+    from motiondb.language.translation.decoding_kernels import search_sequences
+    from motiondb.language.translation.decoding_problem import pose_problem
+
     numbers = np.asarray(words, dtype=np.int64)
     n_symbols = len(association.translation) - 1
     _check_shapes(numbers, n_symbols, log_transitions)

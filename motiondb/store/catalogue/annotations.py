@@ -14,6 +14,7 @@ import numpy as np
 from motiondb.errors import QueryError, StoreError
 from motiondb.records import Caption, Event, Relation
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import columns_of
 from motiondb.store.connection.transactions import touch, transaction
 
 
@@ -94,14 +95,7 @@ def save_events(store: Store, capture_id: int, events: Iterable[Event]) -> None:
                 f" {wrong.name!r} at frame {wrong.frame}. Correct the sheet."
             )
         connection.execute("DELETE FROM event WHERE capture_id = ?", [capture_id])
-        connection.insert(
-            "event",
-            capture_id=capture_id,
-            frame=[row.frame for row in rows],
-            name=[row.name for row in rows],
-            joint=[row.joint for row in rows],
-            other=[row.other for row in rows],
-        )
+        connection.insert("event", capture_id=capture_id, **columns_of(Event, rows))
 
 
 def load_events(store: Store, capture_id: int | None = None) -> dict[int, tuple[Event, ...]]:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
@@ -148,6 +149,11 @@ def to_rows(matrix: NDArray[Any]) -> NDArray[np.object_]:
     for row, numbers in enumerate(flat):
         column[row] = numbers
     return column
+
+
+def columns_of(kind: type, records: Sequence[Any]) -> dict[str, list[Any]]:
+    """Columns of a table that are called as the fields of a record are."""
+    return {field.name: [getattr(r, field.name) for r in records] for field in fields(kind)}
 
 
 def from_rows(

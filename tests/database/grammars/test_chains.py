@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from motiondb import store
@@ -68,9 +67,3 @@ def test_a_chain_is_kept_without_a_derivation(dances: MotionDB, tmp_path: Path) 
 def test_a_time_that_cannot_be_is_refused(asked_dances: MotionDB, seconds: float) -> None:
     with pytest.raises(QueryError, match="seconds: expected more than 0 and at most 600, found"):
         asked_dances.grammars.chain("dance", seconds)
-
-
-def test_a_short_chain_is_one_sentence(asked_dances: MotionDB) -> None:
-    made = asked_dances.grammars.chain("dance", 0.5, 3)
-    assert len(made.trees) == 1
-    assert np.isfinite(made.motion.root_positions).all()

@@ -15,7 +15,7 @@ from motiondb.database import MotionDB
 from motiondb.database.grammars import grammar_sequences
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.grammar.cfg.context_free import derive_by, read_grammar
+from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.edit import region_at
 from motiondb.grammar.terminals.terminals import TerminalSettings
@@ -50,19 +50,6 @@ def test_same_seed_learns_the_same(dances: MotionDB) -> None:
     np.testing.assert_array_equal(again.terminals.ends, before.terminals.ends)
     np.testing.assert_array_equal(again.terminals.labels, before.terminals.labels)
     assert dances.grammars.names() == ["again", "dance", "nested"]
-
-
-def test_show_tells_terminals_rules_and_bits(asked_dances: MotionDB) -> None:
-    facts = asked_dances.grammars.show("dance")
-    json.dumps(facts)
-    assert sum(t["count"] for t in facts["terminals"]) == facts["segments"]
-    assert facts["bits"]["sum"] == pytest.approx(
-        sum(bits for part, bits in facts["bits"].items() if part != "sum")
-    )
-    assert read_grammar(facts["text"]).nonterminals[0] == "S"
-    assert facts["rules"] == len(asked_dances.grammars.load("dance").grammar.rules)
-    assert all(capture["there"] for capture in facts["captures"])
-    assert all(t["words"] == [] for t in facts["terminals"])  # the database has not learned
 
 
 def test_a_learned_take_parses_as_stored(asked_dances: MotionDB) -> None:
@@ -134,20 +121,6 @@ def test_sizes_are_those_of_what_is_shown(asked_dances: MotionDB) -> None:
         assert size.terminals == len(facts["terminals"])
         assert size.bits | {"sum": sum(size.bits.values())} == facts["bits"]
         assert asked_dances.grammars.size(size.name) == size
-
-
-def test_suggestions_sum_to_one_and_lead_into_the_language(asked_dances: MotionDB) -> None:
-    grammar = asked_dances.grammars.load("dance").grammar
-    string: list[str] = []
-    while True:
-        suggestions = asked_dances.grammars.suggest("dance", string)
-        assert sum(p for _, p in suggestions) == pytest.approx(1.0)
-        following = suggestions[0][0]
-        if following is None or len(string) > 60:
-            break
-        string.append(following)
-    assert accepts(grammar, string)
-    assert asked_dances.grammars.suggest("dance", " ".join(string)) == suggestions
 
 
 def test_generated_sequences_obey_the_grammar_and_know_their_frames(asked_dances: MotionDB) -> None:
@@ -305,10 +278,3 @@ def test_files_and_pictures(asked_dances: MotionDB, tmp_path: Path) -> None:
         "sequence": lambda path: asked_dances.grammars.draw_sequence(made, path),
     }.items():
         assert draw(tmp_path / f"{name}.png").stat().st_size > 1000
-
-
-def test_a_tree_on_a_line() -> None:
-    toy = read_grammar("S -> a B c\nB -> b B | empty")
-    assert str(derive_by(toy, (0, 1, 2))) == "S(a B(b B()) c)"
-    deep = derive_by(read_grammar("S -> a S | a"), (0,) * 3000 + (1,))
-    assert str(deep).count("S(a") == 3001

@@ -15,7 +15,6 @@ from motiondb.grammar.cfg.context_free import (
     derive_by,
     derived_symbols,
     format_grammar,
-    nullable_symbols,
     read_grammar,
 )
 
@@ -44,10 +43,6 @@ def test_text_read_again_is_the_same_grammar():
 def test_probabilities_given_are_kept_and_the_rest_is_shared():
     grammar = read_grammar("S -> a [0.5] | b | c")
     assert [rule.probability for rule in grammar.rules] == [0.5, 0.25, 0.25]
-
-
-def test_what_can_be_empty():
-    assert nullable_symbols(read_grammar(TOY)) == {"X1", "X3", "X4"}
 
 
 def test_a_derivation_is_its_rules_in_preorder():
@@ -118,8 +113,3 @@ def test_derived_symbols_equal_those_of_repeated_passes(grammar: Grammar) -> Non
     for _ in grammar.rules:
         deriving |= {r.left for r in grammar.rules if deriving.issuperset(r.right)}
     assert derived_symbols(grammar.rules, leaves) == deriving
-
-
-def test_an_alternative_of_many_spaces_is_read_in_linear_time() -> None:
-    grammar = read_grammar("S -> a" + " " * 200_000 + "b [ 0.5]\n".replace("[ ", "["))
-    assert grammar.rules[0].right == ("a", "b")

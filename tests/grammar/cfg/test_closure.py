@@ -42,7 +42,7 @@ def dense(n: int, starts: np.ndarray, columns: np.ndarray, values: np.ndarray) -
 
 
 @given(matrices())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_sums_are_the_inverse(matrix: np.ndarray) -> None:
     n = len(matrix)
     starts, columns, values = close_graph(SUM, graph_of(matrix))
@@ -55,7 +55,7 @@ def test_sums_are_the_inverse(matrix: np.ndarray) -> None:
 
 
 @given(matrices())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_best_is_the_best_of_all_paths(matrix: np.ndarray) -> None:
     best = np.maximum(np.eye(len(matrix)), matrix)
     for _ in matrix:
@@ -65,7 +65,7 @@ def test_best_is_the_best_of_all_paths(matrix: np.ndarray) -> None:
 
 
 @given(matrices())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_numbers_of_paths(matrix: np.ndarray) -> None:
     n, step = len(matrix), (matrix > 0).astype(float)
     powers = [np.linalg.matrix_power(step, k) for k in range(2 * n + 1)]
@@ -77,7 +77,7 @@ def test_numbers_of_paths(matrix: np.ndarray) -> None:
 
 
 @given(matrices())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_components_are_mutual_reach_parts_first(matrix: np.ndarray) -> None:
     starts, columns, _ = graph_of(matrix)
     label = strong_components(starts, columns)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.grammar.cfg.context_free import derive_by, read_grammar
-from motiondb.grammar.cfg.loops import format_loops, with_loops, with_loops_around
+from motiondb.grammar.cfg.context_free import read_grammar
+from motiondb.grammar.cfg.loops import format_loops, with_loops
 from motiondb.grammar.derivation.derive import derive
 
 
@@ -42,20 +42,6 @@ def test_a_loop_is_shown_as_the_repetition_that_it_is(rules, shown):
 def test_a_repetition_beside_its_own_part_is_shown_as_once_or_more(rules, shown):
     grammar = read_grammar(rules)
     assert format_loops(grammar) == shown
-
-
-def test_a_node_is_kept_apart_from_the_loop_that_it_is_a_round_of():
-    tree = derive_by(read_grammar("S -> A r\nA -> x A | x"), (0, 1, 1, 1, 2))
-    for path in [(), (0,), (0, 1), (0, 1, 1, 1), (1,)]:
-        drawn, numbers = with_loops_around(tree, path)
-        kept = tree
-        for child in path:
-            kept = kept.children[child]
-        assert drawn.leaves() == tree.leaves()
-        nodes = list(drawn.nodes())
-        assert nodes[numbers[0]].leaves() == kept.leaves()
-        assert len(numbers) == sum(1 for _ in nodes[numbers[0]].nodes())
-        assert nodes[numbers[0]].symbol.split()[0] == kept.symbol
 
 
 CHAIN = read_grammar("S -> go A end\nA -> B A [0.7] | B [0.3]\nB -> x | y B y [0.2]")

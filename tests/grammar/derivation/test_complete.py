@@ -37,17 +37,7 @@ def matches(tokens, string):
     return re.fullmatch(written, "".join(string)) is not None
 
 
-@settings(max_examples=80, deadline=None)
-@given(TOKENS, st.text("abxy", max_size=6))
-def test_the_automaton_reads_what_the_pattern_matches(tokens, string):
-    made = automaton_of(read_pattern(tokens), "abxy")
-    state = 0
-    for symbol in string:
-        state = -1 if state < 0 else int(made.steps[state, "abxy".index(symbol)])
-    assert (state >= 0 and bool(made.accepting[state])) == matches(tokens, string)
-
-
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(TOKENS, st.text("abxy", max_size=6), st.sampled_from([None, frozenset("abx")]))
 def test_the_acceptor_reads_each_string_that_matches_in_one_way(tokens, string, allowed):
     made = acceptor_of(read_pattern(tokens), "abxy", allowed)
@@ -57,15 +47,6 @@ def test_the_acceptor_reads_each_string_that_matches_in_one_way(tokens, string, 
         ways = ways @ made.steps[:, "abxy".index(symbol)]
     expected = matches(tokens, string) and (allowed is None or allowed.issuperset(string))
     assert ways[made.accepting].sum() == int(expected)
-
-
-@settings(max_examples=80, deadline=None)
-@given(TOKENS)
-def test_steps_of_an_acceptor_lead_to_the_same_or_a_later_block(tokens):
-    made = acceptor_of(read_pattern(tokens), "abxy")
-    block = np.repeat(np.arange(len(made.bounds) - 1), np.diff(made.bounds))
-    sources, _, targets = made.steps.nonzero()
-    assert (block[sources] <= block[targets]).all()
 
 
 def slow_probability(grammar, tokens, allowed):
@@ -94,7 +75,7 @@ def slow_probability(grammar, tokens, allowed):
     return weights[compiled.start, 0, made.accepting].sum(), np.abs(weights - before).max() < 1e-15
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     grammars(),
     st.lists(st.sampled_from(["...", "?", "a", "b"]), min_size=1, max_size=6),
@@ -110,7 +91,7 @@ def test_the_probability_of_a_pattern_is_that_of_a_slow_iteration(grammar, token
     assert ((best > 0) == (meeting.sums > 0)).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(TOKENS, st.integers(1, 4))
 def test_completions_of_a_finite_language_are_its_best_matching_strings(tokens, n):
     asked = read_pattern(tokens)
@@ -199,7 +180,3 @@ def test_an_empty_pattern_and_one_of_too_many_states_are_refused():
         read_pattern([])
     with pytest.raises(GrammarError, match="needs at most 200 states"):
         automaton_of(pattern("... x " + "? " * 12), ["x", "y"])
-
-
-def test_a_pattern_is_written_as_it_was_read():
-    assert pattern("... a ? ... ... b").text == "... a ? ... b"

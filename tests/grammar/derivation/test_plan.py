@@ -31,12 +31,6 @@ def test_by_hand() -> None:
     assert (again.to_goal, again.then) == (("pass", "hold"), ("shoot",))
 
 
-def test_shortest_and_most_probable_may_differ() -> None:
-    grammar = read_grammar("S -> a g [0.1] | b b b g [0.9]")
-    assert plan(grammar, [], "g").to_goal == ("b", "b", "b", "g")
-    assert plan(grammar, [], "g", shortest=True).to_goal == ("a", "g")
-
-
 GRAMMARS = [
     BALL,
     read_grammar("S -> S S [0.3] | a S b [0.2] | c [0.4] | empty [0.1]"),

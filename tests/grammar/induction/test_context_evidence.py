@@ -48,14 +48,6 @@ def test_a_loop_that_never_ends_at_once_by_hand(sentences, doubted):
     assert unlike_context(rules, flat) == (Context(S, (A, 1), 0) if doubted else None)
 
 
-def test_what_is_never_seen_two_rules_below_is_doubted():
-    # S -> A, A -> 0 A | B 2, B -> 1 B | empty: 0+ or 1+, never both
-    rules = {S: {(A,): 1}, A: {(0, A): 1, (B, 2): 1}, B: {(1, B): 1, (): 1}}
-    flat = RuleSet(T, {S: ONE_OF_BOTH}, loops=True)
-    actual = unlike_context(RuleSet(T, rules, loops=True), flat)
-    assert actual in (Context(A, (0, A), 1), Context(S, (A,), 0))
-
-
 EITHER = {S: {(A, B, 2): 1}, A: {(0, A): 1, (): 1}, B: {(1, B): 1, (): 1}}
 
 
@@ -107,7 +99,7 @@ def rules_and_contexts(draw):
     return RuleSet(T, rules, loops=True), Context(left, right, place, beside)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(rules_and_contexts())
 def test_splitting_a_context_changes_no_string(drawn):
     rules, context = drawn

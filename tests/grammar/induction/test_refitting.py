@@ -14,9 +14,9 @@ from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce_with_bits
-from motiondb.grammar.induction.perturbation import forget, perturb, sample, split
+from motiondb.grammar.induction.perturbation import forget, perturb, split
 from motiondb.grammar.induction.refitting import refit
-from motiondb.grammar.induction.rule_compaction import Effort, compact, effort_for
+from motiondb.grammar.induction.rule_compaction import Effort, compact
 from motiondb.grammar.rules.description_length import description_length
 from motiondb.grammar.rules.rule_set import RuleSet, flat_rules
 
@@ -87,7 +87,7 @@ def check_nodes(rules, total):
         assert sum(rights.values()) == (total if left == S else used)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(donors(), STRING, st.integers(1, 3))
 def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
     refitted = refit(donor, flat_rules({sentence: count}, T))
@@ -118,7 +118,7 @@ def test_a_sentence_is_read_by_its_cheapest_parse(donor, sentence, count):
         assert bits(right, sentence) < math.inf
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(donors(), STRINGS)
 def test_all_sentences_are_derived_and_every_node_counted(donor, sentences):
     flat = flat_rules(sentences, T)
@@ -129,17 +129,6 @@ def test_all_sentences_are_derived_and_every_node_counted(donor, sentences):
     assert refitted.lawful()
     assert set(sentences) <= strings_of(refitted.rules, (S,))
     check_nodes(refitted.rules, sum(sentences.values()))
-
-
-def test_what_a_new_rule_may_not_hold_is_told_plainly():
-    # 0 never stands twice in a sentence; A may hold it, so S -> A A would be against the law
-    donor = RuleSet(T, {S: {(A, 1): 1}, A: {(0,): 1, (2,): 1}}, singles=frozenset({0}))
-    flat = RuleSet(T, {S: {(0, 1): 1, (0, 2): 1}}, singles=frozenset({0}))
-    assert refit(donor, flat).rules == {S: {(A, 1): 1, (0, 2): 1}, A: {(0,): 1}}
-
-
-def test_a_cycle_is_not_read():
-    assert refit(RuleSet(T, {S: {(A,): 1}, A: {(A, 0): 1}}), flat_rules({(0,): 1}, T)) is None
 
 
 def test_what_needs_a_forgotten_rule_is_forgotten_too():
@@ -166,14 +155,6 @@ def test_copies_derive_the_same_strings(donor, once, seed):
     assert len(copied.rules) > len(donor.rules)
 
 
-def test_a_sample_keeps_the_laws_of_all():
-    flat = flat_rules({(0, 1): 2, (0, 2): 1, (1, 0): 1, (2, 0): 4}, T)
-    some = sample(flat, 2, generator())
-    assert len(some.rules[S]) == 2
-    assert set(some.rules[S].items()) <= set(flat.rules[S].items())
-    assert some.constants == flat.constants == {0: 1}
-
-
 @settings(max_examples=20, deadline=None)
 @given(STRINGS, st.integers(0, 1000))
 def test_rules_taken_apart_derive_all_sentences(sentences, seed):
@@ -195,20 +176,6 @@ def test_rules_of_samples_become_rules_of_all_sentences(sentences):
     assert compacted.lawful()
     assert set(sentences) <= strings_of(compacted.rules, (S,))
     check_nodes(compacted.rules, sum(sentences.values()))
-
-
-def test_many_sentences_are_searched_by_samples():
-    few = flat_rules({(0, 1): 2, (0, 2): 1}, T)
-    assert effort_for(few).samples == 0
-    many = flat_rules({(0, 1, 2) * 3 + (k % 3, k // 3): 1 for k in range(9)}, T)
-    assert effort_for(many).samples == 0
-    words = {tuple(int(c) for c in np.base_repr(k, 3).rjust(12, "0")): 1 for k in range(60)}
-    effort = effort_for(flat_rules(words, T))
-    assert effort.samples > 0
-    assert 2 <= effort.sampled < 60
-    two = flat_rules({(0, 1) * 200: 1, (1, 2) * 200: 1}, T)
-    assert effort_for(two).samples == 0
-    assert effort_for(two).begun > 0
 
 
 BOUTS = """

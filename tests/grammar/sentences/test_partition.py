@@ -48,7 +48,7 @@ def test_the_bits_of_a_partition_are_those_of_its_grammar(cuts, bits):
     assert round(cutting_room([PAPER]).bits(cuts), 4) == bits
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.lists(st.sampled_from("abc"), min_size=2, max_size=40), st.integers(0, 99))
 def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
     string = tuple(letters)
@@ -122,14 +122,7 @@ def test_the_search_finds_fewer_bits_than_as_many_random_candidates():
     assert min(searched) < min(drawn)
 
 
-def test_the_search_is_never_worse_than_what_it_drew_at_first():
-    room = cutting_room([markov_string(200, 10, 6)])
-    for seed in range(4):
-        _, first = draw_best(room, np.random.default_rng(seed), 20)
-        assert search_cuts(room, np.random.default_rng(seed), 80)[1] <= first
-
-
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.sets(st.integers(1, 29), max_size=9), st.sets(st.integers(1, 29), max_size=2), st.data())
 def test_recuts_are_the_cheapest_of_all(free, pinned, data):
     places = np.array(sorted({0, 30} | free | pinned))
@@ -241,12 +234,6 @@ def test_strings_that_cannot_be_cut_are_refused(strings, lengths, message):
         find_sentences(strings, np.random.default_rng(0), **lengths)
 
 
-@pytest.mark.parametrize("cuts", [(0,), (3,), (2, 1)])
-def test_cuts_outside_a_string_are_refused(cuts):
-    with pytest.raises(GrammarError, match="string 1: expected rising cuts between 1 and 2"):
-        sentences_between([tuple("abc")], [cuts])
-
-
 def test_sentences_that_begin_and_end_in_two_ways_are_among_the_united_splits():
     # sentences begin with a or b and end with y or z; no kind of border is at all their ends
     first = tuple("apqybppqyapqqybpqy")
@@ -263,5 +250,7 @@ def test_united_splits_keep_to_the_lengths():
             assert all(3 <= b - a <= 6 for a, b in pairwise((0, *inner, len(string))))
 
 
-def test_united_splits_of_one_symbol_are_none():
-    assert united_splits([("a", "a", "a", "a")], 1, 4) == []
+@pytest.mark.parametrize("cuts", [(0,), (3,), (2, 1)])
+def test_cuts_outside_a_string_are_refused(cuts):
+    with pytest.raises(GrammarError, match="string 1: expected rising cuts between 1 and 2"):
+        sentences_between([tuple("abc")], [cuts])

@@ -12,7 +12,6 @@ from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.cfg.parse import ParseError, parse_passage, passage_grammar
 from motiondb.grammar.terminals import labelling
-from motiondb.grammar.terminals.distances import pose_vectors
 from motiondb.records import FloatArray, Motion
 
 
@@ -121,13 +120,6 @@ def test_a_motion_too_short_for_any_terminal_is_told(
         labelling.read_string(reader, short)
 
 
-def test_the_table_is_that_of_pose_distances(dance: tuple[Motion, labelling.Reader]) -> None:
-    motion, reader = dance
-    values = pose_vectors(motion)[:5]
-    plain = [[np.linalg.norm(a - b) for b in reader.poses] for a in values]
-    np.testing.assert_allclose(labelling._table(reader, values), plain, atol=1e-6)
-
-
 def test_passages_are_cut_where_sentences_end() -> None:
     toy = read_grammar("S -> a B [0.5] | a [0.5]\nB -> b | c c")
     trees = parse_passage(toy, ["a", "a", "b", "a", "c", "c", "a"])
@@ -150,30 +142,3 @@ def test_the_reach_is_the_lesser_of_two_bounds() -> None:
     assert labelling.find_reach(one_far) == pytest.approx(bound)
     assert np.isnan(labelling.find_reach(np.array([0.1, 0.2, 0.3, 0.4])))  # too few
     assert labelling.find_reach(np.zeros(9)) == 0.0
-
-
-def test_members_are_as_far_as_segments_at_a_uniform_pace() -> None:
-    motion, terminals = true_terminals("ana/long_dance_2")
-    values = pose_vectors(motion)
-    actual = []
-    for i, (a, b, k) in enumerate(zip(terminals.starts, terminals.ends, terminals.labels)):
-        m = terminals.medoids[k]
-        if i != m:
-            long, short = values[a:b], values[terminals.starts[m] : terminals.ends[m]]
-            if len(long) < len(short):
-                long, short = short, long
-            matched = short[np.arange(len(long)) * len(short) // len(long)]
-            actual.append(np.linalg.norm(long - matched, axis=1).mean())
-    reader = labelling.make_reader(terminals, {0: motion})
-    assert reader.reach == pytest.approx(labelling.find_reach(np.array(actual)))
-
-
-def test_another_action_is_beyond_reach(dance: tuple[Motion, labelling.Reader]) -> None:
-    motion, reader = dance
-    read = labelling.read_string(reader, motion)
-    assert read.reach == reader.reach
-    assert np.mean(read.distances <= read.reach) > 0.8
-    fight, _ = true_terminals("boris/long_fight_1")
-    strange = labelling.read_string(reader, fight)
-    known = (strange.ends - strange.starts)[strange.distances <= strange.reach]
-    assert known.sum() < 0.1 * fight.n_frames  # standing idle at both ends

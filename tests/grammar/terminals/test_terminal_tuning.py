@@ -78,10 +78,3 @@ def test_a_group_of_one_keeps_its_last_segment() -> None:
     )
     n_groups = len(grouping.medoids)
     assert sorted(np.unique(best.labels)) == list(range(n_groups))
-
-
-def test_one_segment_a_take_cannot_be_moved() -> None:
-    _, costs = made(0)
-    grouping = tuning.Grouping(np.array(BOUNDS), np.array([0, 1]), np.array([0, 1]))
-    best, _ = tuning.tune(grouping, costs, np.random.default_rng(0))
-    assert best.cuts.tolist() == list(BOUNDS)

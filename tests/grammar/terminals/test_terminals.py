@@ -93,14 +93,6 @@ def test_the_number_of_segments_can_be_limited(takes: list[Motion]) -> None:
     assert 3 <= len(few.starts) <= 12
 
 
-def test_one_terminal_and_as_many_as_fit(takes: list[Motion]) -> None:
-    one = find_terminals(takes[:1], 1, np.random.default_rng(0), settings=QUICK)
-    assert set(one.labels) == {0}
-    short = [naive.swinging_motion(40)]
-    many = find_terminals(short, 4, np.random.default_rng(0), settings=QUICK)
-    assert len(many.starts) >= 4
-
-
 def test_a_take_shorter_than_a_segment_is_one_segment() -> None:
     short = [naive.swinging_motion(5), naive.swinging_motion(90, 1)]
     terminals = find_terminals(short, 2, np.random.default_rng(0), settings=QUICK)
@@ -115,20 +107,6 @@ def test_a_body_that_stands_still_has_terminals_too() -> None:
     )
     terminals = find_terminals([still], 2, np.random.default_rng(0), settings=QUICK)
     assert sorted(np.unique(terminals.labels)) == [0, 1]
-
-
-def test_progress_is_told(takes: list[Motion]) -> None:
-    told: list[tuple[int, int, str]] = []
-    find_terminals(
-        takes[:1],
-        2,
-        np.random.default_rng(0),
-        settings=replace(QUICK, n_trials=40),
-        progress=lambda *news: told.append(news),
-    )
-    shares = [done for done, _, _ in told]
-    assert shares == sorted(shares)
-    assert told[-1] == (100, 100, "terminals found")
 
 
 @pytest.mark.parametrize(
@@ -149,11 +127,6 @@ def test_what_cannot_be_done_is_said(
         find_terminals(
             [naive.swinging_motion(40)], n_terminals, np.random.default_rng(0), settings=settings
         )
-
-
-def test_names_go_on_after_z() -> None:
-    names = module.terminal_names(703)
-    assert (names[25], names[26], names[701], names[702]) == ("z", "aa", "zz", "aaa")
 
 
 def table(rows: list[tuple[int, int, int, int]]) -> SegmentTable:

@@ -157,24 +157,6 @@ def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> 
     _expect_healed(filled)
 
 
-def test_an_array_of_another_shape_or_type_is_noticed(filled: store.Store) -> None:
-    for other in (np.arange(3000).reshape(2, -1), np.arange(3000.0), np.arange(10)):
-        store.cached_arrays(filled, "features", _arrays)
-        (file,) = _folder(filled).glob("features-*-x.npy")
-        np.save(file, other)
-        _expect_healed(filled)
-
-
-def test_drafts_that_a_kill_left_are_deleted(filled: store.Store) -> None:
-    store.cached_arrays(filled, "features", _arrays)
-    left = _folder(filled) / f"{_list_file(filled).stem}-x.npy.new-1"
-    left.write_text("half")
-    os.utime(left, (0, 0))
-    _list_file(filled).unlink()
-    _expect_healed(filled)
-    assert not left.exists()
-
-
 def test_a_young_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
     store.cached_arrays(filled, "features", _arrays)
     ended = subprocess.Popen([sys.executable, "-c", ""])
@@ -227,8 +209,3 @@ def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Stor
     pool = store.load_motion_pool(filled)
     assert not isinstance(pool.poses, np.memmap)
     assert pool.poses.shape == (18, 87)
-
-
-def test_an_empty_store_has_an_empty_pool(database: store.Store) -> None:
-    pool = store.load_motion_pool(database)
-    assert (pool.poses.shape, pool.offsets.tolist()) == ((0, 87), [0])

@@ -39,12 +39,6 @@ def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> N
     assert store.check_store(database, sources=True) == []
 
 
-def test_a_motion_may_have_no_frames(database: store.Store, samples: ModuleType) -> None:
-    saved = samples.add(database, "empty", n_frames=0)
-    assert store.load_motion(database, saved.capture_id).local_rotations.shape == (0, 21, 4)
-    assert store.check_store(database) == []
-
-
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**31), st.integers(1, 5))
 def test_flattening_is_undone_exactly(seed: int, n_frames: int) -> None:
@@ -107,22 +101,6 @@ def test_removing_takes_everything_and_no_number_comes_back(
     assert store.check_store(database) == []
     store.remove_capture(database, 3)
     assert samples.add(database, "bb").capture_id == 4
-
-
-def test_removing_is_undone_as_a_whole(database: store.Store, samples: ModuleType) -> None:
-    samples.add(database, "a")
-    before = store.count_rows(database)
-
-    def remove_and_fail() -> None:
-        with store.transaction(database):
-            store.remove_capture(database, 1)
-            assert store.load_captures(database) == []
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        remove_and_fail()
-    assert store.count_rows(database) == before
-    assert store.check_store(database, sources=True) == []
 
 
 def test_names_are_found_by_their_end_or_suggested(

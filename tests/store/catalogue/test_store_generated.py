@@ -49,11 +49,6 @@ def test_an_unknown_source_is_told(filled: store.Store) -> None:
         store.to_provenance(filled, np.array([77]), np.array([0]))
 
 
-def test_a_captured_motion_has_no_provenance(filled: store.Store) -> None:
-    empty = store.load_provenance(filled, 1)
-    assert (empty.sources, len(empty.source_numbers), empty.licences) == ((), 0, ())
-
-
 def test_frames_without_source_are_a_fault(filled: store.Store) -> None:
     store.save_provenance(filled, 4, store.to_provenance(filled, np.full(5, 2), np.arange(5)))
     filled.connection.execute("DELETE FROM frame_source WHERE frame = 2")

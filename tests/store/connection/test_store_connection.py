@@ -107,14 +107,6 @@ def test_another_kind_of_file_is_refused_and_left_alone(tmp_path: Path, content:
     assert path.read_bytes() == content
 
 
-def test_a_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(StoreError) as error:
-        store.open_store(tmp_path)
-    assert str(error.value) == (
-        f"{tmp_path}: expected a database of motiondb, found a folder. Name another file with --db."
-    )
-
-
 def test_a_damaged_file_is_refused_with_a_sentence(tmp_path: Path) -> None:
     path = tmp_path / "m.duckdb"
     store.open_store(path).close()
@@ -131,14 +123,6 @@ def test_an_empty_file_becomes_a_database_and_nothing_else_is_left(tmp_path: Pat
     path = tmp_path / "m.duckdb"
     path.touch()
     store.open_store(path).close()
-    assert [item.name for item in tmp_path.iterdir()] == ["m.duckdb"]
-
-
-def test_what_a_kill_left_is_swept_away(tmp_path: Path) -> None:
-    left = tmp_path / ".m.duckdb.new-1"
-    left.write_text("half a file")
-    os.utime(left, (0, 0))
-    store.open_store(tmp_path / "m.duckdb").close()
     assert [item.name for item in tmp_path.iterdir()] == ["m.duckdb"]
 
 

@@ -43,7 +43,7 @@ def logged(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_log_that_was_cut_leaves_a_whole_earlier_state(logged: Path, tmp_path: Path) -> None:
     log = logged.with_name(f"{logged.name}.wal").read_bytes()
-    cuts = [*range(0, len(log), max(1, len(log) // 10)), len(log)]
+    cuts = [*range(0, len(log), max(1, len(log) // 6)), len(log)]
     states, revisions = [], []
     for size in cuts:
         folder = tmp_path / str(size)

@@ -14,7 +14,7 @@ from motiondb.errors import StoreError
 from motiondb.store.connection.faults import OtherModeError
 from motiondb.store.connection.transactions import revision
 
-THREADS, TURNS = 8, 16
+THREADS, TURNS = 6, 8
 
 
 def test_a_lent_store_is_written_and_lent_again(database: store.Store) -> None:

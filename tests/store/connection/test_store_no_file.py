@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -24,15 +22,6 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
         f"{path}: expected a database of motiondb, found neither a file nor a folder. "
         "Name another file with --db."
     )
-
-
-def test_the_file_of_another_program_is_called_so(tmp_path: Path) -> None:
-    path = tmp_path / "other.db"
-    with closing(sqlite3.connect(path)) as other:
-        other.execute("CREATE TABLE a (b)")
-        other.commit()
-    with pytest.raises(StoreError, match="found another kind of file"):
-        store.open_store(path, read_only=True)
 
 
 def test_a_file_that_was_removed_meanwhile_is_not_made_anew(tmp_path: Path) -> None:
@@ -64,7 +53,7 @@ def kept(opened: store.Store) -> tuple[str, ...] | None:
     return opened.connection.execute("SELECT value FROM meta WHERE key = 'kept'").fetchone()
 
 
-@pytest.mark.parametrize("name", [":memory:", "md:x", "sqlite:x", "a'b\".duckdb", "[a]*?"])
+@pytest.mark.parametrize("name", [":memory:", "a'b\".duckdb", "[a]*?"])
 def test_every_name_is_that_of_a_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

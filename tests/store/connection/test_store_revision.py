@@ -41,18 +41,6 @@ def test_every_committed_change_raises_it_by_one(
     assert store.revision(database) == 3
 
 
-def test_an_undone_change_leaves_it(database: store.Store) -> None:
-    def save_and_stop() -> None:
-        with store.transaction(database):
-            store.save_synonyms(database, {"stroll": "walk"})
-            assert store.revision(database) == 1
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        save_and_stop()
-    assert store.revision(database) == 0
-
-
 def test_it_is_the_same_for_every_opening_and_process(database: store.Store) -> None:
     with store.open_store(database.path) as other:
         store.save_synonyms(other, {})
@@ -166,27 +154,6 @@ def test_threads_ask_while_the_file_is_released(database: store.Store) -> None:
         assert _in_another_process(database.path, read) == "1"
     assert actual == [{"dash": "run"}] * 4
     store.save_synonyms(database, {})
-
-
-def test_release_waits_for_blocks_of_other_threads(database: store.Store) -> None:
-    stop = threading.Event()
-
-    def ask() -> None:
-        while not stop.is_set():
-            with store.reading(database):
-                assert store.load_synonyms(database) in ({}, {"dash": "run"})
-
-    def release() -> None:
-        try:
-            for _ in range(5):
-                with store.released(database):
-                    pass
-                store.save_synonyms(database, {"dash": "run"})
-        finally:
-            stop.set()
-
-    assert _together([release, *[ask] * 6]) == []
-    assert store.revision(database) == 5
 
 
 def test_an_error_within_a_released_block_leaves_a_usable_store(database: store.Store) -> None:

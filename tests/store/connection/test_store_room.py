@@ -50,7 +50,7 @@ def two(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
 def test_a_rescued_database_without_room_is_not_there(tmp_path: Path, two: Path) -> None:
     size = two.stat().st_size
     saved = []
-    for most in (200_000, 800_000, 850_000, 900_000, size - 1, 4 * size):
+    for most in (200_000, 900_000, 4 * size):
         new = tmp_path / f"new{most}.duckdb"
         ended = run_limited(most, "rescue", two, "-o", new)
         if ended.returncode == 0:
@@ -59,18 +59,9 @@ def test_a_rescued_database_without_room_is_not_there(tmp_path: Path, two: Path)
             saved.append(new.name)
         else:
             assert ended.stderr.startswith("error: ")
-            assert "Traceback" not in ended.stderr
+            assert ended.stderr.rstrip().endswith("at the disk.")
         assert names(tmp_path) == set(saved)
     assert saved
-
-
-def test_too_little_room_for_a_rescued_database_is_told(tmp_path: Path, two: Path) -> None:
-    new = tmp_path / "new.duckdb"
-    ended = run_limited(900_000, "rescue", two, "-o", new)
-    assert ended.stderr == (
-        f"error: {new}: expected room for a new database, found too little. Nothing was written; "
-        "look at the disk.\n"
-    )
 
 
 def test_a_new_database_without_room_leaves_nothing(tmp_path: Path, samples_folder: Path) -> None:

@@ -30,7 +30,7 @@ def common(one, other):
     return n
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(TEXTS)
 def test_suffixes_and_common_prefixes_are_those_of_sorting(text):
     suffixes = sorted_suffixes(text)
@@ -40,7 +40,7 @@ def test_suffixes_and_common_prefixes_are_those_of_sorting(text):
     assert common_prefixes(text, suffixes) == expected
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(TEXTS)
 def test_the_cover_holds_repeats_that_do_not_overlap_and_leaves_none_out(text):
     starts, lengths = cover_repeats(text)
