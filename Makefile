@@ -4,7 +4,8 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 OUT := demo-output
 DB := $(OUT)/motions.duckdb
-QUICK := tests/test_house.py tests/test_style.py tests/test_docstrings.py tests/body tests/symbols
+QUICK := tests/test_house.py tests/body tests/symbols tests/language tests/generate \
+  tests/fetch tests/pictures  # no database, no processes
 PAGE := $(BIN)/python build_backend.py  # pip hides whether the page was built: say it before a run
 
 .PHONY: demo test quick test-browser lint clean

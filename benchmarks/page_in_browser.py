@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import motiondb
-from motiondb.page.motion import container, figure
+from motiondb.page import motion as binary
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "sample_data"
@@ -220,14 +220,14 @@ def player(browser: Any, address: str) -> None:
         motions = [db.motion(SAMPLES / "captures" / f"{name}.bvh") for name in names]
     tracks = []
     for number in range(10):
-        shown = figure.figure_of(motions[number % len(motions)])
+        shown = binary.figure_of(motions[number % len(motions)])
         shown.points[..., 0] += number - 4.5
-        tracks.append(container.body_track(f"P{number}", f"capture:{number}", shown))
-    data = container.pack(tracks)
+        tracks.append(binary.body_track(f"P{number}", f"capture:{number}", shown))
+    data = binary.pack(tracks)
     for size in ((1400, 900), (700, 500)):
         page = browser.new_context(viewport={"width": size[0], "height": size[1]}).new_page()
         page.route("**/api/motion?*", lambda route: route.fulfill(
-            body=data, content_type=container.MEDIA_TYPE))  # fmt: skip
+            body=data, content_type=binary.MEDIA_TYPE))  # fmt: skip
         page.goto(f"{address}#/catalogue?capture=ana/walk_1")
         page.locator(".details .timeline-cursor").wait_for()
         page.locator(".player-canvas").focus()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Annotated
 
 import typer
 
-from motiondb.cli.catalogue.knowledge import print_start
+from motiondb.cli.keeping import print_start
 from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database
 from motiondb.cli.printing import print_json, print_table, progress
 
@@ -42,33 +41,22 @@ def learn(
     With --start, symbols and words of other captures are used, so that a database without captions
     can be searched by words. The weight of own captions grows with their number.
     """
-    from motiondb import LearnSettings
+    from motiondb import LearnSettings, learned_summary
 
     with database(db, writing=True) as base, progress(not json) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
         learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start)
         first = base.start_facts()
-    table = learning.segments
-    facts = {
-        "captures": len(set(table.capture_ids.tolist())),
-        "segments": len(table.symbols),
-        "symbols": learning.symbols.n_symbols,
-        "clusters": len(learning.space.weights),
-        "dimensions": learning.space.coordinates.shape[1],
-        "words": len(learning.association.words),
-        "run": learning.run_id,
-        "drift": asdict(drift) if drift else None,
-        "start": first,
-    }
+    size = learned_summary(learning)
     if json:
-        print_json(facts)
+        print_json(vars(size) | {"drift": drift, "start": first})
         return
-    plural = "" if facts["clusters"] == 1 else "s"
+    plural = "" if size.clusters == 1 else "s"
     typer.echo(
-        f"{facts['captures']} captures, {facts['segments']} segments, "
-        f"{facts['symbols']} symbols in {facts['clusters']} cluster{plural} "
-        f"({facts['dimensions']} dimensions), {facts['words']} words."
+        f"{size.captures} captures, {size.segments} segments, "
+        f"{size.symbols} symbols in {size.clusters} cluster{plural} "
+        f"({size.dimensions} dimensions), {size.words} words."
     )
     if first:
         print_start(first)
@@ -79,7 +67,7 @@ def learn(
         )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
         typer.echo("No capture was added or removed since the last learning, and no word is new.")
-    if not facts["words"]:
+    if not size.words:
         typer.echo(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
             "learn --start cmu)."
@@ -100,12 +88,12 @@ def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
         ["symbol", "cluster", "count", "captures", "seconds", "words"],
         [
             [
-                str(r["symbol"]),
-                str(r["cluster"]),
-                str(r["count"]),
-                str(r["captures"]),
-                f"{r['seconds']:.2f}",
-                " ".join(f"{w['word']} {w['probability']:.2f}" for w in r["words"]),
+                str(r.symbol),
+                str(r.cluster),
+                str(r.count),
+                str(r.captures),
+                f"{r.seconds:.2f}",
+                " ".join(f"{w.word} {w.probability:.2f}" for w in r.words),
             ]
             for r in rows
         ],

@@ -11,12 +11,18 @@ from typing import Annotated, NoReturn
 import typer
 
 import motiondb
-from motiondb.cli import learning, serving
-from motiondb.cli.ask import asking
-from motiondb.cli.catalogue import cataloguing, events, keeping, knowledge, words
-from motiondb.cli.grammars import grammars
+from motiondb.cli import (
+    asking,
+    cataloguing,
+    generation,
+    grammars,
+    keeping,
+    learning,
+    scenes,
+    serving,
+    words,
+)
 from motiondb.cli.options import Commands
-from motiondb.cli.scenes import motion_grammars
 
 app = Commands(
     name="motiondb",
@@ -51,13 +57,12 @@ for module in (
     cataloguing,
     learning,
     asking,
+    generation,
     words,
-    events,
-    knowledge,
-    grammars,
-    motion_grammars,
-    serving,
     keeping,
+    grammars,
+    scenes,
+    serving,
 ):
     module.register(app)
 

@@ -73,6 +73,30 @@ Png = Annotated[
     Path | None,
     typer.Option("--png", callback=picture_name, help="Draw a picture into this file (.png)."),
 ]
+
+
+def html_name(path: Path | None) -> Path | None:
+    """Check ending of the file name, and that the page was built, before anything is computed."""
+    if path is None:
+        return None
+    from motiondb import QueryError, StandalonePage
+
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise QueryError(
+            f"{path}: expected a name that ends in .html, found {path.suffix or 'no ending'!r}."
+        )
+    StandalonePage.check()
+    return path
+
+
+Html = Annotated[
+    Path | None,
+    typer.Option(
+        "--html",
+        callback=html_name,
+        help="Write a page with the answer and a player into this file (.html).",
+    ),
+]
 Seed = Annotated[
     int,
     typer.Option(
@@ -80,9 +104,9 @@ Seed = Annotated[
     ),
 ]
 DEFAULT_DB = Path("motions.duckdb")
+# Seconds that a command waits for the database by default: most commands that hold it alone take
+# less time, and after a longer wait the user should see which process holds it
 DEFAULT_WAIT = 5.0
-"""Seconds that a command waits for the database by default. Chosen by hand: most commands that
-hold it alone take less time, and after a longer wait the user should see which process holds it."""
 LONGEST_WAIT = 86_400.0  # Largest number of seconds to wait: a day. A larger one is a mistake
 Wait = Annotated[
     float,

@@ -6,12 +6,25 @@ import json as jsonlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from motiondb import Drift, Grammars, MotionDB, MotionGrammar, Scenes, Taking, WordSource
+    from motiondb import (
+        Drift,
+        Grammars,
+        KnownQuestion,
+        MotionDB,
+        MotionGrammar,
+        NotUsed,
+        Scenes,
+        Source,
+        StandalonePage,
+        Taking,
+        WordSource,
+    )
 
 
 def note_unlearned(db: MotionDB) -> None:
@@ -66,6 +79,17 @@ def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -
             typer.echo(taking.sentence(), err=True)
 
 
+def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: str) -> None:
+    """The interpretation of a question, and a line for every part that ``what`` does not use.
+
+    Unknown words are printed separately, on standard error.
+    """
+    typer.echo(f"understood: {question.understood}")
+    for left in not_used:
+        if left.text not in question.unknown:
+            typer.echo(f"{left.text!r} is not used in {what}: {left.reason}")
+
+
 def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
     """Print on standard error the replacements of words in the phrases of a motion grammar."""
     if not exact:
@@ -104,8 +128,10 @@ def note_sources(sources: Sequence[WordSource]) -> None:
 
 
 def print_json(value: object) -> None:
-    """Print a value as JSON on standard output."""
-    typer.echo(jsonlib.dumps(value, indent=2, ensure_ascii=False, default=str))
+    """Print an answer as JSON on standard output."""
+    from motiondb import to_json
+
+    typer.echo(jsonlib.dumps(to_json(value), indent=2, ensure_ascii=False))
 
 
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
@@ -183,12 +209,10 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
             bar.update(task, completed=1.0)
 
 
-def print_sources(facts: Mapping[str, Any]) -> None:
+def print_sources(sources: Sequence[Source]) -> None:
     """Print the captures from which a generated motion was made."""
-    for source in facts["sources"]:
-        typer.echo(
-            f"from {source['capture']}, {source['frames']} frames, licence {source['licence']}"
-        )
+    for source in sources:
+        typer.echo(f"from {source.capture}, {source.frames} frames, licence {source.licence}")
 
 
 def print_notes(notes: Sequence[str]) -> None:
@@ -208,3 +232,9 @@ def refuse(problems: Sequence[str]) -> None:
     print_problems(problems)
     if problems:
         raise typer.Exit(1)
+
+
+def write_html(path: Path, page: StandalonePage) -> None:
+    """Write the page of --html, and say so on standard error."""
+    page.write(path)
+    typer.echo(f"page: {path}", err=True)

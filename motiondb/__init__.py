@@ -16,11 +16,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from motiondb.answers.asking import like_answer, search_answer, words_over_time
+    from motiondb.answers.catalogue import listed_capture, shown_event
+    from motiondb.answers.grammars import GrammarAnswer
+    from motiondb.answers.learning import learned_summary
+    from motiondb.answers.making import Source
+    from motiondb.answers.plain import to_json
+    from motiondb.answers.scenes import scene_row
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
     from motiondb.database.generating import Generated
+    from motiondb.database.grammars.grammar_facts import grammar_row
     from motiondb.database.grammars.grammar_learning import GrammarSettings
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
@@ -50,7 +58,7 @@ if TYPE_CHECKING:
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.symbol_fitting import LearnSettings
-    from motiondb.page.serving.serve import serve
+    from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
     from motiondb.records import (
@@ -90,6 +98,7 @@ __all__ = [
     "FetchLimits",
     "FetchSettings",
     "Generated",
+    "GrammarAnswer",
     "GrammarReport",
     "GrammarSequence",
     "GrammarSettings",
@@ -121,6 +130,7 @@ __all__ = [
     "Scenes",
     "SheetError",
     "ShownAction",
+    "Source",
     "StandalonePage",
     "StoreError",
     "StoredScene",
@@ -136,20 +146,37 @@ __all__ = [
     "check_file",
     "compact",
     "fetch_cmu",
+    "grammar_row",
+    "learned_summary",
+    "like_answer",
+    "listed_capture",
     "load_knowledge",
     "open",
     "read_capture",
     "read_joint_map",
     "rescue",
+    "scene_row",
+    "search_answer",
     "serve",
     "shipped_starts",
+    "shown_event",
+    "to_json",
     "unit_from_name",
+    "words_over_time",
     "write_bvh",
     "write_gltf",
 ]
 __version__ = "0.1.0"
 
 _PLACES = {
+    "motiondb.answers.asking": "like_answer search_answer words_over_time",
+    "motiondb.answers.catalogue": "listed_capture shown_event",
+    "motiondb.answers.grammars": "GrammarAnswer",
+    "motiondb.answers.learning": "learned_summary",
+    "motiondb.answers.making": "Source",
+    "motiondb.answers.plain": "to_json",
+    "motiondb.answers.scenes": "scene_row",
+    "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.database": "MotionDB",
     "motiondb.database.checking": "check_file",
@@ -178,7 +205,7 @@ _PLACES = {
     "motiondb.generate.shown_actions": "JudgedAction",
     "motiondb.learn.knowledge": "Knowledge",
     "motiondb.learn.symbol_fitting": "LearnSettings",
-    "motiondb.page.serving.serve": "serve",
+    "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.search.asked_words": "WrittenWord",

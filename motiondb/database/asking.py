@@ -133,8 +133,8 @@ def _timeline(word: ExplainedWord) -> Timeline:
     return pictures.Timeline(
         word.word,
         [
-            (share.start, share.end, f"{share.amount:+.2f}", share.symbol)
-            for share in word.shares
-            if abs(share.amount) > LEAST_SHARE
+            (share.from_, share.to, f"{share.share:+.2f}", share.symbol)
+            for share in word.symbols
+            if abs(share.share) > LEAST_SHARE
         ],
     )

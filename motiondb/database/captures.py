@@ -21,9 +21,9 @@ from motiondb.search.unknown_words import Taking
 from motiondb.store import Provenance, Store
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.answers.catalogue import ShownActivity, ShownSegment
     from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.session import Session
-    from motiondb.database.showing import Row
     from motiondb.search.copies import DuplicateGroup
 
 
@@ -487,7 +487,7 @@ class Captures:
                 store.save_synonyms(self.store, table)
         return table
 
-    def segments(self, name: str) -> list[Row]:
+    def segments(self, name: str) -> list[ShownSegment]:
         """Symbols of a capture with their times (seconds); empty if it is not learned.
 
         Raises
@@ -500,7 +500,7 @@ class Captures:
         with self.session.reading():
             return showing.searched_segments(self.session, name)
 
-    def activities(self, name: str) -> list[Row]:
+    def activities(self, name: str) -> list[ShownActivity]:
         """The successive activities of a capture; empty if there is only one.
 
         Raises

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.answers.making import Source
 from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.files import to_bvh
@@ -32,9 +33,10 @@ class Made(Protocol):
 
 def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Write a motion, and beside it ``NAME.provenance.json``."""
+    kept = {k: v for k, v in facts.items() if k != "question" and (k != "words_from" or v)}
     beside = path.with_name(f"{path.stem}.provenance.json")
     write_clip(to_clip(made.motion), path)
-    write_bytes(beside, json.dumps({**facts, "frames": frame_runs(made)}, indent=1).encode())
+    write_bytes(beside, json.dumps({**kept, "frames": frame_runs(made)}, indent=1).encode())
     return {**facts, "output": str(path), "provenance": str(beside)}
 
 
@@ -44,18 +46,14 @@ def draw_generated(made: Made, title: str, path: str | Path) -> Path:
     return pictures.draw_strip(made.motion, path, title=title, timelines=[timeline])
 
 
-def source_facts(made: Made) -> list[dict[str, Any]]:
+def sources_of(provenance: store.Provenance) -> tuple[Source, ...]:
     """The captures that frames come from, with licence, digest and number of frames."""
-    provenance = made.provenance
-    return [
-        {
-            "capture": s.name,
-            "licence": s.licence or "unknown",
-            "sha256": s.sha256,
-            "frames": int((provenance.source_numbers == n).sum()),
-        }
+    return tuple(
+        Source(
+            s.name, s.licence or "unknown", s.sha256, int((provenance.source_numbers == n).sum())
+        )
         for n, s in enumerate(provenance.sources)
-    ]
+    )
 
 
 def frame_runs(made: Made) -> list[dict[str, Any]]:

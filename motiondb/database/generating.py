@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.asking import WordProbability, understood_question
+from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer
+from motiondb.answers.plain import to_json
 from motiondb.database.generated_files import (
     draw_generated,
-    source_facts,
+    sources_of,
     write_with_provenance,
 )
 from motiondb.database.session import Session, nearby_table
@@ -124,31 +127,27 @@ class Generated:
         """Whether every requested action is shown, according to the judge."""
         return all(one.shown is True for one in self.shown)
 
-    def facts(self) -> dict[str, Any]:
+    def facts(self) -> GeneratedAnswer:
         """The request, its decoding and the sources, for JSON; times in seconds."""
-        return {
-            "words": self.words,
-            "seed": self.seed,
-            "method": self.method,
-            "seconds": round(self.motion.n_frames / MOTION_FPS, 3),
-            "shown": self.shows_all,
-            "actions": [list(action) for action in self.actions],
-            "shown_actions": [_shown_facts(one) for one in self.shown],
-            "decided": list(self.decided),
-            "symbols": list(self.symbols),
-            "recognised": list(self.recognised),
-            "decodings": [
-                {
-                    "symbols": list(d.symbols),
-                    "log_probability": d.log_probability,
-                    "nodes_expanded": d.nodes_expanded,
-                    "certificate": d.certificate,
-                }
+        return GeneratedAnswer(
+            words=self.words,
+            seed=self.seed,
+            method=self.method,
+            seconds=round(self.motion.n_frames / MOTION_FPS, 3),
+            shown=self.shows_all,
+            actions=self.actions,
+            shown_actions=tuple(map(_verdict, self.shown)),
+            decided=self.decided,
+            symbols=self.symbols,
+            recognised=self.recognised,
+            decodings=tuple(
+                DecodedAction(d.symbols, d.log_probability, d.nodes_expanded, d.certificate)
                 for d in self.decodings
-            ],
-            "sources": source_facts(self),
-            **({"words_from": [asdict(s) for s in self.sources]} if self.sources else {}),
-        }
+            ),
+            sources=sources_of(self.provenance),
+            words_from=self.sources,
+            question=understood_question(self.question, self.not_used),
+        )
 
     def write(self, path: str | Path) -> dict[str, Any]:
         """Write the motion, and beside it ``NAME.provenance.json`` with the origin of its frames.
@@ -161,14 +160,14 @@ class Generated:
         Returns
         -------
         dict
-            The facts (:meth:`facts`), with the names of both files.
+            The facts (:meth:`facts`) as JSON has them, with the names of both files.
 
         Raises
         ------
         MotionDBError
             When the ending is another one, or a file cannot be written.
         """
-        return write_with_provenance(self, self.facts(), Path(path))
+        return write_with_provenance(self, to_json(self.facts()), Path(path))
 
     def draw(self, path: str | Path) -> Path:
         """Draw a strip of stick figures over the sources of the frames, as PNG.
@@ -315,15 +314,15 @@ def _to_generated(
     )
 
 
-def _shown_facts(one: JudgedAction) -> dict[str, Any]:
+def _verdict(one: JudgedAction) -> ActionVerdict:
     """One action for JSON; times in seconds."""
-    return {
-        "words": list(one.words),
-        "start": round(one.start / MOTION_FPS, 3),
-        "end": round(one.end / MOTION_FPS, 3),
-        "shown": one.shown,
-        "probability": one.probability,
-        "reason": one.reason,
-        "described": [{"word": word, "probability": p} for word, p in one.described],
-        "done": list(one.done),
-    }
+    return ActionVerdict(
+        one.words,
+        round(one.start / MOTION_FPS, 3),
+        round(one.end / MOTION_FPS, 3),
+        one.shown,
+        one.probability,
+        one.reason,
+        tuple(WordProbability(word, p) for word, p in one.described),
+        one.done,
+    )

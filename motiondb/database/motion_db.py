@@ -20,10 +20,10 @@ from motiondb.search.by_words import WordAnswer
 from motiondb.search.chances import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
+    from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.scenes.scene_verbs import Scenes
-    from motiondb.database.showing import Row
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
@@ -358,13 +358,13 @@ class MotionDB(Captures):
         """The words that were learned; word numbers count from 0 in this order."""
         return self.learned.association.words
 
-    def word_rows(self) -> list[Row]:
+    def word_rows(self) -> list[WordRow]:
         """Every word with its captions and its most probable symbols, commonest word first."""
         from motiondb.database import showing
 
         return showing.word_rows(self.learned)
 
-    def symbol_rows(self, n_words: int = 3) -> list[Row]:
+    def symbol_rows(self, n_words: int = 3) -> list[SymbolRow]:
         """Every symbol: cluster, segments, captures, mean length (seconds), most probable words.
 
         Parameters
@@ -376,7 +376,7 @@ class MotionDB(Captures):
 
         return showing.symbol_rows(self.learned, n_words)
 
-    def symbol_segments(self, symbol: int) -> list[Row]:
+    def symbol_segments(self, symbol: int) -> list[SymbolSegment]:
         """Segments of a symbol, those that it fits best first; times in seconds.
 
         Raises
@@ -546,12 +546,12 @@ class MotionDB(Captures):
 
         return check(self.store)
 
-    def info(self) -> dict[str, Any]:
+    def info(self) -> DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""
         from motiondb.database import showing
 
         with self.session.reading():
-            return showing.database_facts(self.session)
+            return showing.database_info(self.session)
 
     def runs(self) -> list[dict[str, Any]]:
         """All runs that changed the database, oldest first: kind, parameters, seed, version."""

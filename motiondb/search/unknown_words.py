@@ -53,10 +53,6 @@ class Taking:
         """Whether the known words replace the word; otherwise they are only suggested."""
         return self.probability >= TAKEN
 
-    def facts(self) -> list[dict[str, str | float]]:
-        """Return the known words with their probabilities, for JSON."""
-        return [{"word": known, "probability": p} for known, p in self.words]
-
     @property
     def shares(self) -> tuple[float, ...]:
         """Weights of the known words in the virtual word; their sum is 1."""

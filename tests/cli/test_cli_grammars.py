@@ -10,7 +10,7 @@ import pytest
 from command_answers import answer, string_of
 
 import motiondb
-from motiondb.cli.grammars import grammars, parsing
+from motiondb.cli import grammars, parsing
 from motiondb.database.grammars.grammar_learning import GrammarSettings
 from motiondb.database.grammars.grammar_parsing import ParsedMotion
 

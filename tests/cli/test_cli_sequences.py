@@ -13,7 +13,7 @@ import pytest
 from command_answers import answer, string_of
 
 import motiondb
-from motiondb.cli.grammars import sequences
+from motiondb.cli import sequences
 from motiondb.database.grammars.grammar_sequences import Edit
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by, read_grammar

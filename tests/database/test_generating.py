@@ -30,7 +30,7 @@ def test_every_asked_action_is_said_to_be_shown_or_not(db: MotionDB) -> None:
     assert [one.words for one in made.shown] == [("walk",), ("kick",)]
     assert [one.shown for one in made.shown] == [True, True]
     assert made.shows_all
-    assert made.facts()["shown"] is True
+    assert made.facts().shown
     assert made.spans[-1][1] == made.motion.n_frames
     for one in made.shown:
         assert one.probability is not None

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from motiondb.language import lemmas, vocabulary
 from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
@@ -39,6 +41,7 @@ def test_known_lemmas_are_the_answer_of_the_call_they_are_given_to() -> None:
     assert hold_to_known(parse("frobs", lemmas=known), {"frob": 1}).words == ("frob",)
 
 
+@pytest.mark.slow  # learns the sample data
 def test_words_that_were_learned_need_no_dictionary(learned_file: Path) -> None:
     ended = subprocess.run(
         [sys.executable, "-c", ASKED, str(learned_file)], capture_output=True, text=True, check=True

@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from page_serving import ADDRESS, INDEX, CheckedClient, Serve
+from page_serving import ADDRESS, INDEX, Serve
 from starlette.testclient import TestClient
 
-from motiondb.page.serving.application import make_application
+from motiondb.page.app import make_application
 from motiondb.page.settings import PageSettings
 
 
@@ -36,7 +36,7 @@ def serve(tmp_path: Path, bundle: Path) -> Iterator[Serve]:
             folder.mkdir()
             chosen = replace(PageSettings(database, warm=False), **settings)  # type: ignore[arg-type]
             application = make_application(chosen, folder, bundle)
-            return stack.enter_context(CheckedClient(application, base_url=ADDRESS))
+            return stack.enter_context(TestClient(application, base_url=ADDRESS))
 
         yield start
 
@@ -46,5 +46,5 @@ def client(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iter
     """A read-only server over the sample data."""
     folder = tmp_path_factory.mktemp("page")
     settings = PageSettings(learned_file, read_only=True, warm=False)
-    with CheckedClient(make_application(settings, folder, folder), base_url=ADDRESS) as asked:
+    with TestClient(make_application(settings, folder, folder), base_url=ADDRESS) as asked:
         yield asked

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from motiondb.body import body
-from motiondb.page.motion import container, figure
-from motiondb.page.motion.container import Track
+from motiondb.page import motion
+from motiondb.page.motion import Track
 from motiondb.records import Motion
 
 
@@ -26,8 +26,8 @@ def standing(n_frames: int) -> Motion:
 
 
 def test_a_figure_in_t_pose_has_its_points_where_the_body_has_them() -> None:
-    shown = figure.figure_of(standing(3))
-    at = dict(zip(figure.POINTS, shown.points[0]))
+    shown = motion.figure_of(standing(3))
+    at = dict(zip(motion.POINTS, shown.points[0]))
     np.testing.assert_allclose(at["pelvis"], [0.0, 0.93, 0.0], atol=1e-6)
     np.testing.assert_allclose(at["l_ankle"], [0.09, 0.08, 0.0], atol=1e-6)
     np.testing.assert_allclose(at["head_end"] - at["head"], [0.0, 0.18, 0.0], atol=1e-6)
@@ -36,18 +36,18 @@ def test_a_figure_in_t_pose_has_its_points_where_the_body_has_them() -> None:
 
 
 def test_points_have_a_parent_before_them_and_a_radius() -> None:
-    assert len(figure.POINTS) == len(figure.PARENTS) == len(figure.RADII) == 26
-    assert len(set(figure.POINTS)) == 26
-    assert figure.PARENTS[0] == -1
-    assert figure.RADII[0] == 0.0
-    for number, parent in enumerate(figure.PARENTS[1:], start=1):
+    assert len(motion.POINTS) == len(motion.PARENTS) == len(motion.RADII) == 26
+    assert len(set(motion.POINTS)) == 26
+    assert motion.PARENTS[0] == -1
+    assert motion.RADII[0] == 0.0
+    for number, parent in enumerate(motion.PARENTS[1:], start=1):
         assert 0 <= parent < number
-        assert figure.RADII[number] > 0.0
+        assert motion.RADII[number] > 0.0
 
 
 def test_a_container_is_laid_out_as_its_docstring_says() -> None:
-    track = container.body_track("ana/walk", "capture:ana/walk", figure.figure_of(standing(4)), 1.5)
-    data = container.pack([track, Track("ball", "capture:ana/walk", np.zeros((4, 3)))])
+    track = motion.body_track("ana/walk", "capture:ana/walk", motion.figure_of(standing(4)), 1.5)
+    data = motion.pack([track, Track("ball", "capture:ana/walk", np.zeros((4, 3)))])
     assert data[:4] == b"MDBM"
     length = int.from_bytes(data[4:8], "little")
     assert length % 4 == 0
@@ -64,15 +64,15 @@ def test_a_container_is_laid_out_as_its_docstring_says() -> None:
 
 
 def test_a_clip_of_thirty_seconds_has_less_than_300_kilobytes() -> None:
-    track = container.body_track("a", "capture:a", figure.figure_of(standing(900)))
-    assert len(container.pack([track])) < 150_000
+    track = motion.body_track("a", "capture:a", motion.figure_of(standing(900)))
+    assert len(motion.pack([track])) < 150_000
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # on a busy machine
 @given(st.lists(st.tuples(*[st.floats(-50.0, 50.0, width=32)] * 3), min_size=1, max_size=20))
 def test_quantised_points_are_accurate_to_a_millimetre(points: list[tuple[float, ...]]) -> None:
     array = np.array(points, dtype=float).reshape(-1, 3)
-    origin, scale, values = container.quantise(array)
+    origin, scale, values = motion.quantise(array)
     assert values.dtype == np.dtype("<i2")
     error = np.abs(origin + scale * values - array)
     assert (error <= scale / 2 + 1e-6).all()
@@ -80,13 +80,13 @@ def test_quantised_points_are_accurate_to_a_millimetre(points: list[tuple[float,
 
 
 def test_what_is_packed_is_read_again() -> None:
-    shown = figure.figure_of(standing(5))
+    shown = motion.figure_of(standing(5))
     tracks = [
-        container.body_track("A1", "scene:s", shown, 0.5),
+        motion.body_track("A1", "scene:s", shown, 0.5),
         Track("ball", "scene:s", np.arange(15.0).reshape(5, 3)),
-        Track("nobody", "capture:x", figure.no_points()),
+        Track("nobody", "capture:x", motion.no_points()),
     ]
-    again = container.read_tracks(container.pack(tracks))
+    again = motion.read_tracks(motion.pack(tracks))
     assert [t.name for t in again] == ["A1", "ball", "nobody"]
     for before, after in zip(tracks, again):
         assert after.points.shape == before.points.shape
@@ -97,7 +97,7 @@ def test_what_is_packed_is_read_again() -> None:
 
 @pytest.mark.parametrize(("wanted", "kept"), [(30.0, 7), (15.0, 4), (10.0, 3), (1.0, 1)])
 def test_a_lower_rate_keeps_frames_at_equal_distances(wanted: float, kept: int) -> None:
-    frames = figure.thinned(7, 30.0, wanted)
+    frames = motion.thinned(7, 30.0, wanted)
     assert len(frames) == kept
     assert frames[0] == 0
     assert len(set(np.diff(frames))) <= 1
@@ -105,9 +105,9 @@ def test_a_lower_rate_keeps_frames_at_equal_distances(wanted: float, kept: int) 
 
 @given(st.floats(-3.1, 3.1), st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
 def test_a_figure_faces_forward_whatever_its_heading(angle: float, x: float, z: float) -> None:
-    points = figure.figure_of(standing(3)).points
+    points = motion.figure_of(standing(3)).points
     turn = np.array(
         [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
     )
     moved = points @ turn.T + [x, 0.0, z]
-    np.testing.assert_allclose(figure.facing_forward(moved), points, atol=1e-9)
+    np.testing.assert_allclose(motion.facing_forward(moved), points, atol=1e-9)

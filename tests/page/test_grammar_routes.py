@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from page_serving import ADDRESS, CheckedClient, get, post, refused
+from page_serving import ADDRESS, get, post, refused
 from starlette.testclient import TestClient
 from test_job_routes import ended
 
-from motiondb.page.serving.application import make_application
+from motiondb.page.app import make_application
 from motiondb.page.settings import PageSettings
 
 CAPTURES = ["fatou/long_play_2", "chidi/long_play_1"]
@@ -25,19 +25,19 @@ def editor(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iter
     copy = Path(shutil.copy(learned_file, folder / "motions.duckdb"))
     (folder / "private").mkdir()
     application = make_application(PageSettings(copy, warm=False), folder / "private", folder)
-    with CheckedClient(application, base_url=ADDRESS) as client:
+    with TestClient(application, base_url=ADDRESS) as client:
         body = {"captures": CAPTURES, "name": "play", "sentences": "captures"}
         job = ended(client, post(client, "/api/grammars", body))
-        assert job["result"] == {"grammar": "play", "lost": []}
+        assert job["result"] == {"grammar": "play", "no_longer_editable": []}
         yield client
 
 
 def test_a_grammar_is_listed_and_shown(editor: TestClient) -> None:
     (row,) = get(editor, "/api/grammars")["grammars"]
     facts = get(editor, "/api/grammar", name="play")
-    assert (row["name"], row["captures"]) == ("play", 2)
+    assert (row["grammar"], row["captures"]) == ("play", 2)
     assert row["seconds"] == pytest.approx(sum(c["seconds"] for c in facts["captures"]), abs=0.01)
-    assert row["bits"] == pytest.approx(facts["bits"]["sum"])
+    assert row["bits"] == pytest.approx(facts["bits"])
     assert row["derives_new"] == facts["derives_new"]
     assert len(facts["terminals"]) == row["terminals"]
     assert [c["capture"] for c in facts["captures"]] == CAPTURES
@@ -46,10 +46,10 @@ def test_a_grammar_is_listed_and_shown(editor: TestClient) -> None:
 
 def test_a_sequence_is_a_strip_a_path_and_a_tree(editor: TestClient) -> None:
     made = post(editor, "/api/sequences", {"grammar": "play", "seed": 2})
-    strip, tree = made["strip"], made["tree"]
+    strip, tree = made["strip"], made["nodes"]
     assert [each["terminal"] for each in strip] == made["string"]
     assert (strip[0]["start"], strip[-1]["end"]) == (0.0, pytest.approx(made["seconds"], abs=0.01))
-    leaves = [node for node in tree if node["terminal"]]
+    leaves = [node for node in tree if node["is_terminal"]]
     assert [leaf["symbol"] for leaf in leaves] == made["string"]
     assert [leaf["start"] for leaf in leaves] == list(range(len(leaves)))
     for number, node in enumerate(tree[1:], start=1):
@@ -120,7 +120,7 @@ def test_a_saved_sequence_is_opened_as_it_was(editor: TestClient) -> None:
     saved = post(editor, "/api/sequences/save", {"id": made["id"], "name": "kept/one"})
     assert saved == {"capture": "kept/one", "ref": "capture:kept/one"}
     opened = post(editor, "/api/sequences/open", {"capture": "kept/one"})
-    for key in ("string", "strip", "tree", "path", "stretches"):
+    for key in ("string", "strip", "tree", "nodes", "path", "stretches"):
         assert opened[key] == made[key]
     assert get(editor, "/api/grammar", name="play")["sequences"] == ["kept/one"]
     assert get(editor, "/api/capture", name="kept/one")["grammar"] == "play"
@@ -132,5 +132,5 @@ def test_a_grammar_is_removed(editor: TestClient) -> None:
     body = {"captures": CAPTURES[:1], "name": "gone", "sentences": "captures"}
     ended(editor, post(editor, "/api/grammars", body))
     removed = editor.delete("/api/grammar", params={"name": "gone"}).json()
-    assert removed == {"removed": "gone", "lost": []}
+    assert removed == {"removed": "gone", "no_longer_editable": []}
     refused(editor, "/api/grammar", 404, name="gone")

@@ -9,7 +9,7 @@ import pytest
 from page_serving import Serve
 from starlette.testclient import TestClient
 
-from motiondb.page.serving.guard import POLICY
+from motiondb.page.guard import POLICY
 from motiondb.page.settings import UploadLimits
 
 CHANGES = [

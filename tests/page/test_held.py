@@ -12,7 +12,7 @@ import pytest
 
 import motiondb
 from motiondb.database.session import feature_arrays
-from motiondb.page.session.held import HeldDatabase
+from motiondb.page.held import HeldDatabase
 from motiondb.store import MotionPool
 
 
@@ -45,21 +45,12 @@ def test_the_file_is_free_while_features_are_computed(
         opened.append(subprocess.run([sys.executable, "-c", code, learned_copy]).returncode)
         return feature_arrays(motions)
 
-    monkeypatch.setattr("motiondb.page.session.held.feature_arrays", compute)
+    monkeypatch.setattr("motiondb.page.held.feature_arrays", compute)
     held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
     held.warm()
     held.warm()  # they are there now
     assert opened == [0]
     held.close()
-
-
-def test_features_of_an_earlier_revision_are_not_kept(learned_copy: Path) -> None:
-    with motiondb.open(learned_copy) as db:
-        motions = db.session.motions
-        arrays = feature_arrays(motions)
-        db.remove(["ana/bow_1"])
-        db.session.keep_features(motions, arrays)
-        assert len(db.session.features.capture_ids) == len(arrays["capture_ids"]) - 1
 
 
 def test_nothing_is_loaded_where_nothing_was_learned(tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def test_jobs_are_listed_newest_first_for_a_page_that_is_loaded_again(
 
 
 def test_a_worker_that_dies_is_told(tmp_path: Path) -> None:
-    from motiondb.page.long_work.jobs import FAILED, Jobs
+    from motiondb.page.jobs import FAILED, Jobs
 
     (tmp_path / "work").mkdir()
     jobs = Jobs(tmp_path / "new.duckdb", False, tmp_path / "work")

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
-from page_serving import ADDRESS, CheckedClient
+from page_serving import ADDRESS
 from starlette.testclient import TestClient
 
-from motiondb.page.long_work.jobs import Job, Jobs
-from motiondb.page.serving.application import make_application
+from motiondb.page.app import make_application
+from motiondb.page.jobs import Job, Jobs
 from motiondb.page.settings import PageSettings
 
 schemathesis = pytest.importorskip("schemathesis")
@@ -41,7 +41,7 @@ def asked(
     application = make_application(chosen, folder / "private", folder)
     with (
         pytest.MonkeyPatch.context() as patch,
-        CheckedClient(application, base_url=ADDRESS, raise_server_exceptions=False) as client,
+        TestClient(application, base_url=ADDRESS, raise_server_exceptions=False) as client,
     ):
         patch.setattr(Jobs, "start", lambda _self, kind, title, _parameters: Job(kind, title))
         yield schemathesis.openapi.from_dict(application.openapi()), client
@@ -70,9 +70,13 @@ def test_nothing_that_the_description_allows_fails(asked: tuple[Any, TestClient]
             continue
 
         @settings(
-            max_examples=EXAMPLES, derandomize=True, database=None, deadline=None,
-            phases=[Phase.generate], suppress_health_check=list(HealthCheck),
-        )  # fmt: skip
+            max_examples=EXAMPLES,
+            derandomize=True,
+            database=None,
+            deadline=None,
+            phases=[Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
         @given(case=operation.as_strategy())
         def try_one(case: Any) -> None:
             nonlocal tried
@@ -129,3 +133,13 @@ def test_deeply_nested_json_is_refused(asked: tuple[Any, TestClient]) -> None:
     headers = {"content-type": "application/json"}
     content = b'{"words": ' + b"[" * 100_000 + b"]" * 100_000 + b"}"
     assert client.post("/api/generate", content=content, headers=headers).status_code in (400, 422)
+
+
+def test_the_types_of_typescript_are_those_of_the_description(
+    asked: tuple[Any, TestClient],
+) -> None:
+    """Where this fails: ``python motiondb/page/web/typescript.py`` writes them again."""
+    from motiondb.page.web.typescript import TYPES, types_of
+
+    _, client = asked
+    assert TYPES.read_text() == types_of(client.get("/api/openapi.json").json())

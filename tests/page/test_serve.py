@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from motiondb.errors import MotionDBError
-from motiondb.page.serving import serve as serving
+from motiondb.page import serve as serving
 from motiondb.page.settings import PageSettings
 
 

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from motiondb.page.answers import PageError
-from motiondb.page.files.uploads import Uploads, clean_name
+from motiondb.page.errors import PageError
 from motiondb.page.settings import UploadLimits
+from motiondb.page.uploads import Uploads, clean_name
 
 
 @given(st.text(max_size=80))

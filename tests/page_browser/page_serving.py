@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from motiondb.page.serving.serve import serve
+from motiondb.page.serve import serve
 from motiondb.page.settings import PageSettings
 
 

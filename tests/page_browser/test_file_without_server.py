@@ -11,7 +11,7 @@ import pytest
 from page_tools import wait_for, wait_for_figure
 
 import motiondb
-from motiondb.page.standalone import search_page, write_standalone
+from motiondb import StandalonePage
 
 _BUNDLE = Path(__file__).parents[2] / "motiondb" / "page" / "bundle"
 
@@ -143,7 +143,7 @@ def test_several_characters_and_their_actions_play_together(asked_server, new_pa
 
 def test_the_file_that_motiondb_writes_opens(learned_database, new_page, tmp_path):
     with motiondb.open(learned_database, read_only=True) as db:
-        path = write_standalone(tmp_path / "out.html", search_page(db, db.search("kick", limit=2)))
+        path = StandalonePage.of_search(db, db.search("kick", limit=2)).write(tmp_path / "out.html")
     page = new_page(path.as_uri())
     wait_for_figure(page, ".answer .clip-canvas")
     assert page.locator(".answer").count() == 2

@@ -12,12 +12,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from motiondb import store
-from motiondb.database.generated_files import source_facts
+from motiondb.answers.asking import DescribedWord
+from motiondb.answers.grammars import (
+    GrammarAnswer,
+    GrammarRow,
+    LearnedTake,
+    Medoid,
+    SequenceAnswer,
+    TerminalRow,
+    TerminalSpan,
+    TerminalSymbol,
+)
+from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning
 from motiondb.database.learned_grammar import LearnedGrammar
@@ -42,40 +52,47 @@ LIMIT = 10_000  # Largest language whose strings are counted
 PATH_STEP = 3  # Frames from one point of a path to the next: ten points a second
 
 
-def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> dict[str, Any]:
+def grammar_facts(material: Material, meanings: Sequence[Meaning]) -> GrammarAnswer:
     """Return the facts of a grammar."""
     learned = material.learned
     runs = {run.run_id: run for run in store.load_runs(material.database)}
     run = runs[learned.run_id]
     grammar = learned.grammar
     lengths = [len(string) for string in learned.strings]
-    return {
-        "grammar": learned.name,
-        "run": learned.run_id,
-        "seed": run.seed,
-        "settings": {k: v for k, v in run.parameters.items() if k not in ("name", "captures")},
-        "captures": [
-            {
-                "capture": source.name,
-                "sha256": source.sha256,
-                "seconds": round(source.n_frames / MOTION_FPS, 3),
-                "there": take in material.numbers,
-            }
+    return GrammarAnswer(
+        grammar=learned.name,
+        run=learned.run_id,
+        seed=run.seed,
+        settings={k: v for k, v in run.parameters.items() if k not in ("name", "captures")},
+        captures=tuple(
+            LearnedTake(
+                source.name,
+                source.sha256,
+                round(source.n_frames / MOTION_FPS, 3),
+                take in material.numbers,
+            )
             for take, source in enumerate(learned.sources)
-        ],
-        "frames": sum(source.n_frames for source in learned.sources),
-        "segments": len(learned.terminals.takes),
-        "terminals": terminal_facts(learned, meanings),
-        "objective": None if np.isnan(learned.terminals.objective) else learned.terminals.objective,
-        "sentences": len(learned.sentences),
-        "sentence_lengths": [min(lengths), float(np.mean(lengths)), max(lengths)],
-        "nonterminals": len(grammar.nonterminals),
-        "rules": len(grammar.rules),
-        "derives_new": derives_new(grammar, learned.strings),
-        "bits": {**learned.bits, "sum": sum(learned.bits.values())},
-        "text": context_free.format_grammar(grammar),
-        "text_with_loops": format_loops(grammar),
-    }
+        ),
+        frames=sum(source.n_frames for source in learned.sources),
+        segments=len(learned.terminals.takes),
+        terminals=terminal_rows(learned, meanings),
+        objective=None if np.isnan(learned.terminals.objective) else learned.terminals.objective,
+        sentences=len(learned.sentences),
+        sentence_lengths=(min(lengths), float(np.mean(lengths)), max(lengths)),
+        nonterminals=len(grammar.nonterminals),
+        rules=len(grammar.rules),
+        derives_new=derives_new(grammar, learned.strings),
+        bits={**learned.bits, "sum": sum(learned.bits.values())},
+        text=context_free.format_grammar(grammar),
+        text_with_loops=format_loops(grammar),
+    )
+
+
+def grammar_row(size: store.GrammarSize) -> GrammarRow:
+    """Return the size of a grammar, for JSON."""
+    counts = vars(size) | {"bits": size.bits | {"sum": sum(size.bits.values())}}
+    run = counts.pop("run_id")
+    return GrammarRow(counts.pop("name"), run, **counts, seconds=round(size.seconds, 3))
 
 
 def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ...]]) -> bool:
@@ -92,55 +109,54 @@ def derives_new(grammar: context_free.Grammar, sentences: Sequence[tuple[str, ..
     return language is None or not language <= known
 
 
-def terminal_facts(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> list[dict[str, Any]]:
+def terminal_rows(learned: LearnedGrammar, meanings: Sequence[Meaning]) -> tuple[TerminalRow, ...]:
     """Return the facts of each terminal."""
     terminals = learned.terminals
-    facts = []
+    rows = []
     for k, (name, meaning) in enumerate(zip(terminals.names, meanings)):
         members = terminals.labels == k
         medoid = int(terminals.medoids[k])
-        facts.append(
-            {
-                "terminal": name,
-                "count": int(members.sum()),
-                "seconds": round(
-                    float((terminals.ends - terminals.starts)[members].mean()) / MOTION_FPS, 3
+        length = float((terminals.ends - terminals.starts)[members].mean()) / MOTION_FPS
+        rows.append(
+            TerminalRow(
+                name,
+                int(members.sum()),
+                round(length, 3),
+                tuple(DescribedWord(w, p) for w, p in meaning.words),
+                tuple(TerminalSymbol(s, p) for s, p in meaning.symbols),
+                Medoid(
+                    learned.sources[int(terminals.takes[medoid])].name,
+                    round(float(terminals.starts[medoid]) / MOTION_FPS, 3),
+                    round(float(terminals.ends[medoid]) / MOTION_FPS, 3),
                 ),
-                "words": [{"word": w, "probability": p} for w, p in meaning.words],
-                "symbols": [{"symbol": s, "share": p} for s, p in meaning.symbols],
-                "medoid": {
-                    "capture": learned.sources[int(terminals.takes[medoid])].name,
-                    "start": round(float(terminals.starts[medoid]) / MOTION_FPS, 3),
-                    "end": round(float(terminals.ends[medoid]) / MOTION_FPS, 3),
-                },
-            }
+            )
         )
-    return facts
+    return tuple(rows)
 
 
-def sequence_facts(sequence: GrammarSequence, seed: int) -> dict[str, Any]:
+def sequence_facts(sequence: GrammarSequence, seed: int) -> SequenceAnswer:
     """Return how a sequence was generated, for JSON.
 
     String, tree, costs of the joins, foot slip (m/s), the time of each terminal (seconds) and the
     sources of the frames.
     """
     made = sequence.made
-    return {
-        "grammar": sequence.grammar,
-        "seed": seed,
-        "string": list(sequence.string),
-        "tree": " ".join(map(str, sequence.trees)),
-        "sentences": len(sequence.trees),
-        "seconds": round(sequence.motion.n_frames / MOTION_FPS, 3),
-        "join_cost": sequence.choice.cost,
-        "foot_slip": made.slip,
-        "foot_slip_of_sources": made.source_slip,
-        "spans": [
-            {"terminal": terminal, "start": a / MOTION_FPS, "end": b / MOTION_FPS}
+    return SequenceAnswer(
+        grammar=sequence.grammar,
+        seed=seed,
+        string=sequence.string,
+        tree=" ".join(map(str, sequence.trees)),
+        sentences=len(sequence.trees),
+        seconds=round(sequence.motion.n_frames / MOTION_FPS, 3),
+        join_cost=float(sequence.choice.cost),
+        foot_slip=float(made.slip),
+        foot_slip_of_sources=float(made.source_slip),
+        spans=tuple(
+            TerminalSpan(terminal, float(a) / MOTION_FPS, float(b) / MOTION_FPS)
             for terminal, (a, b) in zip(sequence.string, made.spans)
-        ],
-        "sources": source_facts(sequence),
-    }
+        ),
+        sources=sources_of(sequence.provenance),
+    )
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.grammars import GrammarAnswer, SequenceAnswer
+from motiondb.answers.plain import to_json
 from motiondb.database.captures import Captures
 from motiondb.database.generated_files import write_with_provenance
 from motiondb.database.grammars import (
@@ -134,7 +136,7 @@ class Grammars:
             learned = self._session.learned if store.is_learned(self._session.store) else None
         return grammar_words.terminal_meanings(learned, material.learned, material.numbers)
 
-    def show(self, name: str) -> dict[str, Any]:
+    def show(self, name: str) -> GrammarAnswer:
         """Return the facts of a grammar, for printing or JSON; times in seconds."""
         return grammar_facts.grammar_facts(self.material(name), self.meanings(name))
 
@@ -351,7 +353,7 @@ class Grammars:
         """Compare a grammar with the finite state machine of its sentences."""
         return grammar_facts.compare(self.load(name), seed)
 
-    def facts(self, sequence: GrammarSequence, seed: int = 0) -> dict[str, Any]:
+    def facts(self, sequence: GrammarSequence, seed: int = 0) -> SequenceAnswer:
         """Return how a sequence was generated, for JSON: string, tree, joins and sources.
 
         Parameters
@@ -385,7 +387,7 @@ class Grammars:
         MotionDBError
             When the ending is another one, or a file cannot be written.
         """
-        return write_with_provenance(sequence, self.facts(sequence, seed), Path(path))
+        return write_with_provenance(sequence, to_json(self.facts(sequence, seed)), Path(path))
 
     def save(
         self,

@@ -26,6 +26,9 @@ from numpy.typing import NDArray
 
 from motiondb import files as capture
 from motiondb import pictures, store
+from motiondb.answers import plain
+from motiondb.answers.making import Source
+from motiondb.answers.scenes import MeasuredRule, SceneAnswer
 from motiondb.body import body, retarget
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
@@ -37,6 +40,14 @@ from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.report.report_records import (
+    Collision,
+    GuardReport,
+    ImpossibleMotion,
+    JumpReport,
+    LimbReport,
+    PaceReport,
+)
 
 # ----------------------------------------------------------------------------
 # The report of a scene as text and as facts for JSON.
@@ -49,78 +60,87 @@ from motiondb.scene.language.tactics_file import read_diagram
 # for throughout, those of its own actions and no others.
 
 
-_Span = tuple[int | None, int | None]
+_Span = tuple[int, int]
 
 
-def report_facts(record: store.StoredScene) -> dict[str, Any]:
+def report_facts(record: store.StoredScene) -> SceneAnswer:
     """Return everything that is known of a scene, for JSON.
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
-    ``frames``. They are null in scenes of earlier versions, which did not record them.
+    ``frames``.
     """
-    rest = {key: value for key, value in record.report.items() if key != "rule_frames"}
-    return {
-        "scene": record.name,
-        "settings": dict(record.settings),
-        "error": record.error,
-        "characters": len(record.players),
-        "clips": sum(len(player.clips) for player in record.players),
-        "frames": record.n_frames,
-        "seconds": round(record.n_frames / MOTION_FPS, 3),
-        "ball": bool(len(record.ball)),
-        "rules": len(record.rules),
-        "broken": sum(not rule.kept for rule in record.rules),
-        "actions": {
-            player.name: [clip.terminal for clip in player.clips] for player in record.players
+    rest: dict[str, Any] = dict(record.report)
+    del rest["rule_frames"]
+    for key, shape in _PARTS.items():
+        rest[key] = tuple(shape(**row) for row in rest[key])
+    return SceneAnswer(
+        scene=record.name,
+        characters=len(record.players),
+        clips=sum(len(player.clips) for player in record.players),
+        frames=record.n_frames,
+        seconds=round(record.n_frames / MOTION_FPS, 3),
+        error=record.error,
+        rules=len(record.rules),
+        broken=sum(not rule.kept for rule in record.rules),
+        settings=dict(record.settings),
+        ball=bool(len(record.ball)),
+        actions={
+            player.name: tuple(clip.terminal for clip in player.clips) for player in record.players
         },
-        "by_rule": [_rule_facts(rule, span) for rule, span in _spans(record)],
+        by_rule=tuple(_measured(rule, span) for rule, span in _spans(record)),
         **rest,
-    }
+    )
+
+
+_PARTS: dict[str, type] = {
+    "collisions": Collision,
+    "paces": PaceReport,
+    "impossible": ImpossibleMotion,
+    "planted_feet": JumpReport,
+    "near_limbs": LimbReport,
+    "guards": GuardReport,
+    "sources": Source,
+}  # What the lists of a stored report hold
 
 
 def _spans(record: store.StoredScene) -> list[tuple[store.SceneRule, _Span]]:
     """Return the rules, each with its first evaluated frame and the one after the last."""
-    unknown: list[_Span] = [(None, None)] * len(record.rules)
-    frames_of_rules = record.report.get("rule_frames", unknown)
-    return [
-        (rule, (start, end))
-        for rule, (start, end) in zip(record.rules, frames_of_rules, strict=True)
-    ]
+    frames = record.report["rule_frames"]
+    return [(rule, (start, end)) for rule, (start, end) in zip(record.rules, frames, strict=True)]
 
 
-def _rule_facts(rule: store.SceneRule, span: _Span) -> dict[str, Any]:
+def _measured(rule: store.SceneRule, span: _Span) -> MeasuredRule:
     start, end = span
-    return {
-        "player": rule.player,
-        "action": rule.action,
-        "clip": rule.clip,
-        "rule": rule.kind,
-        "about": rule.about,
-        "unit": rule.unit,
-        "before": round(rule.before, 4),
-        "after": round(rule.after, 4),
-        "threshold": round(rule.threshold, 4),
-        "frame": rule.frame,
-        "start": start,
-        "end": end,
-        "frames": None if start is None or end is None else end - start,
-        "kept": rule.kept,
-    }
+    return MeasuredRule(
+        rule.player,
+        rule.action,
+        rule.clip,
+        rule.kind,
+        rule.about,
+        rule.unit,
+        round(rule.before, 4),
+        round(rule.after, 4),
+        round(rule.threshold, 4),
+        rule.frame,
+        start,
+        end,
+        end - start,
+        rule.kept,
+    )
 
 
 def report_text(record: store.StoredScene) -> str:
     """Return the report as lines of text."""
     facts = report_facts(record)
     lines = [
-        f"{record.name}: {facts['characters']} characters, {facts['clips']} clips,"
-        f" {record.n_frames} frames ({facts['seconds']:.1f} s)",
+        f"{record.name}: {facts.characters} characters, {facts.clips} clips,"
+        f" {record.n_frames} frames ({facts.seconds:.1f} s)",
         f"error -log P(Z) {record.error:.2f} as sampled; seed {record.settings.get('seed')}",
         *cut_short_lines(record),
         "",
     ]
-    lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts["actions"].items()]
-    kept = facts["rules"] - facts["broken"]
-    lines += ["", f"rules kept: {kept} of {facts['rules']}", ""]
+    lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts.actions.items()]
+    lines += ["", f"rules kept: {facts.rules - facts.broken} of {facts.rules}", ""]
     lines += _table(
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
         [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
@@ -147,7 +167,7 @@ def cut_short_lines(record: store.StoredScene) -> list[str]:
 def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
     start, end = span
     frames, fault = str(rule.frame), "" if rule.kept else "BROKEN"
-    if start is not None and end is not None and end - start > 1:
+    if end - start > 1:
         frames = f"{start}-{end - 1}, {end - start} of {n_frames}"
         fault += f", most at {rule.frame}" * (not rule.kept)
     shown = [
@@ -312,7 +332,7 @@ def fill_scene_folder(
     _write(folder / RECORD, to_json(record))
     _write(folder / f"diagram{TACTICS}", record.diagram)
     _write(folder / f"{made.text.diagram.grammar}{GRAMMAR}", record.grammar)
-    _write(folder / "report.json", json.dumps(report_facts(record), indent=1))
+    _write(folder / "report.json", json.dumps(plain.to_json(report_facts(record)), indent=1))
     _write(folder / "report.txt", report_text(record) + "\n")
     if drawn:
         _draw(folder, made.text.diagram, motions, record, progress)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
+from motiondb.answers.scenes import SceneAnswer
 from motiondb.body import body
 from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
@@ -547,7 +548,7 @@ class Scenes:
         return scene_folder.draw_folder(Path(folder), Path(path))
 
     @staticmethod
-    def facts(scene: store.StoredScene) -> dict[str, Any]:
+    def facts(scene: store.StoredScene) -> SceneAnswer:
         """Return everything that is known of a scene, for JSON."""
         return scene_folder.report_facts(scene)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from motiondb.errors import UnknownWordsError
 from motiondb.language.question.manner import adverb_of, known_manner
@@ -19,7 +18,6 @@ from motiondb.language.question.tree import (
     Repeated,
     Without,
     join,
-    to_dict,
     walk,
     without,
 )
@@ -58,19 +56,6 @@ class KnownQuestion:
     def understood(self) -> str:
         """How the question is understood, as one line that is itself a question."""
         return say(self.tree)
-
-    def facts(self, not_used: Sequence[NotUsed]) -> dict[str, Any]:
-        """The question for JSON: its text, its interpretation, its tree, and its unused parts."""
-        return {
-            "text": self.text,
-            "understood": self.understood,
-            "tree": self.tree_facts(),
-            "not_used": [{"text": left.text, "reason": left.reason} for left in not_used],
-        }
-
-    def tree_facts(self) -> dict[str, Any]:
-        """The tree as plain dictionaries and lists, for JSON."""
-        return to_dict(self.tree)
 
 
 def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 SIDES = frozenset(("left", "right", "both"))
 _LIMBS_TEXT = """
@@ -215,42 +215,3 @@ def map_actions(node: Node, change: Callable[[Action], Action]) -> Node:
     if isinstance(node, Anything):
         return node
     return replace(node, parts=tuple(map_actions(part, change) for part in node.parts))
-
-
-def to_dict(node: Node) -> dict[str, Any]:
-    """A tree as plain dictionaries and lists, for JSON.
-
-    >>> to_dict(Repeated(Action(("kick", "left", "leg")), 2, 2))["part"]["sides"]
-    [{'side': 'left', 'limb': 'leg'}]
-    """
-    facts: dict[str, Any] = {"kind": _KINDS[type(node)]}
-    match node:
-        case Action(words, manner):
-            facts["words"] = list(words)
-            facts["sides"] = [{"side": side, "limb": limb} for side, limb in node.sides]
-            facts["manner"] = list(manner)
-        case Without(part, excluded):
-            facts["part"] = to_dict(part)
-            facts["excluded"] = [to_dict(one) for one in excluded]
-        case Repeated(part, least, most):
-            facts |= {"part": to_dict(part), "at_least": least, "at_most": most}
-        case Lasting(part, shortest, longest):
-            facts |= {"part": to_dict(part), "least_seconds": shortest, "most_seconds": longest}
-        case Anything():
-            pass
-        case _:
-            facts["parts"] = [to_dict(part) for part in node.parts]
-    return facts
-
-
-_KINDS: dict[type, str] = {
-    Action: "action",
-    Anything: "anything",
-    InOrder: "in_order",
-    AtOnce: "at_once",
-    Both: "both",
-    AnyOf: "any_of",
-    Without: "without",
-    Repeated: "repeated",
-    Lasting: "lasting",
-}

@@ -3,39 +3,90 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from motiondb.page.answers import Answer
-from motiondb.page.delivery.refs import load_motion, read_ref
-from motiondb.page.facts.asked_facts import like_facts, search_facts
-from motiondb.page.facts.capture_facts import description_facts
-from motiondb.page.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
-from motiondb.page.schemas import asking_schemas
-from motiondb.page.session.state import Page
+from motiondb.answers.asking import WordsOverTime, words_over_time
+from motiondb.answers.catalogue import SymbolRow, SymbolSegment
+from motiondb.page.refs import load_motion, read_ref
+from motiondb.page.replies import LikeReply, SearchReply, like_reply, search_reply
+from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
+from motiondb.page.state import Page
+
+
+@dataclass(frozen=True)
+class DescribeReply:
+    """The words of a motion over time."""
+
+    ref: str
+    duration: float
+    words: tuple[WordsOverTime, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacedSymbol(SymbolRow):
+    """A motion symbol with its coordinates."""
+
+    at: list[float]
+
+
+@dataclass(frozen=True)
+class SymbolCluster:
+    """A cluster of symbols, a Gaussian."""
+
+    cluster: int
+    weight: float
+    mean: list[float]
+    covariance: list[list[float]]
+
+
+@dataclass(frozen=True)
+class SpaceReply:
+    """The symbol space."""
+
+    dimensions: int
+    stress: list[float]
+    symbols: list[PlacedSymbol]
+    clusters: list[SymbolCluster]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayableSegment(SymbolSegment):
+    """A segment of a symbol that can be played."""
+
+    ref: str
+
+
+@dataclass(frozen=True)
+class SegmentsReply:
+    """Segments of a symbol, most typical first."""
+
+    symbol: int
+    total: int
+    segments: list[PlayableSegment]
 
 
 def router(page: Page) -> APIRouter:
     """Return the routes of questions."""
     routes = APIRouter(tags=["ask"])
 
-    @routes.get("/api/search", response_model=asking_schemas.SearchAnswer)
+    @routes.get("/api/search")
     def search(
         q: Annotated[str, Query(max_length=LONGEST_TEXT, description="Such as: walk, turn left.")],
         where: Where = "",
         limit: Limit = 10,
         exact: bool = False,
         by_symbols: bool = False,
-    ) -> Answer:
+    ) -> SearchReply:
         """Intervals that match a question in words, best first, each with its reasons."""
         began = time.perf_counter()
         with page.held.use() as db, db.session.reading():
             answer = db.search(q, where, limit, by_symbols, exact=exact)
-            facts = search_facts(db, answer)
-        return Answer(facts | {"took": round(time.perf_counter() - began, 4)})
+            return search_reply(db, answer, round(time.perf_counter() - began, 4))
 
-    @routes.get("/api/like", response_model=asking_schemas.LikeAnswer)
+    @routes.get("/api/like")
     def like(
         ref: RefText,
         start: Start = None,
@@ -43,57 +94,53 @@ def router(page: Page) -> APIRouter:
         where: Where = "",
         limit: Limit = 10,
         meaning: bool | None = None,
-    ) -> Answer:
+    ) -> LikeReply:
         """Intervals that move like a capture, an uploaded file, or a generated motion."""
         began = time.perf_counter()
         with page.held.use() as db, db.session.reading():
             example = load_motion(page, db, read_ref(ref), start, end)
-            facts = like_facts(db, db.like(example, None, None, where, limit, meaning))
-        took = round(time.perf_counter() - began, 4)
-        return Answer({"ref": ref, "start": start, "end": end} | facts | {"took": took})
+            answer = db.like(example, None, None, where, limit, meaning)
+            took = round(time.perf_counter() - began, 4)
+            return like_reply(db, answer, ref, start, end, took)
 
-    @routes.get("/api/describe", response_model=asking_schemas.Description)
-    def describe(ref: RefText, start: Start = None, end: End = None) -> Answer:
+    @routes.get("/api/describe")
+    def describe(ref: RefText, start: Start = None, end: End = None) -> DescribeReply:
         """The words of a motion over time, from the beginning of the part."""
         with page.held.use() as db, db.session.reading():
             motion = load_motion(page, db, read_ref(ref), start, end)
-            words = description_facts(db.describe(motion))
-        return Answer({"ref": ref, "duration": round(motion.duration, 3), "words": words})
+            words = words_over_time(db.describe(motion))
+        return DescribeReply(ref, round(motion.duration, 3), words)
 
-    @routes.get("/api/symbols", response_model=asking_schemas.SymbolSpaceFacts)
-    def symbols() -> Answer:
+    @routes.get("/api/symbols")
+    def symbols() -> SpaceReply:
         """The symbol space: coordinates, clusters, and the words of every symbol."""
         with page.held.use() as db:
             rows, space = db.symbol_rows(), db.learned.space
-        for row, at in zip(rows, space.coordinates):
-            row["at"] = at
         clusters = [
-            {"cluster": number, "weight": weight, "mean": mean, "covariance": covariance}
+            SymbolCluster(number, float(weight), mean.tolist(), covariance.tolist())
             for number, (weight, mean, covariance) in enumerate(
                 zip(space.weights, space.means, space.covars)
             )
         ]
-        return Answer(
-            {
-                "dimensions": space.coordinates.shape[1],
-                "stress": space.stress,
-                "symbols": rows,
-                "clusters": clusters,
-            }
-        )
+        placed = [
+            PlacedSymbol(**vars(row), at=at.tolist()) for row, at in zip(rows, space.coordinates)
+        ]
+        stress = [float(value) for value in space.stress]
+        return SpaceReply(space.coordinates.shape[1], stress, placed, clusters)
 
-    @routes.get("/api/symbol", response_model=asking_schemas.SymbolSegments)
+    @routes.get("/api/symbol")
     def symbol(
         symbol: Annotated[int, Query(ge=0, le=10**6)],
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         limit: Annotated[int, Query(ge=1, le=1000)] = 50,
-    ) -> Answer:
+    ) -> SegmentsReply:
         """The segments of a symbol, most typical first."""
         with page.held.use() as db:
             rows = db.symbol_segments(symbol)
         shown = [
-            row | {"ref": f"capture:{row['capture']}"} for row in rows[offset : offset + limit]
+            PlayableSegment(**vars(row), ref=f"capture:{row.capture}")
+            for row in rows[offset : offset + limit]
         ]
-        return Answer({"symbol": symbol, "total": len(rows), "segments": shown})
+        return SegmentsReply(symbol, len(rows), shown)
 
     return routes

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from dataclasses import dataclass
+from typing import Annotated
 
 from fastapi import APIRouter, Query
 
+from motiondb.answers.catalogue import DatabaseInfo, WordRow
 from motiondb.database import MotionDB
-from motiondb.database.catalogue.browsing import BrowsedCapture
+from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
 from motiondb.files.folder import CAPTURE_ENDINGS
-from motiondb.page.answers import Answer, PageError, unknown
-from motiondb.page.facts.capture_facts import (
-    caption_facts,
-    capture_facts,
-    facet_facts,
-    relation_facts,
-    row_facts,
-)
-from motiondb.page.parameters import Body, Name, Seconds, Text, Where
-from motiondb.page.schemas import catalogue_schemas
-from motiondb.page.session.held import database_facts
-from motiondb.page.session.state import Page, WordEdit
+from motiondb.learn.drift import Drift
+from motiondb.page.errors import PageError, unknown
+from motiondb.page.held import info_and_drift
+from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
+from motiondb.page.routes.parameters import Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
+from motiondb.page.state import Page, WordEdit
 from motiondb.records import Caption
+from motiondb.search.copies import DuplicateGroup
+
+MOST_SHOWN = 50  # Largest number of values of a facet that are sent; longer lists are searched
 
 
 class CaptionBody(Body):
@@ -47,75 +46,180 @@ class CaptionsBody(Body):
     words: list[CaptionBody]
 
 
+@dataclass(frozen=True)
+class Accepted:
+    """What may be uploaded."""
+
+    captures: tuple[str, ...]
+    skeletons: tuple[str, ...]
+    sheets: tuple[str, ...]
+    max_file_bytes: int
+    max_request_bytes: int
+    max_files: int
+
+
+@dataclass(frozen=True)
+class AllowedFolder:
+    """A folder that the user allowed."""
+
+    root: int
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Status(DatabaseInfo):
+    """The contents of the database, and what the page may do."""
+
+    version: str
+    read_only: bool
+    revision: int
+    drift: Drift | None
+    accepts: Accepted
+    folders: list[AllowedFolder]
+    running_jobs: int
+
+
+@dataclass(frozen=True)
+class CapturePage:
+    """Rows of the catalogue."""
+
+    total: int
+    offset: int
+    revision: int
+    captures: list[CaptureRow]
+
+
+@dataclass(frozen=True)
+class FacetValue:
+    """A value of a column, with the filter that selects its captures."""
+
+    value: str
+    count: int
+    where: str | None
+
+
+@dataclass(frozen=True)
+class FacetRow:
+    """The values of a column or tag."""
+
+    column: str
+    values: list[FacetValue]
+    more: int
+    missing: int
+
+
+@dataclass(frozen=True)
+class FacetsReply:
+    """The facets of the captures that a filter selects."""
+
+    total: int
+    facets: list[FacetRow]
+
+
+@dataclass(frozen=True)
+class CapturesRemoved:
+    """Captures that were removed."""
+
+    removed: list[str]
+
+
+@dataclass(frozen=True)
+class DuplicatesReply:
+    """All groups of captures that repeat one another."""
+
+    groups: tuple[DuplicateGroup, ...]
+
+
+@dataclass(frozen=True)
+class VocabularyReply:
+    """The learned words, most frequent first."""
+
+    words: list[WordRow]
+
+
+@dataclass(frozen=True)
+class WordsEdited:
+    """The words of a capture after an edit."""
+
+    capture: str
+    words: tuple[Caption, ...]
+    counted: bool
+    new_words: tuple[str, ...]
+    undo: int  # Edits that can be undone
+
+
+@dataclass(frozen=True)
+class UndoState:
+    """The number of edits that can be undone, and the capture of the next one."""
+
+    left: int
+    capture: str | None
+
+
+@dataclass(frozen=True)
+class WordsUndone:
+    """The words of a capture after an edit was undone."""
+
+    capture: str
+    words: tuple[Caption, ...]
+    left: int
+
+
 def router(page: Page) -> APIRouter:
     """Return the routes of the catalogue."""
     routes = APIRouter(tags=["catalogue"])
 
-    @routes.get("/api/status", response_model=catalogue_schemas.StatusFacts)
-    def status() -> Answer:
+    @routes.get("/api/status")
+    def status() -> Status:
         """The contents of the database, and what this page may do."""
         with page.held.use() as db:
-            return Answer(_status(page, db))
+            return _status(page, db)
 
-    @routes.get("/api/captures", response_model=catalogue_schemas.CaptureRows)
+    @routes.get("/api/captures")
     def captures(
         where: Where = "",
         sort: Annotated[str, Query(max_length=200)] = "name",
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         limit: Annotated[int, Query(ge=1, le=1000)] = 100,
-    ) -> Answer:
+    ) -> CapturePage:
         """Rows of the catalogue: filtered, sorted, and one page at a time."""
         with page.held.use() as db, db.session.reading():
             browsed = db.browse(where, sort, offset, limit)
-            rows = [row_facts(row) for row in browsed.rows]
-            facts = {"total": browsed.total, "offset": offset, "revision": db.revision()}
-        return Answer(facts | {"captures": rows})
+            rows = [capture_row(row) for row in browsed.rows]
+            return CapturePage(browsed.total, offset, db.revision(), rows)
 
-    @routes.get("/api/facets", response_model=catalogue_schemas.FacetList)
-    def facets(where: Where = "") -> Answer:
+    @routes.get("/api/facets")
+    def facets(where: Where = "") -> FacetsReply:
         """The number of captures for each value of columns and tags."""
         with page.held.use() as db:
             total = db.browse(where, limit=1).total
-            facts = [facet_facts(facet) for facet in db.facets(where)]
-        return Answer({"total": total, "facets": facts})
+            return FacetsReply(total, [_facet_row(facet) for facet in db.facets(where)])
 
-    @routes.get("/api/capture", response_model=catalogue_schemas.CaptureFacts)
-    def capture(name: Name) -> Answer:
+    @routes.get("/api/capture")
+    def capture(name: Name) -> CaptureDetails:
         """Everything about one capture."""
         with page.held.use() as db, db.session.reading():
-            return Answer(capture_facts(db, find_row(db, name)))
+            return capture_details(db, find_row(db, name))
 
-    @routes.delete("/api/capture", response_model=catalogue_schemas.Removed)
-    def remove(name: Name) -> Answer:
+    @routes.delete("/api/capture")
+    def remove(name: Name) -> CapturesRemoved:
         """Remove a capture from the database."""
         page.check_writable()
         with page.held.use() as db:
             find_row(db, name)
-            return Answer({"removed": db.remove([name])})
+            return CapturesRemoved(db.remove([name]))
 
-    @routes.get("/api/duplicates", response_model=catalogue_schemas.DuplicateGroups)
-    def duplicates() -> Answer:
+    @routes.get("/api/duplicates")
+    def duplicates() -> DuplicatesReply:
         """Groups of captures that repeat one another."""
         with page.held.use() as db:
-            groups = db.duplicates()
-        return Answer(
-            {
-                "groups": [
-                    {
-                        "keep": group.captures[0],
-                        "captures": group.captures,
-                        "relations": [relation_facts(r) for r in group.relations],
-                    }
-                    for group in groups
-                ]
-            }
-        )
+            return DuplicatesReply(db.duplicates())
 
-    @routes.get("/api/vocabulary", response_model=catalogue_schemas.Vocabulary)
-    def vocabulary() -> Answer:
+    @routes.get("/api/vocabulary")
+    def vocabulary() -> VocabularyReply:
         """The words that were learned, with their symbols."""
         with page.held.use() as db:
-            return Answer({"words": db.word_rows()})
+            return VocabularyReply(db.word_rows())
 
     _word_routes(routes, page)
     return routes
@@ -124,8 +228,8 @@ def router(page: Page) -> APIRouter:
 def _word_routes(routes: APIRouter, page: Page) -> None:
     """Add the routes that change words, and undo."""
 
-    @routes.post("/api/words", response_model=catalogue_schemas.WordsChanged)
-    def set_words(body: WordsBody) -> Answer:
+    @routes.post("/api/words")
+    def set_words(body: WordsBody) -> WordsEdited:
         """Write the caption of a capture, or of a part of it."""
         page.check_writable()
         timed = body.start is not None or body.end is not None
@@ -133,25 +237,25 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
         new = Caption(body.words, body.start, body.end)
         with page.held.use() as db, page.editing:
             before = db.captions(find_row(db, body.capture).info.name)
-            return Answer(_change(page, db, body.capture, (*before, new) if keep else (new,)))
+            return _change(page, db, body.capture, (*before, new) if keep else (new,))
 
-    @routes.put("/api/captions", response_model=catalogue_schemas.WordsChanged)
-    def set_captions(body: CaptionsBody) -> Answer:
+    @routes.put("/api/captions")
+    def set_captions(body: CaptionsBody) -> WordsEdited:
         """Replace all captions of a capture; an empty list removes them."""
         page.check_writable()
         captions = tuple(Caption(c.words, c.start, c.end) for c in body.words)
         with page.held.use() as db, page.editing:
             find_row(db, body.capture)
-            return Answer(_change(page, db, body.capture, captions))
+            return _change(page, db, body.capture, captions)
 
-    @routes.get("/api/undo", response_model=catalogue_schemas.Undoable)
-    def undoable() -> Answer:
+    @routes.get("/api/undo")
+    def undoable() -> UndoState:
         """The number of edits that can be undone, and the capture of the next one."""
         last = page.edits[-1].capture if page.edits else None
-        return Answer({"left": len(page.edits), "capture": last})
+        return UndoState(len(page.edits), last)
 
-    @routes.post("/api/undo", response_model=catalogue_schemas.Undone)
-    def undo() -> Answer:
+    @routes.post("/api/undo")
+    def undo() -> WordsUndone:
         """Undo the latest edit of words that this page made."""
         page.check_writable()
         with page.held.use() as db, page.editing:
@@ -167,8 +271,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
                     "ConflictError",
                 )
             db.set_captions(last.capture, last.before)
-            words = caption_facts(db.captions(last.capture))
-        return Answer({"capture": last.capture, "words": words, "left": len(page.edits)})
+            return WordsUndone(last.capture, db.captions(last.capture), len(page.edits))
 
 
 def find_row(db: MotionDB, name: str) -> BrowsedCapture:
@@ -179,49 +282,54 @@ def find_row(db: MotionDB, name: str) -> BrowsedCapture:
     return row
 
 
-def _change(
-    page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...]
-) -> dict[str, Any]:
-    """Replace the captions of a capture, remember how to undo it, and return the facts."""
+def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...]) -> WordsEdited:
+    """Replace the captions of a capture, and remember how to undo it."""
     before = db.captions(capture)
     change = db.set_captions(capture, captions)
     after = db.captions(capture)
     page.edits.append(WordEdit(capture, before, after))
-    return {
-        "capture": capture,
-        "words": caption_facts(after),
-        "counted": bool(change.counted),
-        "new_words": list(change.new_words),
-        "undo": len(page.edits),
-    }
+    return WordsEdited(capture, after, bool(change.counted), change.new_words, len(page.edits))
 
 
-_LEARNED = ("symbols", "clusters", "words", "current", "not_yet_learned")
+def _facet_row(facet: Facet) -> FacetRow:
+    """Return the number of captures for each value, and the filter that selects them."""
+    values = [
+        FacetValue(value, count, _condition(facet.column, value))
+        for value, count in facet.values[:MOST_SHOWN]
+    ]
+    more = max(len(facet.values) - MOST_SHOWN, 0)
+    return FacetRow(facet.column, values, more, facet.missing)
 
 
-def _status(page: Page, db: MotionDB) -> dict[str, Any]:
-    facts, drift = database_facts(db)
-    limits = page.settings.limits
-    return {
-        **dict.fromkeys(_LEARNED),
-        **facts,
-        "version": VERSION,
-        "database": page.settings.database.name,
-        "read_only": page.settings.read_only,
-        "revision": db.revision(),
-        "drift": drift
-        and {"relearn": drift.relearn, "reasons": drift.reasons, "words": drift.words},
-        "accepts": {
-            "captures": CAPTURE_ENDINGS,
-            "skeletons": SKELETON_ENDINGS,
-            "sheets": SHEET_ENDINGS,
-            "max_file_bytes": limits.file_bytes,
-            "max_request_bytes": limits.request_bytes,
-            "max_files": limits.files,
-        },
-        "folders": [
-            {"root": number, "name": folder.name or str(folder)}
-            for number, folder in enumerate(page.settings.folders)
-        ],
-        "running_jobs": sum(not job.is_over for job in page.jobs.all()),
-    }
+def _condition(column: str, value: str) -> str | None:
+    """Return the filter for a value; None if the filter language cannot quote it.
+
+    >>> _condition("performer", "ana")
+    'performer="ana"'
+    >>> print(_condition("licence", 'a "b" and c'))
+    licence='a "b" and c'
+    """
+    quotes = [quote for quote in "\"'" if quote not in value]
+    return f"{column}={quotes[0]}{value}{quotes[0]}" if quotes else None
+
+
+def _status(page: Page, db: MotionDB) -> Status:
+    info, drift = info_and_drift(db)
+    limits, folders = page.settings.limits, page.settings.folders
+    return Status(
+        **vars(info) | {"database": page.settings.database.name},
+        version=VERSION,
+        read_only=page.settings.read_only,
+        revision=db.revision(),
+        drift=drift,
+        accepts=Accepted(
+            CAPTURE_ENDINGS,
+            SKELETON_ENDINGS,
+            SHEET_ENDINGS,
+            limits.file_bytes,
+            limits.request_bytes,
+            limits.files,
+        ),
+        folders=[AllowedFolder(n, folder.name or str(folder)) for n, folder in enumerate(folders)],
+        running_jobs=sum(not job.is_over for job in page.jobs.all()),
+    )

@@ -10,12 +10,18 @@ from starlette.responses import Response
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
-from motiondb.page.delivery.refs import Ref, load_motion, read_ref
-from motiondb.page.delivery.scene_motions import load_scene, made_scene
-from motiondb.page.motion import container, figure
-from motiondb.page.motion.container import Track, body_track
-from motiondb.page.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
-from motiondb.page.session.state import Page
+from motiondb.page.motion import (
+    MEDIA_TYPE,
+    Track,
+    body_track,
+    facing_forward,
+    figure_of,
+    no_points,
+    pack,
+)
+from motiondb.page.refs import Ref, load_motion, load_scene, made_scene, read_ref
+from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start
+from motiondb.page.state import Page
 from motiondb.records import MOTION_FPS
 
 MOST_THUMBS = 200  # Largest number of thumbnails of one request
@@ -24,7 +30,7 @@ MOST_MOTIONS = 64  # Largest number of motions of one request
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "Motion as binary; docs/page.md describes the format.",
-        "content": {container.MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
+        "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
 }  # OpenAPI description of binary motion
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
@@ -49,7 +55,7 @@ def router(page: Page) -> APIRouter:
         if start is None and end is None and fps == MOTION_FPS:
             made = made_scene(page, read_ref(ref))
             if made is not None:  # as the job wrote it, without opening the database
-                return Response(made, media_type=container.MEDIA_TYPE)
+                return Response(made, media_type=MEDIA_TYPE)
         with page.held.use() as db, db.session.reading():
             data = tracks_of(page, db, Part(ref=ref, start=start, end=end), fps)
         return _binary(data)
@@ -84,22 +90,22 @@ def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
         return load_scene(page, db, ref, part.start, part.end, fps)
     loaded = load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
-    return [body_track(ref.name, part.ref, figure.figure_of(loaded), first, fps)]
+    return [body_track(ref.name, part.ref, figure_of(loaded), first, fps)]
 
 
 def _thumb(db: MotionDB, name: str) -> Track:
     ref = str(Ref("capture", name))
     row = db.browsed(name)
     if row is None:
-        return Track(name, ref, figure.no_points())
+        return Track(name, ref, no_points())
     seconds = min(row.info.duration, THUMB_SECONDS)
     frames = row.info.motion_frames
     end = THUMB_SECONDS if frames > THUMB_SECONDS * MOTION_FPS else None
-    shown = figure.figure_of(db.motion(name, None, end))
+    shown = figure_of(db.motion(name, None, end))
     rate = min(MOTION_FPS, THUMB_FRAMES / max(seconds, 1e-3))
     track = body_track(name, ref, shown, 0.0, rate)
-    return Track(name, ref, figure.facing_forward(track.points[:THUMB_FRAMES]), fps=track.fps)
+    return Track(name, ref, facing_forward(track.points[:THUMB_FRAMES]), fps=track.fps)
 
 
 def _binary(tracks: list[Track]) -> Response:
-    return Response(container.pack(tracks), media_type=container.MEDIA_TYPE)
+    return Response(pack(tracks), media_type=MEDIA_TYPE)

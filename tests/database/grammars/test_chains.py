@@ -30,8 +30,8 @@ def test_a_chain_is_as_long_as_wanted_and_each_part_is_a_sentence(asked_dances: 
     assert again.motion.local_rotations.tobytes() == made.motion.local_rotations.tobytes()
     facts = asked_dances.grammars.facts(made, 2)
     json.dumps(facts)
-    assert facts["sentences"] == len(made.trees)
-    assert facts["tree"] == " ".join(map(str, made.trees))
+    assert facts.sentences == len(made.trees)
+    assert facts.tree == " ".join(map(str, made.trees))
 
 
 def test_a_sequence_begins_and_ends_as_sentences_of_the_takes_do(asked_dances: MotionDB) -> None:

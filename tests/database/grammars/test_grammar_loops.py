@@ -57,8 +57,8 @@ def test_a_grammar_with_loops_is_stored_shown_read_and_compared(looping: MotionD
     assert tuple(derived) == learned.strings
     facts = grammars.show("looping")
     n = sum(len(string) for string in learned.strings)
-    assert facts["text_with_loops"].splitlines()[0] == f"S -> A+ [{1 - 2 / n:.4g}]"
-    assert facts["derives_new"]
+    assert facts.text_with_loops.splitlines()[0] == f"S -> A+ [{1 - 2 / n:.4g}]"
+    assert facts.derives_new
     parsed = grammars.parse("looping", "fatou/dance_1")
     assert parsed.fault is None
     assert [tree.leaves() for tree in parsed.trees] == [parsed.string]

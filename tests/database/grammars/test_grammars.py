@@ -112,7 +112,7 @@ def test_sizes_are_those_of_what_is_shown(asked_dances: MotionDB) -> None:
     sizes = asked_dances.grammars.sizes()
     assert [size.name for size in sizes] == ["dance", "nested"]
     for size in sizes:
-        facts = asked_dances.grammars.show(size.name)
+        facts = motiondb.to_json(asked_dances.grammars.show(size.name))
         assert size.run_id == facts["run"]
         assert size.captures == len(facts["captures"])
         assert size.seconds == pytest.approx(sum(c["seconds"] for c in facts["captures"]), abs=0.01)
@@ -210,7 +210,7 @@ def test_a_grammar_outlives_its_captures(dances: MotionDB) -> None:
     assert dances.grammars.material("dance").missing == ()
     dances.remove(["dora/long_dance_1"])
     assert dances.grammars.material("dance").missing == ("dora/long_dance_1",)
-    assert [c["there"] for c in dances.grammars.show("dance")["captures"]] == [True, False]
+    assert [c.there for c in dances.grammars.show("dance").captures] == [True, False]
     material = dances.grammars.material("dance")
     learned = material.learned
     here = set(learned.terminals.labels[learned.terminals.takes == 0].tolist())
@@ -250,7 +250,7 @@ def test_motion_symbols_may_be_terminals(learned_copy: Path) -> None:
         symbols = table.symbols[table.capture_ids == number]
         assert learned.strings == (tuple(f"s{s}" for s in symbols),)
         assert learned.symbols.tolist() == sorted(set(symbols.tolist()))
-        facts = db.grammars.show("fight")
+        facts = motiondb.to_json(db.grammars.show("fight"))
         for terminal in facts["terminals"]:
             symbol, share = terminal["symbols"][0].values()
             assert (f"s{symbol}", share) == (terminal["terminal"], 1.0)

@@ -114,7 +114,7 @@ def test_without_a_caption_words_are_found_described_and_generated(started: Moti
     made = started.generate("a person walks", seed=1)
     assert made.motion.n_frames > 20
     assert [s.word for s in made.sources] == ["walk"]
-    assert made.facts()["words_from"][0]["start"] == "samples"
+    assert made.facts().words_from[0].start == "samples"
 
 
 def test_probabilities_stand_beside_words_that_own_captions_hold(
@@ -195,7 +195,7 @@ def test_own_words_join_the_vocabulary(bare: MotionDB, handed_on: Path) -> None:
     for name in NAMES:
         bare.set_words(name, f"zigzag {Path(name).name[:-2]}")
     bare.learn(start=handed_on)
-    facts = bare.info()["start"]
+    facts = bare.info().start
     assert facts["own_captions"] == 8
     assert facts["words_of_own_captions_alone"] == 1
     assert facts["weight"] == pytest.approx(start_weight(8), abs=1e-4)
@@ -235,7 +235,7 @@ def test_the_shipped_start_is_sound_and_holds_lemmas_alone() -> None:
 def test_the_shipped_start_finds_kicks_among_captures_that_a_program_made(bare: MotionDB) -> None:
     bare.learn(start="cmu")
     assert bare.search("walk", limit=1).matches[0].capture.endswith("walk_1")
-    assert bare.info()["start"]["name"] == "cmu"
+    assert bare.info().start["name"] == "cmu"
 
 
 def test_what_cannot_be_started_from_is_refused(

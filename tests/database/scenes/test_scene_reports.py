@@ -10,6 +10,9 @@ import pytest
 from motiondb import store
 from motiondb.database.scenes.scene_folder import report_facts, report_text
 
+LISTS = (
+    "collisions", "paces", "impossible", "planted_feet", "near_limbs", "guards", "sources",
+)  # fmt: skip
 CLIP = store.SceneClip("guard", "ada/guard_1", "ab" * 32, 10, 97)
 SCENE = store.StoredScene(
     "play",
@@ -24,7 +27,18 @@ SCENE = store.StoredScene(
         store.SceneRule("D1", "guard", 1, "distance", "A1", "m", 0.5, 0.2, 0.0, 201, False),
         store.SceneRule("D1", "guard", 1, "direction", "A1", "deg", 3.0, 30.0, 20.0, 240, False),
     ),
-    report={"collisions": [], "rule_frames": [[40, 127], [200, 230], [240, 241]]},
+    report={
+        **dict.fromkeys(LISTS, ()),
+        "rule_frames": [[40, 127], [200, 230], [240, 241]],
+        "collisions_before": 0,
+        "feet": {},
+        "bone_error": 0.0,
+        "ball_gap": None,
+        "too_fast": [],
+        "settled": True,
+        "tries": 1,
+        "cut_short": False,
+    },
 )
 
 
@@ -38,12 +52,11 @@ def table_of(scene: store.StoredScene) -> list[str]:
 
 def test_every_rule_tells_the_frames_that_it_looked_at() -> None:
     facts: Any = report_facts(SCENE)
-    assert [(r["start"], r["end"], r["frames"], r["frame"]) for r in facts["by_rule"]] == [
+    assert [(r.start, r.end, r.frames, r.frame) for r in facts.by_rule] == [
         (40, 127, 87, 60),
         (200, 230, 30, 201),
         (240, 241, 1, 240),
     ]
-    assert "rule_frames" not in facts
     assert table_of(SCENE) == [
         "40-126, 87 of 328",
         "200-229, 30 of 328  BROKEN, most at 201",
@@ -59,28 +72,19 @@ def test_sampling_that_time_ended_is_told() -> None:
     assert said not in report_text(SCENE)
     short = replace(SCENE, report={**SCENE.report, "cut_short": True})
     assert report_text(short).splitlines()[2] == said
-    assert report_facts(short)["cut_short"] is True
+    assert report_facts(short).cut_short
     at = {"try": 2, "rounds": 31, "of": 70}
     told = replace(short, report={**short.report, "cut_at": at})
     assert report_text(told).splitlines()[2] == f"{said}; it ended after 31 of 70 rounds of try 2"
 
 
-def test_scenes_that_did_not_note_frames_are_told_as_before() -> None:
-    old = replace(SCENE, report={"collisions": []})
-    assert table_of(old) == ["60", "201    BROKEN", "240    BROKEN"]
-    facts: Any = report_facts(old)
-    assert {(r["start"], r["end"], r["frames"]) for r in facts["by_rule"]} == {(None, None, None)}
-
-
 def test_frames_of_other_rules_are_refused() -> None:
     with pytest.raises(ValueError, match="zip"):
-        report_text(replace(SCENE, report={"rule_frames": [[40, 127]]}))
+        report_text(replace(SCENE, report={**SCENE.report, "rule_frames": [[40, 127]]}))
 
 
 def test_impossible_motion_is_told_with_its_frames() -> None:
-    assert "impossible" not in report_text(SCENE)  # a scene of an earlier version
-    possible = replace(SCENE, report={**SCENE.report, "impossible": []})
-    assert "impossible motion: none" in report_text(possible).splitlines()
+    assert "impossible motion: none" in report_text(SCENE).splitlines()
     walk = {
         "kind": "airborne", "players": ["A1"], "action": "walk", "start": 20, "end": 32,
         "frame": 26, "value": 12.0, "limit": 3.0, "unit": "frames",
@@ -98,7 +102,7 @@ def test_impossible_motion_is_told_with_its_frames() -> None:
         "  A1 and D1, frame 7: limbs pass through each other",
     ]
     facts: Any = report_facts(scene)
-    assert [motion["frame"] for motion in facts["impossible"]] == [26, 7]
+    assert [motion.frame for motion in facts.impossible] == [26, 7]
 
 
 def test_guards_feet_and_limbs_are_told_beside_the_rules() -> None:

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.answers.asking import question_tree
+from motiondb.answers.plain import to_json
 from motiondb.errors import QueryError
 from motiondb.language.question.parse import parse
 from motiondb.language.question.say import say
@@ -28,7 +30,6 @@ from motiondb.language.question.tree import (
     actions_of,
     at_once,
     join,
-    to_dict,
     walk,
     without,
 )
@@ -64,7 +65,7 @@ def test_restatement(text: str, said: str) -> None:
 
 def test_tree_as_json() -> None:
     tree = parse("kick twice with the left leg, ? for 2 s, not (walk slowly)").tree
-    assert json.loads(json.dumps(to_dict(tree))) == {
+    assert to_json(question_tree(tree)) == {
         "kind": "without",
         "part": {
             "kind": "in_order",
@@ -195,7 +196,7 @@ def test_any_text_is_understood_or_refused(text: str) -> None:
         question = parse(text)
         assert any(isinstance(node, Action) for node in walk(question.tree))
         assert all(a.words or a.manner for a in walk(question.tree) if isinstance(a, Action))
-        json.dumps(to_dict(question.tree))
+        json.dumps(to_json(question_tree(question.tree)))
         assert say(question.tree).strip()
         assert all(left.text and left.reason for left in question.not_used)
 

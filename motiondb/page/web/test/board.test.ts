@@ -13,7 +13,8 @@ import {
 import { curvePoints, triesOf } from "../src/views/board/curve.ts";
 import { inOrder } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
-import type { Rule, Spot } from "../src/views/board/types.ts";
+import type { MeasuredRule } from "../src/api/types.ts";
+import type { Spot } from "../src/views/board/spot.ts";
 
 const length = (points: readonly Spot[]): number =>
   points.slice(1).reduce((sum, [x, z], i) => sum + Math.hypot(x - points[i]![0], z - points[i]![1]), 0);
@@ -166,7 +167,7 @@ test("the curve of errors falls from the top left to the bottom right", () => {
 });
 
 test("broken rules come first", () => {
-  const rule = (kept: boolean, frame: number): Rule => ({
+  const rule = (kept: boolean, frame: number): MeasuredRule => ({
     player: "A1",
     action: "run",
     rule: "position",
@@ -176,9 +177,10 @@ test("broken rules come first", () => {
     after: 0,
     threshold: 0,
     frame,
-    start: null,
-    end: null,
-    frames: null,
+    clip: 0,
+    start: 0,
+    end: 1,
+    frames: 1,
     kept,
   });
   const ordered = inOrder([rule(true, 1), rule(false, 9), rule(true, 0)]);

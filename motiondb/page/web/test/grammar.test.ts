@@ -16,7 +16,7 @@ import {
   timesOf,
   waysTo,
 } from "../src/views/grammar/layout.ts";
-import type { TreeNode } from "../src/views/grammar/types.ts";
+import type { TreeNode } from "../src/api/types.ts";
 
 const STRIP = [
   { start: 0, end: 2 },
@@ -26,19 +26,19 @@ const STRIP = [
 
 /** S(a A(b B() c)): B derives nothing. */
 const TREE: TreeNode[] = [
-  { symbol: "S", parent: -1, start: 0, end: 3, terminal: false },
-  { symbol: "a", parent: 0, start: 0, end: 1, terminal: true },
-  { symbol: "A", parent: 0, start: 1, end: 3, terminal: false },
-  { symbol: "b", parent: 2, start: 1, end: 2, terminal: true },
-  { symbol: "B", parent: 2, start: 2, end: 2, terminal: false },
-  { symbol: "c", parent: 2, start: 2, end: 3, terminal: true },
+  { symbol: "S", parent: -1, start: 0, end: 3, is_terminal: false },
+  { symbol: "a", parent: 0, start: 0, end: 1, is_terminal: true },
+  { symbol: "A", parent: 0, start: 1, end: 3, is_terminal: false },
+  { symbol: "b", parent: 2, start: 1, end: 2, is_terminal: true },
+  { symbol: "B", parent: 2, start: 2, end: 2, is_terminal: false },
+  { symbol: "c", parent: 2, start: 2, end: 3, is_terminal: true },
 ];
 
 /** A tree that goes down at every terminal: X -> x X | x. */
 function deep(levels: number): TreeNode[] {
   return Array.from({ length: levels }, (_, i): TreeNode[] => [
-    { symbol: "X", parent: i === 0 ? -1 : 2 * i - 2, start: i, end: levels, terminal: false },
-    { symbol: "x", parent: 2 * i, start: i, end: i + 1, terminal: true },
+    { symbol: "X", parent: i === 0 ? -1 : 2 * i - 2, start: i, end: levels, is_terminal: false },
+    { symbol: "x", parent: 2 * i, start: i, end: i + 1, is_terminal: true },
   ]).flat();
 }
 

@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import type { QuestionTree } from "../src/api/types.ts";
-import { chipsOf, type Chip } from "../src/views/search/question.ts";
+import { chipsOf, type Chip, type QuestionTree } from "../src/views/search/question.ts";
 import { reasonRows } from "../src/views/search/reasons.ts";
 
 const action = (...words: string[]): QuestionTree => ({ kind: "action", words, sides: [], manner: [] });

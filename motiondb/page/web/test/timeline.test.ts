@@ -39,26 +39,27 @@ test("rulers have round times and not too many", () => {
 });
 
 test("lanes say what they do not know", () => {
-  const [block] = symbolLane([{ symbol: 4, start: 0, end: 1, known: false }]).blocks;
+  const [block] = symbolLane([{ symbol: 4, start: 0, end: 1, log_likelihood: null, known: false }]).blocks;
   assert.equal(block!.faint, true);
   assert.match(block!.title, /unlike everything learned/);
   assert.equal(
-    wordLane([{ start: 0, end: 1, words: [{ word: "walk", probability: 0.2 }] }]).blocks[0]!.label,
+    wordLane([{ start: 0, end: 1, words: [{ word: "walk", probability: 0.2 }], symbols: [] }]).blocks[0]!
+      .label,
     "–",
   );
   const unchecked = wordLane([
-    { start: 0, end: 1, words: ["walk", "run"].map((word) => ({ word, probability: null })) },
+    { start: 0, end: 1, words: ["walk", "run"].map((word) => ({ word, probability: null })), symbols: [] },
   ]).blocks[0]!;
   assert.deepEqual([unchecked.label, unchecked.faint], ["walk", true]);
   assert.match(unchecked.title, /^walk, run, /);
   const drawn = stretchLane([
-    { start: 0, end: 1, capture: null, source_start: null, licence: null, edit: "" },
+    { start: 0, end: 1, capture: "", source_start: 0, licence: "unknown", edits: [] },
   ]).blocks[0]!;
   assert.equal(drawn.label, "drawn from the model");
 });
 
 test("a stretch names its licence", () => {
-  const title = stretchLane([{ start: 0, end: 1, capture: "a", source_start: 2, licence: "CC0", edit: "" }])
+  const title = stretchLane([{ start: 0, end: 1, capture: "a", source_start: 2, licence: "CC0", edits: [] }])
     .blocks[0]!.title;
   assert.match(title, /a from 2\.00 s, licence CC0/);
 });

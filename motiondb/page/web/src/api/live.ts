@@ -1,24 +1,26 @@
 /** News from the server: the database changed, a job went on. */
 
 import { get } from "./client.ts";
-import type { Job } from "./types.ts";
+import type { JobReply } from "./types.ts";
 
 export type News =
-  { kind: "revision"; revision: number } | { kind: "job"; job: Job } | { kind: "connection"; open: boolean };
+  | { kind: "revision"; revision: number }
+  | { kind: "job"; job: JobReply }
+  | { kind: "connection"; open: boolean };
 
 export interface Live {
   /** Call a listener with every piece of news; returns a function that stops this. */
   listen(listener: (news: News) => void): () => void;
   /** The jobs that the server knows, newest first. */
-  jobs(): readonly Job[];
+  jobs(): readonly JobReply[];
 }
 
 /** Listen to the server; jobs that began before this page was loaded are requested. */
 export function openLive(): Live {
   const listeners = new Set<(news: News) => void>();
-  const jobs = new Map<string, Job>();
+  const jobs = new Map<string, JobReply>();
   const tell = (news: News): void => listeners.forEach((listener) => listener(news));
-  const learn = (job: Job): void => {
+  const learn = (job: JobReply): void => {
     jobs.set(job.id, job);
     tell({ kind: "job", job });
   };
@@ -30,10 +32,10 @@ export function openLive(): Live {
     source.addEventListener("revision", (event) =>
       tell({ kind: "revision", ...(JSON.parse(event.data) as { revision: number }) }),
     );
-    source.addEventListener("job", (event) => learn(JSON.parse(event.data) as Job));
+    source.addEventListener("job", (event) => learn(JSON.parse(event.data) as JobReply));
     source.addEventListener("open", () => {
       tell({ kind: "connection", open: true });
-      get<{ jobs: Job[] }>("/api/jobs").then(
+      get<{ jobs: JobReply[] }>("/api/jobs").then(
         (answer) => answer.jobs.forEach(learn),
         () => undefined, // the next opening asks again
       );

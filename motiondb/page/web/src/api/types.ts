@@ -1,101 +1,166 @@
-/** Types of the server's answers. The contract is `GET /api/openapi.json`. Times in seconds. */
+/** Types of requests and replies, written by ../../typescript.py. Times in seconds. */
+
+export interface Accepted {
+  captures: string[];
+  skeletons: string[];
+  sheets: string[];
+  max_file_bytes: number;
+  max_request_bytes: number;
+  max_files: number;
+}
+
+export interface AcceptedFile {
+  name: string;
+  ref: string;
+  bytes: number;
+  kind: string;
+}
+
+export interface ActionTree {
+  kind: "action";
+  words: string[];
+  sides: SideOfAction[];
+  manner: string[];
+}
+
+export interface ActionVerdict {
+  words: string[];
+  start: number;
+  end: number;
+  shown: boolean | null;
+  probability: number | null;
+  reason: string;
+  described: WordProbability[];
+  done: string[];
+}
+
+export interface AddBody {
+  upload?: string | null;
+  folder?: FolderBody | null;
+  words?: string | null;
+  unit?: string | null;
+  fps?: number | null;
+  keep_implausible?: boolean;
+  skip_bad_frames?: boolean;
+}
+
+export interface AllowedFolder {
+  root: number;
+  name: string;
+}
+
+export interface AlternativesBody {
+  id: string;
+  at: number;
+  wider?: number;
+  narrower?: number;
+  number?: number;
+  seed?: number;
+}
+
+export interface AlternativesReply {
+  region: Region;
+  can_widen: boolean;
+  can_narrow: boolean;
+  alternatives: (PlayableAlternative | Unplayable)[];
+}
+
+export interface AnythingTree {
+  kind: "anything";
+}
+
+export interface BoardBody {
+  text?: string | null;
+  diagram?: DiagramShape | null;
+}
+
+export interface BoardFault {
+  line: number;
+  message: string;
+  player: string;
+}
+
+export interface BoardFile {
+  name: string;
+  title: string;
+  shipped: boolean;
+}
+
+export interface BoardKinds {
+  kinds: string[];
+  teams: string[];
+  grammars: string[];
+}
+
+export interface BoardRemoved {
+  removed: string;
+}
+
+export interface BoardReply {
+  name: string;
+  shipped: boolean;
+  text: string;
+  diagram: DiagramShape | null;
+  feasible: boolean;
+  fault: string | null;
+  line: number | null;
+  faults: BoardFault[];
+  holder: string | null;
+  elements: ElementVerdict[];
+  players: PlayerVerdict[];
+  clips: Record<string, number>;
+  without_clips: string[];
+}
+
+export interface BoardsReply {
+  boards: BoardFile[];
+}
 
 export interface Caption {
   words: string;
-  /** null: the whole capture. */
   start: number | null;
   end: number | null;
 }
 
-export interface Segment {
-  symbol: number;
-  start: number;
-  end: number;
-  known: boolean;
+export interface CaptionBody {
+  words: string;
+  start?: number | null;
+  end?: number | null;
 }
 
-export interface Source {
+export interface CaptionsBody {
   capture: string;
-  licence: string;
-  sha256: string;
-  frames: number;
+  words: CaptionBody[];
 }
 
-export interface Stretch {
-  start: number;
-  end: number;
-  capture: string | null;
-  source_start: number | null;
-  licence: string | null;
-  edit: string;
-}
-
-export interface WordProbability {
-  word: string;
-  probability: number;
-}
-
-/** A word of a motion; without a probability where no own caption has checked it. */
-export interface DescribedWord {
-  word: string;
-  probability: number | null;
-}
-
-export interface WordsOverTime {
-  start: number;
-  end: number;
-  words: DescribedWord[];
-  symbols?: number[];
-}
-
-export interface Status {
-  version: string;
-  database: string;
-  read_only: boolean;
-  learned: boolean;
-  current: boolean;
-  captures: number;
-  generated: number;
-  seconds: number;
-  performers: number;
-  captures_with_words: number;
-  copies: number;
-  grammars: number;
-  symbols: number | null;
-  clusters: number | null;
-  words: number | null;
-  not_yet_learned: number;
-  bytes: number;
-  revision: number;
-  drift: { relearn: boolean; reasons: string[]; words: string[] };
-  accepts: {
-    captures: string[];
-    /** Files that belong to captures: skeletons of ASF/AMC. */
-    skeletons: string[];
-    sheets: string[];
-    max_file_bytes: number;
-    max_request_bytes: number;
-    max_files: number;
-  };
-  folders: { root: number; name: string }[];
-  running_jobs: number;
-}
-
-export interface CaptureRow {
+export interface CaptureDetails {
+  capture_id: number;
   name: string;
-  ref: string;
-  kind: string;
+  sha256: string;
   format: string;
+  kind: string;
   fps: number;
-  frames: number;
+  n_frames: number;
   duration: number;
-  performer: string | null;
-  licence: string | null;
+  motion_frames: number;
+  leg_length: number;
+  path: string;
+  run_id: number;
   tags: Record<string, string>;
-  words: Caption[];
   notes: string[];
+  words: Caption[];
+  ref: string;
   learned: boolean;
   copies: number;
+  relations: Relation[];
+  events: ShownEvent[];
+  segments: ShownSegment[];
+  activities: ShownActivity[];
+  recognised: WordsOverTime[];
+  sources: Source[];
+  stretches: Stretch[];
+  grammar: string | null;
+  string: string[] | null;
 }
 
 export interface CapturePage {
@@ -105,37 +170,921 @@ export interface CapturePage {
   captures: CaptureRow[];
 }
 
-export interface Facet {
-  column: string;
-  label: string;
-  values: { value: string; count: number; where: string }[];
-  more: number;
-}
-
-export interface CopyRelation {
-  capture: string;
+export interface CaptureRow {
+  capture_id: number;
+  name: string;
+  sha256: string;
+  format: string;
   kind: string;
-  other: string;
-  start: number | null;
-  end: number | null;
-  distance?: number;
-}
-
-/** One capture: as a row, but with its copies listed. */
-export interface CaptureFacts extends Omit<CaptureRow, "copies"> {
-  copies: CopyRelation[];
+  fps: number;
+  n_frames: number;
+  duration: number;
+  motion_frames: number;
   leg_length: number;
   path: string;
+  run_id: number;
+  tags: Record<string, string>;
+  notes: string[];
+  words: Caption[];
+  ref: string;
+  learned: boolean;
+  copies: number;
+}
+
+export interface CapturesRemoved {
+  removed: string[];
+}
+
+export interface Collision {
+  players: [string, string];
+  start: number;
+  end: number;
+  depth: number;
+}
+
+export interface CourtShape {
+  width: number;
+  length: number;
+  behind_rim: number;
+  lines: boolean;
+}
+
+export interface DecodedAction {
+  symbols: number[];
+  log_probability: number;
+  nodes_expanded: number;
+  certificate: string;
+}
+
+export interface Decoding {
+  symbols: number[];
+  log_probability: number;
+  nodes_expanded: number;
+  certificate: string;
+  bound: number;
+}
+
+export interface DescribeReply {
+  ref: string;
+  duration: number;
+  words: WordsOverTime[];
+}
+
+export interface DescribedWord {
+  word: string;
+  probability: number | null;
+}
+
+export interface DiagramShape {
+  title: string;
+  players: PlayerShape[];
+  grammar: string;
+  ball: string;
+  court: CourtShape;
+  places: PlaceShape[];
+  elements: ElementShape[];
+}
+
+export interface DownloadBody {
+  items: Part[];
+  format?: "bvh" | "glb" | "source";
+  canonical?: boolean;
+}
+
+export interface Drift {
+  captures_added: number;
+  captures_removed: number;
+  seconds_added: number;
+  explained_less: number;
+  strange: number;
+  below_background: number;
+  strange_of_all: number;
+  new_words: number;
+  turnover: number;
+  words: string[];
+  relearn: boolean;
+  reasons: string[];
+}
+
+export interface DuplicateGroup {
+  captures: string[];
+  relations: Relation[];
+}
+
+export interface DuplicatesReply {
+  groups: DuplicateGroup[];
+}
+
+export interface ElementShape {
+  kind: "move" | "walk" | "run" | "cut" | "dribble" | "pass" | "shoot" | "layup" | "screen" | "feint" | "fake" | "pivot_left" | "pivot_right" | "guard" | "block";
+  step: number;
+  player: string;
+  other: string;
+  caught: number;
+  via: [number, number][];
+  to: [number, number] | null;
+  line: number | null;
+}
+
+export interface ElementVerdict {
+  element: number;
+  feasible: boolean;
+  reason: string | null;
+}
+
+export interface ExplainedExclusion {
+  amount: number;
+  log_odds: number;
+  words: ExplainedWord[];
+}
+
+export interface ExplainedWord {
+  word: string;
+  log_odds: number;
+  log_probability: number;
+  contribution: number;
+  prior: number;
+  written: number;
+  as_caption: number;
+  symbols: SymbolShare[];
+  strongest: SymbolShare[];
+  others: number;
+}
+
+export interface Explanation {
+  log_odds: number;
+  together: number;
+  words: ExplainedWord[];
+  excluded: ExplainedExclusion[];
+}
+
+export interface FacetRow {
+  column: string;
+  values: FacetValue[];
+  more: number;
+  missing: number;
+}
+
+export interface FacetValue {
+  value: string;
+  count: number;
+  where: string | null;
+}
+
+export interface FacetsReply {
+  total: number;
+  facets: FacetRow[];
+}
+
+export interface FolderBody {
+  root: number;
+  path?: string;
+}
+
+export interface FolderReply {
+  root: number;
+  path: string;
+  folders: string[];
+  captures: number;
+  sheets: string[];
+}
+
+export interface GenerateBody {
+  words: string;
+  seed?: number;
+  variants?: number;
+  method?: "stitched" | "trajectory";
+  exact?: boolean;
+}
+
+export interface GenerateReply {
+  question: UnderstoodQuestion;
+  taken: Record<string, WordProbability[]>;
+  suggested: Record<string, WordProbability[]>;
+  unknown: Record<string, string[]>;
+  sentences: string[];
+  variants: MadeReply[];
+}
+
+export interface GrammarRemoved {
+  removed: string;
+  no_longer_editable: string[];
+}
+
+export interface GrammarReply {
+  grammar: string;
+  run: number;
+  seed: number | null;
+  settings: Record<string, unknown>;
+  captures: LearnedTake[];
+  frames: number;
+  segments: number;
+  terminals: TerminalRow[];
+  objective: number | null;
+  sentences: number;
+  sentence_lengths: [number, number, number];
+  nonterminals: number;
+  rules: number;
+  derives_new: boolean;
+  bits: Record<string, number>;
+  text: string;
+  text_with_loops: string;
+  sequences: string[];
+}
+
+export interface GrammarsReply {
+  grammars: ListedGrammar[];
+}
+
+export interface GuardReport {
+  player: string;
+  target: string;
+  near: number;
+  far: number;
+  n_frames: number;
+  outside: number;
+  farthest: number;
+  frame: number;
+}
+
+export interface ImpossibleMotion {
+  kind: string;
+  players: string[];
+  action: string;
+  start: number;
+  end: number;
+  frame: number;
+  value: number;
+  limit: number;
+  unit: string;
+}
+
+export interface JobReply {
+  what: string;
+  share: number;
+  error: number | null;
+  preview: string | null;
+  id: string;
+  kind: string;
+  title: string;
+  state: "waiting" | "running" | "done" | "failed" | "cancelled";
+  started: number;
+  seconds: number;
+  message: string | null;
+  error_kind: string | null;
+  result: Record<string, unknown> | null;
+  curve: [number, number][];
+}
+
+export interface JobsReply {
+  jobs: JobReply[];
+}
+
+export interface JoinedTree {
+  kind: "in_order" | "at_once" | "both" | "any_of";
+  parts: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
+}
+
+export interface JumpReport {
+  player: string;
+  foot: string;
+  metres: number;
+  start: number;
+  end: number;
+  source_metres: number;
+}
+
+export interface KeepBody {
+  ref: string;
+  name: string;
+}
+
+export interface LastingTree {
+  kind: "lasting";
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  least_seconds: number | null;
+  most_seconds: number | null;
+}
+
+export interface LearnBody {
+  captures: string[];
+  name?: string | null;
+  terminals?: number | null;
+  sentences?: "auto" | "captures" | "captions";
+  from_symbols?: boolean;
+  shortest?: number;
+  longest?: number;
+  seed?: number;
+}
+
+export interface LearnedTake {
+  capture: string;
   sha256: string;
-  events: { time: number; name: string; joint: string | null; other: string | null }[];
-  segments: Segment[];
-  activities: { activity: number; start: number; end: number; words: string[] }[];
-  recognised: WordsOverTime[];
+  seconds: number;
+  there: boolean;
+}
+
+export interface LearningBody {
+  symbols?: number | null;
+  seed?: number;
+}
+
+export interface LikeReply {
+  matches_anything: boolean | null;
+  strength: number | null;
+  threshold: number | null;
+  unchecked: string;
+  matches: ShownMatch[];
+  ref: string;
+  start: number | null;
+  end: number | null;
+  not_yet_learned: number;
+  took: number | null;
+}
+
+export interface LimbReport {
+  players: [string, string];
+  metres: number;
+  frame: number;
+  n_frames: number;
+}
+
+export interface ListedGrammar {
+  grammar: string;
+  run: number;
+  captures: number;
+  frames: number;
+  terminals: number;
+  segments: number;
+  sentences: number;
+  nonterminals: number;
+  rules: number;
+  bits: Record<string, number>;
+  seconds: number;
+  derives_new: boolean;
+}
+
+export interface ListedScene {
+  scene: string;
+  characters: number;
+  clips: number;
+  frames: number;
+  seconds: number;
+  error: number;
+  rules: number;
+  broken: number;
+  ref: string;
+}
+
+export interface MadeReply {
+  words: string;
+  seed: number;
+  method: string;
+  seconds: number;
+  shown: boolean;
+  actions: string[][];
+  shown_actions: ActionVerdict[];
+  decided: string[];
+  symbols: number[];
+  recognised: number[];
+  decodings: DecodedAction[];
   sources: Source[];
+  words_from: WordSource[];
+  question: UnderstoodQuestion;
+  id: string;
+  ref: string;
+  recognised_words: WordsOverTime[];
   stretches: Stretch[];
-  grammar: string | null;
-  string: string[] | null;
-  scene: string | null;
+  saved: string | null;
+}
+
+export interface MatchPart {
+  words: string;
+  start: number;
+  end: number;
+  probability: number | null;
+  interval_probability: number | null;
+  place: string;
+}
+
+export interface MeasuredRule {
+  player: string;
+  action: string;
+  clip: number;
+  rule: string;
+  about: string;
+  unit: string;
+  before: number | null;
+  after: number | null;
+  threshold: number | null;
+  frame: number;
+  start: number;
+  end: number;
+  frames: number;
+  kept: boolean;
+}
+
+export interface Medoid {
+  capture: string;
+  start: number;
+  end: number;
+}
+
+export interface MotionsBody {
+  items: Part[];
+  fps?: number;
+}
+
+export interface NamedBoardBody {
+  text?: string | null;
+  diagram?: DiagramShape | null;
+  name: string;
+}
+
+export interface NotUsed {
+  text: string;
+  reason: string;
+}
+
+export interface OpenBody {
+  capture: string;
+}
+
+export interface PaceReport {
+  player: string;
+  before: number;
+  after: number;
+}
+
+export interface Part {
+  ref: string;
+  start?: number | null;
+  end?: number | null;
+}
+
+export interface PlaceShape {
+  name: string;
+  at: [number, number];
+}
+
+export interface PlacedSymbol {
+  symbol: number;
+  cluster: number;
+  count: number;
+  captures: number;
+  seconds: number;
+  words: WordProbability[];
+  at: number[];
+}
+
+export interface PlayableAlternative {
+  grammar: string;
+  seed: number;
+  string: string[];
+  tree: string;
+  sentences: number;
+  seconds: number;
+  join_cost: number;
+  foot_slip: number;
+  foot_slip_of_sources: number;
+  spans: TerminalSpan[];
+  sources: Source[];
+  id: string;
+  ref: string;
+  parent: string | null;
+  edited: Positions | null;
+  saved: string | null;
+  strip: WordedTerminal[];
+  path: RootPath;
+  nodes: TreeNode[];
+  stretches: Stretch[];
+  region: string[];
+  log_probability: number;
+}
+
+export interface PlayableSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+  capture: string;
+  ref: string;
+}
+
+export interface PlayerShape {
+  name: string;
+  team: "attack" | "defence" | "player";
+  at: [number, number];
+  guards: string;
+}
+
+export interface PlayerVerdict {
+  name: string;
+  shortest: string[];
+  expression: string;
+  reason: string | null;
+}
+
+export interface Positions {
+  start: number;
+  end: number;
+}
+
+export interface RefusedFile {
+  name: string;
+  message: string;
+}
+
+export interface Region {
+  path: number[];
+  symbol: string;
+  start: number;
+  end: number;
+  position: number;
+}
+
+export interface Relation {
+  capture: string;
+  other: string;
+  kind: string;
+  start: number;
+  end: number;
+  distance: number;
+}
+
+export interface RepeatedTree {
+  kind: "repeated";
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  at_least: number | null;
+  at_most: number | null;
+}
+
+export interface RootPath {
+  fps: number;
+  points: [number, number][];
+}
+
+export interface SaveBody {
+  id: string;
+  name: string;
+}
+
+export interface Saved {
+  capture: string;
+  ref: string;
+}
+
+export interface SceneAnswer {
+  scene: string;
+  characters: number;
+  clips: number;
+  frames: number;
+  seconds: number;
+  error: number;
+  rules: number;
+  broken: number;
+  settings: Record<string, unknown>;
+  ball: boolean;
+  actions: Record<string, string[]>;
+  by_rule: MeasuredRule[];
+  collisions: Collision[];
+  collisions_before: number;
+  feet: Record<string, [number, number]>;
+  paces: PaceReport[];
+  impossible: ImpossibleMotion[];
+  planted_feet: JumpReport[];
+  near_limbs: LimbReport[];
+  guards: GuardReport[];
+  bone_error: number;
+  ball_gap: number | null;
+  too_fast: string[];
+  settled: boolean;
+  tries: number;
+  cut_short: boolean;
+  cut_at: Record<string, number> | null;
+  sources: Source[];
+}
+
+export interface SceneBody {
+  text?: string | null;
+  diagram?: DiagramShape | null;
+  board?: string | null;
+  seed?: number;
+  rounds?: number;
+  minutes?: number | null;
+  chains?: number;
+  gaze?: boolean;
+}
+
+export interface SceneKept {
+  ref: string;
+}
+
+export interface SceneRemoved {
+  removed: string;
+  captures: string[];
+}
+
+export interface SceneReply {
+  ref: string;
+  name: string;
+  text: string;
+  board: DiagramShape;
+  report: SceneAnswer;
+  actions: Record<string, Caption[]>;
+  curve: [number, number][];
+  took: Record<string, number>;
+}
+
+export interface ScenesReply {
+  scenes: ListedScene[];
+}
+
+export interface SearchReply {
+  matches_anything: boolean | null;
+  strength: number | null;
+  threshold: number | null;
+  unchecked: string;
+  matches: ShownMatch[];
+  question: UnderstoodQuestion;
+  taken: Record<string, WordProbability[]>;
+  suggested: Record<string, WordProbability[]>;
+  unknown: Record<string, string[]>;
+  sentences: string[];
+  decoding: Decoding | null;
+  sources: WordSource[];
+  written: WrittenAnswer[];
+  not_yet_learned: number;
+  took: number | null;
+}
+
+export interface SegmentsReply {
+  symbol: number;
+  total: number;
+  segments: PlayableSegment[];
+}
+
+export interface SequenceBody {
+  grammar: string;
+  seed?: number;
+  length?: number | null;
+  like?: string | null;
+}
+
+export interface SequenceReply {
+  grammar: string;
+  seed: number;
+  string: string[];
+  tree: string;
+  sentences: number;
+  seconds: number;
+  join_cost: number;
+  foot_slip: number;
+  foot_slip_of_sources: number;
+  spans: TerminalSpan[];
+  sources: Source[];
+  id: string;
+  ref: string;
+  parent: string | null;
+  edited: Positions | null;
+  saved: string | null;
+  strip: WordedTerminal[];
+  path: RootPath;
+  nodes: TreeNode[];
+  stretches: Stretch[];
+}
+
+export interface ShownActivity {
+  activity: number;
+  start: number;
+  end: number;
+  words: string[];
+}
+
+export interface ShownEvent {
+  frame: number;
+  name: string;
+  joint: string;
+  other: string;
+  seconds: number;
+}
+
+export interface ShownMatch {
+  rank: number;
+  capture: string;
+  start: number;
+  end: number;
+  score: number;
+  words: string[];
+  reason: string;
+  probability: number | null;
+  interval_probability: number | null;
+  place: string;
+  parts: MatchPart[];
+  explain: Explanation | null;
+  ref: string;
+  duration: number;
+  performer: string | null;
+  licence: string | null;
+  kind: string;
+  timeline: Timeline;
+}
+
+export interface ShownSegment {
+  symbol: number;
+  start: number;
+  end: number;
+  log_likelihood: number | null;
+  known: boolean;
+}
+
+export interface SideOfAction {
+  side: string;
+  limb: string;
+}
+
+export interface Source {
+  capture: string;
+  licence: string;
+  sha256: string;
+  frames: number;
+}
+
+export interface SpaceReply {
+  dimensions: number;
+  stress: number[];
+  symbols: PlacedSymbol[];
+  clusters: SymbolCluster[];
+}
+
+export interface Status {
+  database: string;
+  bytes: number;
+  captures: number;
+  generated: number;
+  seconds: number;
+  performers: number;
+  captures_with_words: number;
+  copies: number;
+  grammars: number;
+  learned: boolean;
+  symbols: number | null;
+  clusters: number | null;
+  words: number | null;
+  current: boolean | null;
+  not_yet_learned: number | null;
+  start: Record<string, unknown> | null;
+  version: string;
+  read_only: boolean;
+  revision: number;
+  drift: Drift | null;
+  accepts: Accepted;
+  folders: AllowedFolder[];
+  running_jobs: number;
+}
+
+export interface Stretch {
+  start: number;
+  end: number;
+  capture: string;
+  source_start: number;
+  licence: string;
+  edits: string[];
+}
+
+export interface SymbolCluster {
+  cluster: number;
+  weight: number;
+  mean: number[];
+  covariance: number[][];
+}
+
+export interface SymbolProbability {
+  symbol: number;
+  probability: number;
+}
+
+export interface SymbolShare {
+  symbol: number;
+  from: number;
+  to: number;
+  share: number;
+}
+
+export interface TerminalRow {
+  terminal: string;
+  count: number;
+  seconds: number;
+  words: DescribedWord[];
+  symbols: TerminalSymbol[];
+  medoid: Medoid;
+}
+
+export interface TerminalSpan {
+  terminal: string;
+  start: number;
+  end: number;
+}
+
+export interface TerminalSymbol {
+  symbol: number;
+  share: number;
+}
+
+export interface Timeline {
+  segments: ShownSegment[];
+  words: Caption[];
+}
+
+export interface TreeNode {
+  symbol: string;
+  parent: number;
+  start: number;
+  end: number;
+  is_terminal: boolean;
+}
+
+export interface UnderstoodQuestion {
+  text: string;
+  understood: string;
+  tree: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  not_used: NotUsed[];
+}
+
+export interface UndoState {
+  left: number;
+  capture: string | null;
+}
+
+export interface Unplayable {
+  string: string[];
+  region: string[];
+  log_probability: number;
+  not_playable: string;
+}
+
+export interface UpdateBody {
+  text?: string | null;
+  diagram?: DiagramShape | null;
+  scene: string;
+  seed?: number | null;
+  minutes?: number | null;
+}
+
+export interface UploadReply {
+  upload: string;
+  files: AcceptedFile[];
+  refused: RefusedFile[];
+}
+
+export interface VocabularyReply {
+  words: WordRow[];
+}
+
+export interface WithoutTree {
+  kind: "without";
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  excluded: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
+}
+
+export interface WordProbability {
+  word: string;
+  probability: number;
+}
+
+export interface WordRow {
+  word: string;
+  count: number;
+  symbols: SymbolProbability[];
+}
+
+export interface WordSource {
+  word: string;
+  start: string;
+  start_captions: number;
+  own_captions: number;
+  weight: number;
+}
+
+export interface WordedTerminal {
+  terminal: string;
+  nonterminal: string;
+  start: number;
+  end: number;
+  capture: string;
+  source_start: number;
+  source_end: number;
+  words: string[];
+  at: number;
+}
+
+export interface WordsBody {
+  words: string;
+  start?: number | null;
+  end?: number | null;
+  capture: string;
+  keep?: boolean | null;
 }
 
 export interface WordsEdited {
@@ -146,207 +1095,22 @@ export interface WordsEdited {
   undo: number;
 }
 
-export interface DuplicateGroup {
-  keep: string;
-  captures: string[];
-  relations: CopyRelation[];
-}
-
-export interface Upload {
-  upload: string;
-  files: { name: string; ref: string; bytes: number; kind: "capture" | "skeleton" | "sheet" }[];
-  refused: { name: string; message: string }[];
-}
-
-export type JobState = "waiting" | "running" | "done" | "failed" | "cancelled";
-
-export interface Job {
-  id: string;
-  kind: "add" | "learn" | "grammar" | "scene" | "scene-update";
-  title: string;
-  state: JobState;
-  what: string;
-  share: number;
-  error: number | null;
-  started: number | null;
-  seconds: number;
-  message: string | null;
-  result: Record<string, unknown> | null;
-  /** Ref of the first motion of a scene that is being updated. */
-  preview: string | null;
-  curve?: [number, number][];
-}
-
-export type QuestionTree =
-  | { kind: "action"; words: string[]; sides: { side: string; limb: string }[]; manner: string[] }
-  | { kind: "in_order" | "at_once" | "both" | "any_of"; parts: QuestionTree[] }
-  | { kind: "without"; part: QuestionTree; excluded: QuestionTree[] }
-  | { kind: "repeated"; part: QuestionTree; at_least: number | null; at_most: number | null }
-  | { kind: "lasting"; part: QuestionTree; least_seconds: number | null; most_seconds: number | null }
-  | { kind: "anything" };
-
-export interface Question {
-  text: string;
-  understood: string;
-  tree: QuestionTree | null;
-  not_used: { text: string; reason: string }[];
-}
-
-export interface SymbolShare {
-  symbol: number;
-  from: number;
-  to: number;
-  share: number;
-}
-
-export interface ExplainedWord {
-  word: string;
-  log_odds: number;
-  log_probability: number;
-  contribution: number;
-  prior: number;
-  written: number;
-  /** What the comparison of a quoted question with whole captions adds. */
-  as_caption: number;
-  symbols: SymbolShare[];
-  /** The largest shares, where neighbours with the same symbol are one; `others` is the rest. */
-  strongest: SymbolShare[];
-  others: number;
-}
-
-export interface Explanation {
-  log_odds: number;
-  together: number;
-  words: ExplainedWord[];
-  excluded: { amount: number; log_odds: number; words: ExplainedWord[] }[];
-}
-
-export interface MatchPart {
-  words: string;
-  start: number | null;
-  end: number | null;
-  probability: number | null;
-  interval_probability: number | null;
-  place: "known" | "unknown";
-}
-
-export interface Match {
-  rank: number;
-  capture: string;
-  ref: string;
+export interface WordsOverTime {
   start: number;
   end: number;
-  score: number;
-  probability: number | null;
-  interval_probability?: number | null;
-  place?: "known" | "unknown";
-  words: string[];
-  reason?: string;
-  duration: number;
-  performer: string | null;
-  licence: string | null;
-  parts?: MatchPart[];
-  explain?: Explanation | null;
-  timeline?: { segments: Segment[]; words: Caption[] };
-}
-
-export interface Answer {
-  matches_anything: boolean | null;
-  strength: number | null;
-  threshold: number | null;
-  /** Why there are no probabilities; empty where there are. */
-  unchecked: string;
-  not_yet_learned: number;
-  took: number;
-  matches: Match[];
-}
-
-/** The symbols that words were decoded to, where a search by symbols was asked for. */
-export interface Decoding {
+  words: DescribedWord[];
   symbols: number[];
-  log_probability: number;
-  certificate: string;
 }
 
-export interface SearchAnswer extends Answer {
-  question: Question;
-  decoding: Decoding | null;
-  taken: Record<string, WordProbability[]>;
-  suggested: Record<string, WordProbability[]>;
-  unknown: Record<string, string[]>;
-  sentences: string[];
-  /** Which captions taught the words, where the database learned with a start. */
-  sources: string[];
+export interface WordsUndone {
+  capture: string;
+  words: Caption[];
+  left: number;
 }
 
-export interface LikeAnswer extends Answer {
-  ref: string;
-  start: number | null;
-  end: number | null;
-}
-
-export interface Made {
-  id: string;
-  ref: string;
-  words: string;
-  seed: number;
-  method: string;
-  seconds: number;
-  actions: string[][];
-  spans: { words: string; start: number; end: number }[];
-  symbols: number[];
-  recognised: number[];
-  recognised_words: WordsOverTime[];
-  shown: {
-    text: string;
-    start: number;
-    end: number;
-    probability: number | null;
-    /** null: the judge cannot tell. */
-    shown: boolean | null;
-    reason: string | null;
-  }[];
-  not_shown: { text: string; reason: string }[];
-  sources: Source[];
-  stretches: Stretch[];
-  saved: string | null;
-}
-
-export interface GenerateAnswer {
-  question: Question;
-  taken: Record<string, WordProbability[]>;
-  suggested: Record<string, WordProbability[]>;
-  unknown: Record<string, string[]>;
-  sentences: string[];
-  variants: Made[];
-}
-
-export interface SymbolFacts {
-  symbol: number;
-  at: number[];
-  cluster: number;
-  count: number;
+export interface WrittenAnswer {
+  word: string;
+  tags: string[];
   captures: number;
-  seconds: number;
-  words: WordProbability[];
-}
-
-export interface SymbolSpace {
-  dimensions: number;
-  stress: number[];
-  symbols: SymbolFacts[];
-  clusters: { cluster: number; weight: number; mean: number[]; covariance: number[][] }[];
-}
-
-export interface SymbolSegments {
-  symbol: number;
-  total: number;
-  segments: { capture: string; ref: string; start: number; end: number; log_likelihood: number }[];
-}
-
-/** A part of something that can be played or downloaded. */
-export interface Part {
-  ref: string;
-  start?: number | null;
-  end?: number | null;
+  in_captions: number;
 }

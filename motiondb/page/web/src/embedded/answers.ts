@@ -1,7 +1,14 @@
 /** The answers of a file without a server, shown by the same components as in the page. */
 
 import type { Motions } from "../api/motions.ts";
-import type { CaptureFacts, GenerateAnswer, LikeAnswer, SearchAnswer, Source } from "../api/types.ts";
+import type {
+  CaptureDetails,
+  GenerateReply,
+  LikeReply,
+  SceneReply,
+  SearchReply,
+  Source,
+} from "../api/types.ts";
 import { append, h } from "../dom/element.ts";
 import type { Stage } from "../player/stage.ts";
 import { makeTake, type Take } from "../take/take.ts";
@@ -12,7 +19,7 @@ import { questionElement } from "../views/search/question.ts";
 import { makeVariant } from "../views/generate/variant.ts";
 import { coloursOf } from "../views/grammar/colours.ts";
 import { makePlan } from "../views/grammar/plan.ts";
-import type { Sequence } from "../views/grammar/types.ts";
+import type { SequenceReply } from "../api/types.ts";
 import type { Embedded } from "./embedded.ts";
 
 export interface EmbeddedContext {
@@ -21,44 +28,38 @@ export interface EmbeddedContext {
   readonly data: Embedded;
 }
 
-interface SceneFacts {
-  ref: string;
-  actions: Record<string, { terminal: string; start: number; end: number }[]>;
-  text: string;
-}
-
 /** Show the answer that a file holds. */
 export function renderAnswer(host: HTMLElement, context: EmbeddedContext): void {
   const { kind, answer } = context.data;
-  if (kind === "search") return renderSearch(host, context, answer as SearchAnswer);
-  if (kind === "like") return renderLike(host, context, answer as LikeAnswer);
-  if (kind === "generate") return renderGenerated(host, context, answer as GenerateAnswer);
+  if (kind === "search") return renderSearch(host, context, answer as SearchReply);
+  if (kind === "like") return renderLike(host, context, answer as LikeReply);
+  if (kind === "generate") return renderGenerated(host, context, answer as GenerateReply);
   if (kind === "capture") {
-    const facts = answer as CaptureFacts;
+    const facts = answer as CaptureDetails;
     renderTake(host, context, facts.ref, lanesOf(facts), [
       {
         capture: facts.name,
-        licence: facts.licence ?? "not known",
+        licence: facts.tags["licence"] ?? "not known",
         sha256: facts.sha256,
-        frames: facts.frames,
+        frames: facts.n_frames,
       },
     ]);
     return;
   }
-  if (kind === "sequence") return renderSequence(host, context, answer as Sequence);
-  const facts = answer as SceneFacts;
+  if (kind === "sequence") return renderSequence(host, context, answer as SequenceReply);
+  const facts = answer as SceneReply;
   renderTake(host, context, facts.ref, sceneLanes(facts), []);
   append(host, [
     h("details", {}, h("summary", {}, "The diagram as text"), h("pre", { tabindex: 0 }, facts.text)),
   ]);
 }
 
-function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: SearchAnswer): void {
+function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: SearchReply): void {
   const answers = makeAnswers(context, null);
   append(host, [
     questionElement(
       answer.question,
-      [...answer.sentences, ...answer.sources, ...(answer.unchecked ? [answer.unchecked] : [])],
+      [...answer.sentences, ...(answer.unchecked ? [answer.unchecked] : [])],
       answer.unknown,
       {},
       () => undefined,
@@ -68,7 +69,7 @@ function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: Searc
   answers.show(answer);
 }
 
-function renderLike(host: HTMLElement, context: EmbeddedContext, answer: LikeAnswer): void {
+function renderLike(host: HTMLElement, context: EmbeddedContext, answer: LikeReply): void {
   const example = "example" in context.data.motions ? "example" : answer.ref;
   if (example in context.data.motions) renderTake(host, context, example, [], []);
   const answers = makeAnswers(context, null);
@@ -79,7 +80,7 @@ function renderLike(host: HTMLElement, context: EmbeddedContext, answer: LikeAns
   answers.show(answer);
 }
 
-function renderGenerated(host: HTMLElement, context: EmbeddedContext, answer: GenerateAnswer): void {
+function renderGenerated(host: HTMLElement, context: EmbeddedContext, answer: GenerateReply): void {
   append(host, [
     questionElement(answer.question, answer.sentences, answer.unknown, {}, () => undefined),
     h(
@@ -125,7 +126,7 @@ function renderTake(
 }
 
 /** A sequence of a grammar: its terminals over time, and its path from above in the same colours. */
-function renderSequence(host: HTMLElement, context: EmbeddedContext, made: Sequence): void {
+function renderSequence(host: HTMLElement, context: EmbeddedContext, made: SequenceReply): void {
   const names = [...new Set(made.string)].sort();
   const colours = coloursOf(names.map((terminal) => ({ terminal })));
   const blocks = made.strip.map(({ terminal, nonterminal, start, end, words }) => ({
@@ -143,15 +144,15 @@ function renderSequence(host: HTMLElement, context: EmbeddedContext, made: Seque
   append(host, [h("section", { class: "embedded-plan" }, h("h2", {}, "Path on the ground"), plan.element)]);
 }
 
-function sceneLanes(facts: SceneFacts): Lane[] {
+function sceneLanes(facts: SceneReply): Lane[] {
   return Object.entries(facts.actions).map(([player, actions]) => ({
     name: player,
     kind: "parts" as const,
-    blocks: actions.map(({ terminal, start, end }) => ({
-      start,
-      end,
-      label: terminal,
-      title: `${player}: ${terminal}, ${start.toFixed(2)} to ${end.toFixed(2)} s`,
+    blocks: actions.map(({ words, start, end }) => ({
+      start: start!,
+      end: end!,
+      label: words,
+      title: `${player}: ${words}, ${start!.toFixed(2)} to ${end!.toFixed(2)} s`,
     })),
   }));
 }

@@ -1,7 +1,7 @@
 /** Send files to the server, after checking which of them it accepts. */
 
 import { postForm } from "../api/client.ts";
-import type { Status, Upload } from "../api/types.ts";
+import type { Status, UploadReply } from "../api/types.ts";
 import type { NamedFile } from "./dropping.ts";
 import { bytesText, plural } from "./text.ts";
 
@@ -32,8 +32,8 @@ export function sortFiles(files: readonly NamedFile[], accepts: Status["accepts"
 }
 
 /** Upload files. Throws an `ApiError` where all are refused. */
-export function upload(files: readonly NamedFile[]): Promise<Upload> {
+export function upload(files: readonly NamedFile[]): Promise<UploadReply> {
   const form = new FormData();
   for (const { path, file } of files) form.append("files", file, path);
-  return postForm<Upload>("/api/uploads", form);
+  return postForm<UploadReply>("/api/uploads", form);
 }

@@ -1,15 +1,15 @@
 /** Long work: a button that shows how much is running, and the list behind it. */
 
 import { remove } from "../api/client.ts";
-import type { Job } from "../api/types.ts";
+import type { JobReply } from "../api/types.ts";
 import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
 import { progressBar } from "../parts/progress.ts";
 
-const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
+const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
 
 /** One sentence on what a job did. */
-export function outcome(job: Job): string {
+export function outcome(job: JobReply): string {
   const result = job.result ?? {};
   if (job.state === "failed") return job.message ?? "It failed.";
   if (job.state === "cancelled") return "Cancelled. The database stays as it was.";
@@ -22,14 +22,14 @@ export function outcome(job: Job): string {
     return `${result["captures"]} captures, ${result["segments"]} segments, ${result["symbols"]} symbols, ${result["words"]} words.`;
   }
   if (job.kind === "grammar" && job.state === "done") {
-    const lost = (result["lost"] as string[] | undefined) ?? [];
+    const lost = (result["no_longer_editable"] as string[] | undefined) ?? [];
     const gone = lost.length ? ` No longer editable: ${lost.join(", ")}.` : "";
     return `Learned.${gone}`;
   }
   return job.message ?? "Done.";
 }
 
-function problemList(job: Job): HTMLElement | null {
+function problemList(job: JobReply): HTMLElement | null {
   const problems = (job.result?.["problems"] as { file: string; message: string }[] | undefined) ?? [];
   if (problems.length === 0) return null;
   const items = problems.map(({ file, message }) => h("li", {}, h("b", {}, file), " ", message));
@@ -58,7 +58,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     button.setAttribute("aria-expanded", String(open));
   }
 
-  async function cancel(job: Job): Promise<void> {
+  async function cancel(job: JobReply): Promise<void> {
     try {
       await remove(`/api/jobs/${encodeURIComponent(job.id)}`);
     } catch (fault) {
@@ -66,7 +66,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     }
   }
 
-  function row(job: Job): HTMLElement {
+  function row(job: JobReply): HTMLElement {
     const active = isActive(job);
     return h(
       "li",

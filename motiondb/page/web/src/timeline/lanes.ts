@@ -1,6 +1,6 @@
 /** The content of a timeline: lanes of blocks, and the rows of blocks that overlap. */
 
-import type { Caption, Segment, Stretch, WordsOverTime } from "../api/types.ts";
+import type { Caption, ShownSegment, Stretch, WordsOverTime } from "../api/types.ts";
 import { probability } from "../parts/text.ts";
 import { tintOf } from "../parts/tint.ts";
 
@@ -39,7 +39,7 @@ export function packRows(blocks: readonly { start: number; end: number }[]): num
 
 const span = (start: number, end: number): string => `${start.toFixed(2)} to ${end.toFixed(2)} s`;
 
-export function symbolLane(segments: readonly Segment[]): Lane {
+export function symbolLane(segments: readonly ShownSegment[]): Lane {
   return {
     name: "symbols",
     kind: "symbols",
@@ -94,17 +94,17 @@ export function stretchLane(stretches: readonly Stretch[]): Lane {
     name: "sources",
     kind: "stretches",
     blocks: stretches.map((one) => {
-      const from = one.source_start === null ? "" : ` from ${one.source_start.toFixed(2)} s`;
+      const from = ` from ${one.source_start.toFixed(2)} s`;
       const licence = one.licence ? `, licence ${one.licence}` : "";
       return {
         start: one.start,
         end: one.end,
-        label: one.capture ?? "drawn from the model",
+        label: one.capture || "drawn from the model",
         title: one.capture
           ? `${one.capture}${from}${licence}, ${span(one.start, one.end)}`
           : `drawn from the model, ${span(one.start, one.end)}`,
         colour: one.capture ? tintOf(names.indexOf(one.capture) + 3).soft : "transparent",
-        faint: one.capture === null,
+        faint: !one.capture,
       };
     }),
   };

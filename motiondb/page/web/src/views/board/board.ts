@@ -25,7 +25,8 @@ import { makeFiles } from "./files.ts";
 import { makeMaking } from "./making.ts";
 import { panelOf } from "./panel.ts";
 import { makeTools } from "./tools.ts";
-import type { Board, BoardKinds, Diagram, Spot, Team } from "./types.ts";
+import type { BoardReply, BoardKinds, DiagramShape } from "../../api/types.ts";
+import type { Spot, Team } from "./spot.ts";
 
 /** Milliseconds after the last change before the server is asked about the diagram. */
 const PAUSE = 150;
@@ -41,12 +42,12 @@ let opened = false;
 
 function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
-  let diagram: Diagram = emptyDiagram();
-  let board: Board | null = null;
+  let diagram: DiagramShape = emptyDiagram();
+  let board: BoardReply | null = null;
   let kinds: BoardKinds = { kinds: [], teams: ["attack", "defence", "player"], grammars: [] };
   let selection: Selection = null;
-  let undone: Diagram[] = [];
-  let dragFrom: Diagram | null = null;
+  let undone: DiagramShape[] = [];
+  let dragFrom: DiagramShape | null = null;
   /** Whether the page was just loaded and nobody has drawn here yet. */
   let untouched = false;
   let sceneText = "";
@@ -135,13 +136,13 @@ function open(host: HTMLElement, context: Context): OpenView {
     history.replaceState(null, "", routeTo("board", route));
   }
 
-  function remember(before: Diagram): void {
+  function remember(before: DiagramShape): void {
     undone = [...undone.slice(-MOST_UNDONE), before];
     undoButton.disabled = false;
   }
 
   /** Take a changed diagram; the server checks it. */
-  function edit(next: Diagram): void {
+  function edit(next: DiagramShape): void {
     remember(diagram);
     diagram = next;
     changed(true);
@@ -207,11 +208,11 @@ function open(host: HTMLElement, context: Context): OpenView {
     }, pause);
   }
 
-  async function check(body: { diagram: Diagram } | { text: string }, take: boolean): Promise<void> {
+  async function check(body: { diagram: DiagramShape } | { text: string }, take: boolean): Promise<void> {
     checks += 1;
     const mine = checks;
     try {
-      const answer = await post<Board>("/api/board/check", body);
+      const answer = await post<BoardReply>("/api/board/check", body);
       if (mine !== checks) return;
       learn(answer, take);
     } catch (fault) {
@@ -219,7 +220,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
-  function learn(answer: Board, take: boolean): void {
+  function learn(answer: BoardReply, take: boolean): void {
     if (take && answer.diagram) {
       if (board) {
         remember(diagram);
@@ -235,7 +236,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     show();
   }
 
-  function showFaults(answer: Board): void {
+  function showFaults(answer: BoardReply): void {
     const about = new Set(
       answer.elements.map((one) => one.reason).concat(answer.players.map((one) => one.reason)),
     );
@@ -335,7 +336,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       opened = true;
       untouched = first && !draft && !wanted;
       if (!draft) dropDraft();
-      if (wanted) learn(await get<Board>("/api/board", { name: wanted }), true);
+      if (wanted) learn(await get<BoardReply>("/api/board", { name: wanted }), true);
       if (draft || !wanted) await check({ diagram: draft ?? emptyDiagram() }, true);
       takeScene();
     } catch (fault) {

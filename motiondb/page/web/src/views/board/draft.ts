@@ -1,16 +1,16 @@
 /** The unsaved diagram, kept so that it survives a reload of the page. */
 
-import type { Diagram } from "./types.ts";
+import type { DiagramShape } from "../../api/types.ts";
 
 const KEY = "motiondb-board";
 
 interface Draft {
   name: string;
-  diagram: Diagram;
+  diagram: DiagramShape;
 }
 
 /** Remember a changed diagram for this tab of the browser. */
-export function keepDraft(name: string, diagram: Diagram): void {
+export function keepDraft(name: string, diagram: DiagramShape): void {
   try {
     sessionStorage.setItem(KEY, JSON.stringify({ name, diagram } satisfies Draft));
   } catch {
@@ -28,7 +28,7 @@ export function dropDraft(): void {
 }
 
 /** The draft of a name; null if there is none. */
-export function readDraft(name: string): Diagram | null {
+export function readDraft(name: string): DiagramShape | null {
   try {
     const draft = JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Draft | null;
     return draft?.name === name ? draft.diagram : null;

@@ -3,7 +3,8 @@
 import { fill, h, svg } from "../../dom/element.ts";
 import { endsAtPlace, needsOther, placeBefore, placeOf, type Selection } from "./edits.ts";
 import { courtLines, RADIUS, strokeOf, type Stroke } from "./strokes.ts";
-import type { Board, Diagram, DiagramPlayer, Spot } from "./types.ts";
+import type { BoardReply, DiagramShape, PlayerShape } from "../../api/types.ts";
+import type { Spot } from "./spot.ts";
 
 export interface DrawingActions {
   select(selection: Selection): void;
@@ -20,7 +21,7 @@ export interface DrawingActions {
 
 export interface Drawing {
   readonly element: HTMLElement;
-  show(diagram: Diagram, board: Board | null, selection: Selection, tool: string): void;
+  show(diagram: DiagramShape, board: BoardReply | null, selection: Selection, tool: string): void;
 }
 
 const MARGIN = 0.6;
@@ -37,7 +38,7 @@ const text = (points: readonly Spot[]): string =>
   points.map(([x, z]) => `${x.toFixed(3)},${z.toFixed(3)}`).join(" ");
 
 /** The description of an element, in words. */
-export function nameOf({ elements }: Diagram, index: number): string {
+export function nameOf({ elements }: DiagramShape, index: number): string {
   const { kind, step, player, other } = elements[index]!;
   const link = kind === "pass" ? "to" : "on";
   return `step ${step}: ${player} ${kind.replace("_", " ")}${other ? ` ${link} ${other}` : ""}`;
@@ -45,8 +46,8 @@ export function nameOf({ elements }: Diagram, index: number): string {
 
 export function makeDrawing(actions: DrawingActions): Drawing {
   const element = h("div", { class: "board-court" });
-  let diagram: Diagram | null = null;
-  let board: Board | null = null;
+  let diagram: DiagramShape | null = null;
+  let board: BoardReply | null = null;
   let selection: Selection = null;
   let tool = "";
   let picture: SVGSVGElement | null = null;
@@ -100,7 +101,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     };
   }
 
-  function playerMark(player: DiagramPlayer): SVGElement {
+  function playerMark(player: PlayerShape): SVGElement {
     const mine: Selection = { what: "player", name: player.name };
     const fault = board?.players.find((one) => one.name === player.name)?.reason ?? null;
     const chosen = selection?.what === "player" && selection.name === player.name;

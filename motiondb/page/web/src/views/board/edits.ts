@@ -1,6 +1,7 @@
 /** Changes of a diagram; every function returns a new diagram. */
 
-import type { Diagram, DiagramElement, DiagramPlayer, Spot, Team } from "./types.ts";
+import type { DiagramShape, ElementShape, PlayerShape } from "../../api/types.ts";
+import type { Spot, Team } from "./spot.ts";
 
 export const MOVES: readonly string[] = ["move", "walk", "run", "cut", "dribble"];
 export const SHOTS: readonly string[] = ["shoot", "layup"];
@@ -20,7 +21,7 @@ export type Selection =
   { what: "player"; name: string } | { what: "element"; index: number; point: "end" | number | null } | null;
 
 /** A place rounded to centimetres and kept on the court. */
-export function onCourt([x, z]: Spot, { court }: Diagram): Spot {
+export function onCourt([x, z]: Spot, { court }: DiagramShape): Spot {
   const keep = (value: number, least: number, most: number): number =>
     Math.round(Math.min(Math.max(value, least), most) * 100) / 100;
   return [
@@ -29,7 +30,7 @@ export function onCourt([x, z]: Spot, { court }: Diagram): Spot {
   ];
 }
 
-export function emptyDiagram(): Diagram {
+export function emptyDiagram(): DiagramShape {
   return {
     title: "New play",
     grammar: "basketball",
@@ -46,30 +47,34 @@ export function emptyDiagram(): Diagram {
 
 const PREFIXES: Record<Team, string> = { attack: "A", defence: "D", player: "P" };
 
-export function addPlayer(diagram: Diagram, team: Team, at: Spot): [Diagram, string] {
+export function addPlayer(diagram: DiagramShape, team: Team, at: Spot): [DiagramShape, string] {
   const taken = new Set(diagram.players.map((one) => one.name));
   let number = 1;
   while (taken.has(`${PREFIXES[team]}${number}`)) number += 1;
   const name = `${PREFIXES[team]}${number}`;
-  const player: DiagramPlayer = { name, team, at: onCourt(at, diagram), guards: "" };
+  const player: PlayerShape = { name, team, at: onCourt(at, diagram), guards: "" };
   if (team === "defence") player.guards = nearest(diagram, at, "attack") ?? "";
   return [{ ...diagram, players: [...diagram.players, player] }, name];
 }
 
 /** The name of the player of a team who stands nearest to a place at the beginning. */
-export function nearest(diagram: Diagram, [x, z]: Spot, team: Team): string | null {
-  const apart = (one: DiagramPlayer): number => Math.hypot(one.at[0] - x, one.at[1] - z);
+export function nearest(diagram: DiagramShape, [x, z]: Spot, team: Team): string | null {
+  const apart = (one: PlayerShape): number => Math.hypot(one.at[0] - x, one.at[1] - z);
   const members = diagram.players.filter((one) => one.team === team);
   return members.sort((a, b) => apart(a) - apart(b))[0]?.name ?? null;
 }
 
-export function changePlayer(diagram: Diagram, name: string, change: Partial<DiagramPlayer>): Diagram {
+export function changePlayer(
+  diagram: DiagramShape,
+  name: string,
+  change: Partial<PlayerShape>,
+): DiagramShape {
   const players = diagram.players.map((one) => (one.name === name ? { ...one, ...change } : one));
   return { ...diagram, players };
 }
 
 /** The diagram without a player and without all elements that involve the player. */
-export function removePlayer(diagram: Diagram, name: string): Diagram {
+export function removePlayer(diagram: DiagramShape, name: string): DiagramShape {
   return {
     ...diagram,
     ball: diagram.ball === name ? "" : diagram.ball,
@@ -80,17 +85,21 @@ export function removePlayer(diagram: Diagram, name: string): Diagram {
   };
 }
 
-export function changeElement(diagram: Diagram, index: number, change: Partial<DiagramElement>): Diagram {
+export function changeElement(
+  diagram: DiagramShape,
+  index: number,
+  change: Partial<ElementShape>,
+): DiagramShape {
   const elements = diagram.elements.map((one, i) => (i === index ? { ...one, ...change } : one));
   return { ...diagram, elements };
 }
 
-export function removeElement(diagram: Diagram, index: number): Diagram {
+export function removeElement(diagram: DiagramShape, index: number): DiagramShape {
   return { ...diagram, elements: diagram.elements.filter((_, i) => i !== index) };
 }
 
 /** The step after the last element of a player, including passes to the player. */
-export function nextStep(diagram: Diagram, player: string): number {
+export function nextStep(diagram: DiagramShape, player: string): number {
   const steps = diagram.elements
     .filter((one) => one.player === player || (one.kind === "pass" && one.other === player))
     .map((one) => Math.max(one.step, one.caught));
@@ -99,11 +108,11 @@ export function nextStep(diagram: Diagram, player: string): number {
 
 /** Add an element. By default, its step follows the player's last one, and the other player is the nearest opponent. */
 export function addElement(
-  diagram: Diagram,
+  diagram: DiagramShape,
   kind: string,
   player: string,
   target: { to?: Spot; other?: string },
-): Diagram {
+): DiagramShape {
   const { at, team } = diagram.players.find((one) => one.name === player)!;
   let other = target.other ?? "";
   if (!other && needsOther(kind)) {
@@ -112,20 +121,21 @@ export function addElement(
     other = nearest(others, target.to ?? at, wanted) ?? "";
   }
   const to = endsAtPlace(kind) && target.to ? onCourt(target.to, diagram) : null;
-  const element: DiagramElement = {
-    kind,
+  const element: ElementShape = {
+    kind: kind as ElementShape["kind"],
     step: nextStep(diagram, player),
     caught: 0,
     player,
     other,
     via: [],
     to,
+    line: null,
   };
   return { ...diagram, elements: [...diagram.elements, element] };
 }
 
 /** The position of a player before an element (its index), or at the end of the play. */
-export function placeBefore(diagram: Diagram, name: string, step: number, index = -1): Spot {
+export function placeBefore(diagram: DiagramShape, name: string, step: number, index = -1): Spot {
   let place: Spot = diagram.players.find((one) => one.name === name)?.at ?? [0, 0];
   const earlier = diagram.elements
     .map((element, i) => ({ element, i }))
@@ -137,7 +147,7 @@ export function placeBefore(diagram: Diagram, name: string, step: number, index 
 }
 
 /** Move the selection to a position. */
-export function moveTo(diagram: Diagram, selection: Selection, place: Spot): Diagram {
+export function moveTo(diagram: DiagramShape, selection: Selection, place: Spot): DiagramShape {
   const at = onCourt(place, diagram);
   if (selection?.what === "player") return changePlayer(diagram, selection.name, { at });
   if (selection?.what !== "element" || selection.point === null) return diagram;
@@ -148,7 +158,7 @@ export function moveTo(diagram: Diagram, selection: Selection, place: Spot): Dia
 }
 
 /** The position of the selected point; null for an element without one. */
-export function placeOf(diagram: Diagram, selection: Selection): Spot | null {
+export function placeOf(diagram: DiagramShape, selection: Selection): Spot | null {
   if (selection?.what === "player")
     return diagram.players.find((one) => one.name === selection.name)?.at ?? null;
   if (selection?.what !== "element" || selection.point === null) return null;

@@ -5,7 +5,7 @@ import { fill, h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { saveBlob } from "../../parts/download.ts";
 import type { Context } from "../view.ts";
-import type { Board } from "./types.ts";
+import type { BoardReply } from "../../api/types.ts";
 
 interface Listed {
   boards: { name: string; title: string; shipped: boolean }[];
@@ -16,7 +16,7 @@ export interface FileActions {
   open(name: string): void;
   openText(text: string): void;
   present(): { name: string; text: string };
-  saved(board: Board): void;
+  saved(board: BoardReply): void;
 }
 
 export interface Files {
@@ -67,7 +67,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
     );
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      put<Board>("/api/board", { name: field.value.trim(), text }).then((board) => {
+      put<BoardReply>("/api/board", { name: field.value.trim(), text }).then((board) => {
         dialog.close();
         context.notify(`Saved as ${board.name}${ENDING}.`);
         actions.saved(board);

@@ -1,7 +1,7 @@
 /** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
 import { get, messageOf, post, remove } from "../../api/client.ts";
-import type { Job } from "../../api/types.ts";
+import type { JobReply } from "../../api/types.ts";
 import type { Track } from "../../api/container.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download } from "../../parts/download.ts";
@@ -11,7 +11,7 @@ import { makePlayer } from "../../player/player.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
 import { ruleReport } from "./rules.ts";
-import type { Diagram, SceneFacts } from "./types.ts";
+import type { DiagramShape, SceneReply } from "../../api/types.ts";
 
 export interface Making {
   readonly element: HTMLElement;
@@ -19,13 +19,13 @@ export interface Making {
   readonly scene: string | null;
   make(text: string, seed: number): void;
   /** Update the current scene to a changed diagram; without a scene nothing happens. */
-  update(board: { text: string } | { diagram: Diagram }): void;
+  update(board: { text: string } | { diagram: DiagramShape }): void;
   /** Show a scene, or watch a job that makes one. */
   open(scene: string | null, job: string | null): void;
   close(): void;
 }
 
-const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
+const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
 
 export function makeMaking(
   context: Context,
@@ -54,7 +54,7 @@ export function makeMaking(
     watched = null;
   }
 
-  function tell(job: Job): void {
+  function tell(job: JobReply): void {
     fill(
       state,
       h("p", {}, h("b", {}, job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
@@ -71,7 +71,7 @@ export function makeMaking(
     );
   }
 
-  function ended(job: Job): void {
+  function ended(job: JobReply): void {
     stop();
     went({ job: null });
     const ref = job.result?.["ref"];
@@ -90,9 +90,9 @@ export function makeMaking(
     const source = new EventSource(`/api/jobs/${encodeURIComponent(id)}/events`);
     watched = { id, source };
     let points: [number, number][] = [];
-    let last: Job | null = null;
+    let last: JobReply | null = null;
     source.addEventListener("job", (event) => {
-      const job = JSON.parse(event.data) as Job;
+      const job = JSON.parse(event.data) as JobReply;
       last = job;
       if (job.curve) points = [...job.curve];
       if (job.kind === "scene") curve.show(points);
@@ -101,7 +101,7 @@ export function makeMaking(
     });
     source.addEventListener("progress", (event) => {
       const news = JSON.parse((event as MessageEvent<string>).data) as Pick<
-        Job,
+        JobReply,
         "what" | "share" | "error" | "preview"
       >;
       if (!last) return;
@@ -117,7 +117,7 @@ export function makeMaking(
 
   async function begin(path: string, body: unknown): Promise<void> {
     try {
-      const job = await post<Job>(path, body);
+      const job = await post<JobReply>(path, body);
       went({ job: job.id });
       watch(job.id);
     } catch (fault) {
@@ -129,7 +129,7 @@ export function makeMaking(
     const first = scene === null;
     try {
       const [facts, tracks] = await Promise.all([
-        get<SceneFacts>("/api/scene", { ref }),
+        get<SceneReply>("/api/scene", { ref }),
         context.motions.tracks(ref),
       ]);
       scene = ref;

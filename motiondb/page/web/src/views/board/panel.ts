@@ -3,11 +3,11 @@
 import { h } from "../../dom/element.ts";
 import { nameOf } from "./drawing.ts";
 import { needsOther, type Selection } from "./edits.ts";
-import type { Board, Diagram, DiagramElement, DiagramPlayer } from "./types.ts";
+import type { BoardReply, DiagramShape, ElementShape, PlayerShape } from "../../api/types.ts";
 
 export interface PanelActions {
-  changeElement(index: number, change: Partial<DiagramElement>): void;
-  changePlayer(name: string, change: Partial<DiagramPlayer>): void;
+  changeElement(index: number, change: Partial<ElementShape>): void;
+  changePlayer(name: string, change: Partial<PlayerShape>): void;
   changeBall(name: string): void;
   addElement(player: string, kind: string): void;
   select(selection: Selection): void;
@@ -61,13 +61,13 @@ function removeButton(what: string, remove: () => void): HTMLElement {
 }
 
 function elementPanel(
-  diagram: Diagram,
-  board: Board | null,
+  diagram: DiagramShape,
+  board: BoardReply | null,
   index: number,
   actions: PanelActions,
 ): HTMLElement {
   const element = diagram.elements[index]!;
-  const change = (changes: Partial<DiagramElement>): void => actions.changeElement(index, changes);
+  const change = (changes: Partial<ElementShape>): void => actions.changeElement(index, changes);
   const others = diagram.players.map((one) => one.name).filter((name) => name !== element.player);
   return h(
     "section",
@@ -105,8 +105,8 @@ function elementPanel(
 }
 
 function playerPanel(
-  diagram: Diagram,
-  board: Board | null,
+  diagram: DiagramShape,
+  board: BoardReply | null,
   name: string,
   kinds: readonly string[],
   actions: PanelActions,
@@ -157,7 +157,7 @@ function playerPanel(
   );
 }
 
-function overview(diagram: Diagram, board: Board | null, actions: PanelActions): HTMLElement {
+function overview(diagram: DiagramShape, board: BoardReply | null, actions: PanelActions): HTMLElement {
   const order = diagram.elements
     .map((_, i) => i)
     .sort((a, b) => diagram.elements[a]!.step - diagram.elements[b]!.step || a - b);
@@ -194,8 +194,8 @@ function overview(diagram: Diagram, board: Board | null, actions: PanelActions):
 
 /** The panel beside the board. */
 export function panelOf(
-  diagram: Diagram,
-  board: Board | null,
+  diagram: DiagramShape,
+  board: BoardReply | null,
   selection: Selection,
   kinds: readonly string[],
   actions: PanelActions,

@@ -2,7 +2,7 @@
 
 import { h } from "../../dom/element.ts";
 import { plural } from "../../parts/text.ts";
-import type { Rule, SceneFacts } from "./types.ts";
+import type { MeasuredRule, SceneReply } from "../../api/types.ts";
 
 /** Frames a second of scenes. */
 export const FPS = 30;
@@ -11,7 +11,7 @@ const number = (value: number | null, unit: string): string =>
   value === null ? "" : `${Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(2)} ${unit}`.trim();
 
 /** Broken rules come first, then by the frame. */
-export function inOrder(rules: readonly Rule[]): Rule[] {
+export function inOrder(rules: readonly MeasuredRule[]): MeasuredRule[] {
   return [...rules].sort((a, b) => Number(a.kept) - Number(b.kept) || (a.frame ?? 0) - (b.frame ?? 0));
 }
 
@@ -36,7 +36,7 @@ function frameButton(frame: number, jump: (time: number) => void): HTMLElement {
   );
 }
 
-function row(rule: Rule, jump: (time: number) => void): HTMLElement {
+function row(rule: MeasuredRule, jump: (time: number) => void): HTMLElement {
   const { frame } = rule;
   return h(
     "tr",
@@ -57,7 +57,7 @@ function row(rule: Rule, jump: (time: number) => void): HTMLElement {
 }
 
 /** The table of rules; `jump` shows a time of the scene. */
-export function ruleReport({ report }: SceneFacts, jump: (time: number) => void): HTMLElement {
+export function ruleReport({ report }: SceneReply, jump: (time: number) => void): HTMLElement {
   const rules = report.by_rule;
   const broken = rules.filter((one) => !one.kept).length;
   const impossible = report.impossible ?? [];

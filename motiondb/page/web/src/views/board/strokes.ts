@@ -1,7 +1,8 @@
 /** The lines of a tactics diagram in metres, as coaches draw them: curves, waves, zigzags, links. */
 
 import { endsAtPlace, FEINTS, placeBefore, SHOTS, STANDS } from "./edits.ts";
-import type { Diagram, Spot } from "./types.ts";
+import type { DiagramShape } from "../../api/types.ts";
+import type { Spot } from "./spot.ts";
 
 /** Radius of the circle of a player, metres. */
 export const RADIUS = 0.36;
@@ -114,7 +115,7 @@ function shortened(from: Spot, to: Spot, gap: number): Spot[] {
 }
 
 /** Whether a player has the ball before an element, by following the passes from the first holder. */
-function hasBall(diagram: Diagram, holder: string | null, player: string, step: number): boolean {
+function hasBall(diagram: DiagramShape, holder: string | null, player: string, step: number): boolean {
   let has = holder === player;
   for (const one of [...diagram.elements].sort((a, b) => a.step - b.step)) {
     if (one.kind !== "pass") continue;
@@ -125,7 +126,7 @@ function hasBall(diagram: Diagram, holder: string | null, player: string, step: 
 }
 
 /** The line of an element. */
-export function strokeOf(diagram: Diagram, index: number, holder: string | null): Stroke {
+export function strokeOf(diagram: DiagramShape, index: number, holder: string | null): Stroke {
   const element = diagram.elements[index]!;
   const { kind, step, player } = element;
   const from = placeBefore(diagram, player, step, index);

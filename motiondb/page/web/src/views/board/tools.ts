@@ -1,7 +1,8 @@
 /** The tools above the board: select, place a player, draw an action. */
 
 import { fill, h } from "../../dom/element.ts";
-import type { BoardKinds, Team } from "./types.ts";
+import type { BoardKinds } from "../../api/types.ts";
+import type { Team } from "./spot.ts";
 
 export interface Tools {
   readonly element: HTMLElement;

@@ -1,7 +1,7 @@
 /** Add captures: drop or choose files or a folder, or name a folder of the server's computer. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { Job, Upload } from "../../api/types.ts";
+import type { JobReply, UploadReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
@@ -73,7 +73,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
     }
   }
 
-  function ready(sent: Upload, refused: { name: string; message: string }[]): Child {
+  function ready(sent: UploadReply, refused: { name: string; message: string }[]): Child {
     const captures = sent.files.filter((file) => file.kind === "capture").length;
     const sheets = sent.files.filter((file) => file.kind === "sheet").map((file) => file.name);
     return [
@@ -105,7 +105,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   async function begin(body: object): Promise<void> {
     try {
-      await post<Job>("/api/add", body);
+      await post<JobReply>("/api/add", body);
       dialog.close();
       context.notify("Adding has begun. It goes on if you leave or reload this page.");
     } catch (fault) {

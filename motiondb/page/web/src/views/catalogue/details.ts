@@ -1,7 +1,7 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
 import { get, messageOf, remove } from "../../api/client.ts";
-import type { CaptureFacts } from "../../api/types.ts";
+import type { CaptureDetails } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
@@ -25,7 +25,7 @@ export interface Details {
 }
 
 /** All lanes that are known of a capture. */
-export function lanesOf(facts: CaptureFacts): Lane[] {
+export function lanesOf(facts: CaptureDetails): Lane[] {
   return [
     captionLane(facts.words, facts.duration),
     symbolLane(facts.segments),
@@ -35,7 +35,7 @@ export function lanesOf(facts: CaptureFacts): Lane[] {
 }
 
 export function makeDetails(context: Context, actions: WordsActions, leave: () => void): Details {
-  let facts: CaptureFacts | null = null;
+  let facts: CaptureDetails | null = null;
   let name = "";
   const title = h("h2", { tabindex: -1 });
   const under = h("div", { class: "details-under" });
@@ -168,7 +168,7 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
       under.replaceChildren();
       const ready = take.load({ ref: ref() }); // it plays while the facts are computed
       try {
-        const answer = await get<CaptureFacts>("/api/capture", { name: next });
+        const answer = await get<CaptureDetails>("/api/capture", { name: next });
         if (name !== next) return;
         facts = answer;
       } catch (fault) {
@@ -181,7 +181,7 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
     async reload() {
       if (!facts) return;
       try {
-        facts = await get<CaptureFacts>("/api/capture", { name: facts.name });
+        facts = await get<CaptureDetails>("/api/capture", { name: facts.name });
         showFacts();
       } catch {
         leave(); // it was removed
@@ -191,16 +191,16 @@ export function makeDetails(context: Context, actions: WordsActions, leave: () =
   };
 }
 
-function copiesOf(facts: CaptureFacts): Child {
-  if (facts.copies.length === 0) return null;
+function copiesOf(facts: CaptureDetails): Child {
+  if (facts.relations.length === 0) return null;
   return [
     h("h3", {}, "Copies"),
     h(
       "ul",
       { class: "plain" },
-      facts.copies.map((copy) => {
+      facts.relations.map((copy) => {
         const other = copy.capture === facts.name ? copy.other : copy.capture;
-        const where = copy.start === null || copy.end === null ? "" : `, ${interval(copy.start, copy.end)}`;
+        const where = `, ${interval(copy.start, copy.end)}`;
         return h(
           "li",
           {},
@@ -212,14 +212,14 @@ function copiesOf(facts: CaptureFacts): Child {
   ];
 }
 
-function factList(facts: CaptureFacts): HTMLElement {
+function factList(facts: CaptureDetails): HTMLElement {
   const rows: [string, string | null][] = [
     [
       "Length",
-      `${seconds(facts.duration)}, ${facts.frames} frames at ${Number(facts.fps.toFixed(2))} per second`,
+      `${seconds(facts.duration)}, ${facts.n_frames} frames at ${Number(facts.fps.toFixed(2))} per second`,
     ],
-    ["Performer", facts.performer],
-    ["Licence", facts.licence ?? "not known"],
+    ["Performer", facts.tags["performer"] ?? null],
+    ["Licence", facts.tags["licence"] ?? "not known"],
     ["Format", facts.format],
     ["File", facts.path],
     ...Object.entries(facts.tags).filter(([key]) => key !== "performer" && key !== "licence"),

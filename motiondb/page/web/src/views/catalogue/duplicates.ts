@@ -35,7 +35,7 @@ export async function showDuplicates(host: HTMLElement): Promise<void> {
         h(
           "section",
           { class: "duplicate-group" },
-          h("h3", {}, link(group.keep)),
+          h("h3", {}, link(group.captures[0]!)),
           h(
             "ul",
             { class: "plain" },
@@ -46,9 +46,7 @@ export async function showDuplicates(host: HTMLElement): Promise<void> {
                 link(one.capture),
                 ` ${KINDS[one.kind] ?? one.kind} `,
                 link(one.other),
-                one.start !== null && one.end !== null
-                  ? h("span", { class: "muted" }, ` (${interval(one.start, one.end)})`)
-                  : null,
+                h("span", { class: "muted" }, ` (${interval(one.start, one.end)})`),
               ),
             ),
           ),

@@ -1,7 +1,7 @@
 /** Values to filter by, with how many captures have each. */
 
 import { get } from "../../api/client.ts";
-import type { Facet } from "../../api/types.ts";
+import type { FacetRow } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { combine, type Pick } from "./filter.ts";
 
@@ -17,15 +17,15 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
   const opened = new Set<string>();
   let asked = 0;
 
-  function group(facet: Facet, picks: readonly Pick[]): HTMLElement {
-    const picked = (where: string): boolean =>
+  function group(facet: FacetRow, picks: readonly Pick[]): HTMLElement {
+    const picked = (where: string | null): boolean =>
       picks.some((pick) => pick.column === facet.column && pick.where === where);
     const shown = opened.has(facet.column) ? facet.values : facet.values.slice(0, SHOWN);
     const rest = facet.values.length - shown.length;
     return h(
       "fieldset",
       { class: "facet" },
-      h("legend", {}, facet.label),
+      h("legend", {}, facet.column),
       shown.map(({ value, count, where }) =>
         h(
           "label",
@@ -33,7 +33,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
           h("input", {
             type: "checkbox",
             checked: picked(where),
-            on: { change: () => toggle({ column: facet.column, where }) },
+            on: { change: () => where && toggle({ column: facet.column, where }) },
           }),
           h("span", { class: "facet-name", title: value }, value),
           h("span", { class: "count" }, count),
@@ -59,7 +59,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     );
   }
 
-  let last: { facets: Facet[]; picks: readonly Pick[] } = { facets: [], picks: [] };
+  let last: { facets: FacetRow[]; picks: readonly Pick[] } = { facets: [], picks: [] };
   function show(): void {
     // A column with one value cannot narrow anything down.
     const useful = last.facets.filter(
@@ -76,7 +76,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     async load(typed, picks) {
       asked += 1;
       const mine = asked;
-      const ask = (without = ""): Promise<{ facets: Facet[] }> =>
+      const ask = (without = ""): Promise<{ facets: FacetRow[] }> =>
         get("/api/facets", { where: combine(typed, picks, without) });
       // A column with picks shows how many captures its other values have: its facets are requested
       // without its picks.

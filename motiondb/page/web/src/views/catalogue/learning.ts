@@ -1,7 +1,7 @@
 /** Learn again, and say when that is worth it. */
 
 import { post } from "../../api/client.ts";
-import type { Job, Status } from "../../api/types.ts";
+import type { JobReply, Status } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
@@ -12,9 +12,9 @@ export function reasonToLearn(status: Status): string | null {
   if (status.captures === 0) return null;
   if (!status.learned)
     return "This database has not learned yet. Learning finds the movements and the meanings of words; search, description and generation need it.";
-  if (status.drift.relearn)
+  if (status.drift?.relearn)
     return `Learning again is worth it: ${status.drift.reasons.join("; ") || "the captures or words have changed"}.`;
-  if (status.not_yet_learned > 0) {
+  if (status.not_yet_learned) {
     return `${plural(status.not_yet_learned, "capture")} added since the last learning: ${status.not_yet_learned === 1 ? "it" : "they"} can be searched, but nothing was learned from ${status.not_yet_learned === 1 ? "it" : "them"}.`;
   }
   return null;
@@ -59,7 +59,7 @@ export function openLearning(context: Context): void {
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const body = { symbols: symbols.value ? symbols.valueAsNumber : null, seed: seed.valueAsNumber || 0 };
-    post<Job>("/api/learn", body).then(() => dialog.close(), context.fail);
+    post<JobReply>("/api/learn", body).then(() => dialog.close(), context.fail);
   });
   const dialog = openDialog("Learn", form);
 }

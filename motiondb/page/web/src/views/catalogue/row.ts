@@ -88,15 +88,15 @@ export function showRow(
   }
   fill(name, h("span", { class: "capture-name" }, capture.name), badges(capture));
   length.textContent = seconds(capture.duration);
-  performer.textContent = capture.performer ?? "";
+  performer.textContent = capture.tags["performer"] ?? "";
   fill(words, wordsOf(capture, options.canEdit));
   const others = Object.entries(capture.tags).filter(([key]) => !OWN_COLUMN.has(key));
   fill(
     tags,
     others.map(([key, value]) => h("span", { class: "tag", title: `${key} = ${value}` }, value)),
   );
-  licence.textContent = capture.licence ?? "unknown";
-  licence.title = capture.licence ?? "The licence of this capture is not known.";
+  licence.textContent = capture.tags["licence"] ?? "unknown";
+  licence.title = capture.tags["licence"] ?? "The licence of this capture is not known.";
 }
 
 function badges(capture: CaptureRow): HTMLElement {

@@ -1,7 +1,7 @@
 /** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { GenerateAnswer, Made } from "../../api/types.ts";
+import type { GenerateReply, MadeReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { go, routeTo } from "../../shell/router.ts";
@@ -120,7 +120,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     results.replaceChildren();
   }
 
-  function showVariants(made: readonly Made[]): void {
+  function showVariants(made: readonly MadeReply[]): void {
     clear();
     const canSave = !context.status().read_only;
     variants = made.map((one) =>
@@ -148,7 +148,7 @@ function open(host: HTMLElement, context: Context): OpenView {
       h("progress", { "aria-label": "Making motion" }),
     );
     try {
-      const answer = await post<GenerateAnswer>("/api/generate", {
+      const answer = await post<GenerateReply>("/api/generate", {
         words: parameters.get("q"),
         seed: Number(parameters.get("seed") ?? 0),
         variants: Number(parameters.get("variants") ?? 1),
@@ -174,7 +174,7 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   async function showOne(id: string): Promise<void> {
     try {
-      const made = await get<Made>("/api/made", { id });
+      const [made] = (await get<GenerateReply>("/api/made", { id })).variants;
       box.value = made.words;
       showVariants([made]);
     } catch (fault) {

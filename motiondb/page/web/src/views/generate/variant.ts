@@ -2,7 +2,7 @@
 
 import { post } from "../../api/client.ts";
 import type { Motions } from "../../api/motions.ts";
-import type { Made } from "../../api/types.ts";
+import type { MadeReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { download } from "../../parts/download.ts";
@@ -28,25 +28,25 @@ export interface VariantActions {
 }
 
 /** The requested actions, over the times at which they were made. */
-export function askedLane(made: Made): Lane {
+export function askedLane(made: MadeReply): Lane {
   return {
     name: "asked",
     kind: "parts",
-    blocks: made.spans.map(({ words, start, end }) => ({
+    blocks: made.shown_actions.map(({ words, start, end }) => ({
       start,
       end,
-      label: words,
-      title: `“${words}”, made from ${start.toFixed(2)} to ${end.toFixed(2)} s`,
+      label: words.join(" "),
+      title: `“${words.join(" ")}”, made from ${start.toFixed(2)} to ${end.toFixed(2)} s`,
     })),
   };
 }
 
-function shownList(made: Made, seek: (time: number) => void): HTMLElement {
-  const shared = sharedReason(made.shown);
+function shownList(made: MadeReply, seek: (time: number) => void): HTMLElement {
+  const shared = sharedReason(made.shown_actions);
   return h(
     "ul",
     { class: "plain shown-list", "aria-label": "Shown and not shown" },
-    made.shown.map(({ text, start, end, probability: p, shown, reason }) =>
+    made.shown_actions.map(({ words, start, end, probability: p, shown, reason }) =>
       h(
         "li",
         { class: shown ? "shown" : "not-shown" },
@@ -54,7 +54,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
         h(
           "span",
           {},
-          h("b", {}, text),
+          h("b", {}, words.join(" ")),
           shown ? " is shown" : shown === null ? " is not confirmed" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
           reason && reason !== shared ? `: ${reason}` : "",
@@ -67,7 +67,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
         ),
       ),
     ),
-    made.not_shown.map(({ text, reason }) =>
+    made.question.not_used.map(({ text, reason }) =>
       h(
         "li",
         { class: "not-shown" },
@@ -81,7 +81,7 @@ function shownList(made: Made, seek: (time: number) => void): HTMLElement {
 
 export function makeVariant(
   context: { stage: Stage; motions: Motions },
-  made: Made,
+  made: MadeReply,
   actions: VariantActions | null,
 ): Variant {
   const timeline = makeTimeline({

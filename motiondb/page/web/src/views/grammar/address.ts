@@ -1,7 +1,7 @@
 /** The state of the view as an address: `#/grammar?name=play&sequence=q1f2&at=3&wider=1`. */
 
 import { routeTo } from "../../shell/router.ts";
-import type { Selection, Wish } from "./types.ts";
+import type { Selection, Wish } from "./selection.ts";
 
 export interface Route {
   /** The grammar; empty: the list of grammars. */

@@ -7,7 +7,8 @@ import type { TerminalColours } from "./colours.ts";
 import { timesOf } from "./layout.ts";
 import { letters } from "./letters.ts";
 import { makeRibbon, type Ribbon } from "./ribbon.ts";
-import type { Alternative, Sequence } from "./types.ts";
+import type { SequenceReply } from "../../api/types.ts";
+import type { Alternative } from "./selection.ts";
 
 export interface Corners {
   readonly element: HTMLElement;
@@ -30,7 +31,7 @@ export function chanceText(logProbability: number | null): string {
   return `10^${Math.round(logProbability / Math.LN10)}`;
 }
 
-export function makeCorners(context: Context, choose: (sequence: Sequence) => void): Corners {
+export function makeCorners(context: Context, choose: (sequence: SequenceReply) => void): Corners {
   const element = h("div", { class: "corners" });
   let clips: Clip[] = [];
   let ribbons: Ribbon[] = [];
@@ -44,7 +45,7 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
     fill(element);
   }
 
-  function player(made: Sequence, label: string, colours: TerminalColours): HTMLElement {
+  function player(made: SequenceReply, label: string, colours: TerminalColours): HTMLElement {
     const region = made.edited ?? { start: 0, end: made.strip.length };
     const [from, to] = timesOf(made.strip, region.start, region.end);
     const clip = makeClip(context, {
@@ -62,7 +63,7 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
 
   function corner(one: Alternative, number: number, colours: TerminalColours): HTMLElement {
     const text = one.region.join(" ") || "nothing";
-    const playable = one.not_playable === undefined;
+    const playable = "not_playable" in one ? null : one;
     return h(
       "article",
       { class: playable ? "corner" : "corner not-playable", "aria-label": `Alternative ${number}: ${text}` },
@@ -73,8 +74,13 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
         letters(one.region, colours),
       ),
       playable
-        ? player(one, `Alternative ${number}: ${text}`, colours)
-        : h("p", { class: "corner-reason" }, "Cannot be played: ", one.not_playable),
+        ? player(playable, `Alternative ${number}: ${text}`, colours)
+        : h(
+            "p",
+            { class: "corner-reason" },
+            "Cannot be played: ",
+            "not_playable" in one ? one.not_playable : "",
+          ),
       h(
         "footer",
         { class: "corner-foot" },
@@ -92,7 +98,7 @@ export function makeCorners(context: Context, choose: (sequence: Sequence) => vo
                 title: `Choose alternative ${number} (${number})`,
                 "aria-label": `Choose alternative ${number}: ${text}`,
                 "data-alternative": number,
-                on: { click: () => choose(one) },
+                on: { click: () => choose(playable) },
               },
               "Choose",
             )

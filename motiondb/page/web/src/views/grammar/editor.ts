@@ -14,12 +14,13 @@ import { regionHint, regionPanel } from "./region.ts";
 import { makeScene } from "./scene.ts";
 import { makeStrip } from "./strip.ts";
 import { makeParseTree } from "./tree.ts";
-import type { Alternatives, GrammarFacts, Selection, Sequence, TreeNode } from "./types.ts";
+import type { AlternativesReply, GrammarReply, SequenceReply, TreeNode } from "../../api/types.ts";
+import type { Selection } from "./selection.ts";
 
 export interface Editor {
   readonly element: HTMLElement;
   /** Show a sequence of a grammar, with a region if one is chosen. */
-  open(id: string, selection: Selection | null, tree: boolean, grammar: GrammarFacts): Promise<void>;
+  open(id: string, selection: Selection | null, tree: boolean, grammar: GrammarReply): Promise<void>;
   /** Show nothing. */
   rest(): void;
   close(): void;
@@ -33,7 +34,7 @@ export interface EditorRoute {
 }
 
 export function makeEditor(context: Context, route: EditorRoute): Editor {
-  let sequence: Sequence | null = null;
+  let sequence: SequenceReply | null = null;
   let colours: TerminalColours = coloursOf([]);
   let selection: Selection | null = null;
   let treeShown = false;
@@ -44,7 +45,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   const scene = makeScene(context, corners.element);
   const strip = makeStrip((at) => select({ at, wider: 0, draw: 0 }));
   const tree = makeParseTree((node) => {
-    const way = sequence && waysTo(sequence.tree, node, selection?.at ?? 0);
+    const way = sequence && waysTo(sequence.nodes, node, selection?.at ?? 0);
     if (way) select({ ...way, draw: 0 });
   });
   const plan = makePlan((at) => select({ at, wider: 0, draw: 0 }));
@@ -83,12 +84,12 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
 
   /** The node of the chosen region. */
   function chosenNode(): number | null {
-    return sequence && selection ? regionOf(sequence.tree, selection.at, selection.wider) : null;
+    return sequence && selection ? regionOf(sequence.nodes, selection.at, selection.wider) : null;
   }
 
   function chosenRegion(): TreeNode | null {
     const node = chosenNode();
-    return node === null ? null : sequence!.tree[node]!;
+    return node === null ? null : sequence!.nodes[node]!;
   }
 
   function mark(): void {
@@ -145,7 +146,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     const { at, wider, draw } = selection;
     try {
       const body = { id: sequence.id, at, wider, seed: draw };
-      const found = await post<Alternatives>("/api/sequences/alternatives", body);
+      const found = await post<AlternativesReply>("/api/sequences/alternatives", body);
       if (mine !== asked) return;
       showAlternatives(found);
     } catch (problem) {
@@ -155,7 +156,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     }
   }
 
-  function showAlternatives({ region, alternatives, can_widen }: Alternatives): void {
+  function showAlternatives({ region, alternatives, can_widen }: AlternativesReply): void {
     const item = sequence!.strip[selection!.at]!;
     const string = sequence!.string.slice(region.start, region.end).join(" ");
     const count = alternatives.length;
@@ -168,7 +169,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     }
   }
 
-  function choose(alternative: Sequence): void {
+  function choose(alternative: SequenceReply): void {
     route.sequence(alternative.id);
   }
 
@@ -183,7 +184,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     if (next) route.sequence(next);
   }
 
-  function show(next: Sequence): void {
+  function show(next: SequenceReply): void {
     const edit = sequence !== null && (next.parent === sequence.id || sequence.parent === next.id);
     sequence = next;
     fault.replaceChildren();
@@ -238,7 +239,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       wanted = id;
       if (sequence?.id !== id) {
         try {
-          const got = await get<Sequence>("/api/sequence", { id });
+          const got = await get<SequenceReply>("/api/sequence", { id });
           if (wanted !== id) return;
           show(got);
         } catch (problem) {

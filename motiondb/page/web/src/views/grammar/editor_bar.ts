@@ -9,12 +9,12 @@ import { sourceList } from "../../parts/sources.ts";
 import { plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import type { Sequence } from "./types.ts";
+import type { SequenceReply } from "../../api/types.ts";
 
 export interface EditorBar {
   readonly element: HTMLElement;
   /** Null: there is no sequence. */
-  show(sequence: Sequence | null, canRedo: boolean): void;
+  show(sequence: SequenceReply | null, canRedo: boolean): void;
   setTree(shown: boolean): void;
 }
 
@@ -34,7 +34,7 @@ function button(picture: IconName | null, label: string, title: string, run: () 
 }
 
 export function makeEditorBar(context: Context, actions: BarActions): EditorBar {
-  let sequence: Sequence | null = null;
+  let sequence: SequenceReply | null = null;
   let shown = false;
   const title = h("h2", {});
   const saved = h("span", { class: "small" });
@@ -90,7 +90,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
 }
 
 /** Seams, feet and sources. */
-export function madeFacts(sequence: Sequence): HTMLElement {
+export function madeFacts(sequence: SequenceReply): HTMLElement {
   const cost = (value: number | null): string => value?.toFixed(2) ?? "not known";
   const speed = (metres: number | null): string =>
     metres === null ? "not known" : `${(100 * metres).toFixed(1)} cm/s`;

@@ -6,16 +6,16 @@ import { routeTo } from "../../shell/router.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
-import type { GrammarFacts, Terminal } from "./types.ts";
+import type { GrammarReply, TerminalRow } from "../../api/types.ts";
 
 export interface FactsPanel {
   readonly element: HTMLElement;
-  show(facts: GrammarFacts): void;
+  show(facts: GrammarReply): void;
   close(): void;
 }
 
 /** The facts in one line, as the command line prints them. */
-export function summaryOf(facts: GrammarFacts): string {
+export function summaryOf(facts: GrammarReply): string {
   const whole = facts.captures.reduce((sum, one) => sum + one.seconds, 0);
   return [
     `${plural(facts.captures.length, "capture")} (${seconds(whole)})`,
@@ -27,13 +27,13 @@ export function summaryOf(facts: GrammarFacts): string {
   ].join(", ");
 }
 
-function bitsOf(facts: GrammarFacts): string {
+function bitsOf(facts: GrammarReply): string {
   const parts = Object.entries(facts.bits).filter(([name]) => name !== "sum");
   return parts.map(([name, bits]) => `${name} ${bits.toFixed(1)}`).join(" + ");
 }
 
 /** The rules, each terminal in its colour; everything else as the server prints it. */
-function rulesOf(facts: GrammarFacts, colours: TerminalColours): HTMLElement {
+function rulesOf(facts: GrammarReply, colours: TerminalColours): HTMLElement {
   const names = new Set(facts.terminals.map((one) => one.terminal));
   const parts = facts.text_with_loops.split(/(\s+|[()|])/);
   return h(
@@ -57,7 +57,7 @@ export function makeFacts(context: Context): FactsPanel {
     clip = null;
   }
 
-  function play(one: Terminal, box: HTMLElement): void {
+  function play(one: TerminalRow, box: HTMLElement): void {
     const { capture, start, end } = one.medoid;
     closeClip();
     clip = makeClip(context, {
@@ -80,7 +80,7 @@ export function makeFacts(context: Context): FactsPanel {
     );
   }
 
-  function terminalRow(one: Terminal, colours: TerminalColours, box: HTMLElement): HTMLElement {
+  function terminalRow(one: TerminalRow, colours: TerminalColours, box: HTMLElement): HTMLElement {
     const words = one.words.map(({ word, probability: p }) => [
       word,
       h("span", { class: "chip-detail" }, ` ${probability(p)}  `),
@@ -108,7 +108,7 @@ export function makeFacts(context: Context): FactsPanel {
     );
   }
 
-  function terminals(facts: GrammarFacts, colours: TerminalColours): HTMLElement {
+  function terminals(facts: GrammarReply, colours: TerminalColours): HTMLElement {
     const box = h("div", { class: "terminal-clip" });
     const list = h(
       "ul",

@@ -12,11 +12,12 @@ import { makeFacts, summaryOf } from "./facts.ts";
 import { openGrammarLearning } from "./learn.ts";
 import { grammarList, jobState } from "./list.ts";
 import { makeMaker } from "./maker.ts";
-import type { GrammarFacts, GrammarRow, Sequence, Wish } from "./types.ts";
+import type { GrammarReply, ListedGrammar, SequenceReply } from "../../api/types.ts";
+import type { Wish } from "./selection.ts";
 
 function open(host: HTMLElement, context: Context): OpenView {
   let route = routeOf(new URLSearchParams());
-  let facts: GrammarFacts | null = null;
+  let facts: GrammarReply | null = null;
   let loads = 0;
   let learning = "";
 
@@ -56,7 +57,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     loads += 1;
     const mine = loads;
     try {
-      const { grammars } = await get<{ grammars: GrammarRow[] }>("/api/grammars");
+      const { grammars } = await get<{ grammars: ListedGrammar[] }>("/api/grammars");
       if (mine === loads) fill(list, grammarList(context, grammars, learn));
     } catch (fault) {
       if (mine === loads) fill(list, faultState(messageOf(fault)));
@@ -79,7 +80,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
-  function showHeading(known: GrammarFacts): void {
+  function showHeading(known: GrammarReply): void {
     const remove = (): void => void forget(known.grammar);
     fill(
       heading,
@@ -98,7 +99,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     loads += 1;
     const mine = loads;
     try {
-      const known = await get<GrammarFacts>("/api/grammar", { name });
+      const known = await get<GrammarReply>("/api/grammar", { name });
       if (mine !== loads) return false;
       facts = known;
       showHeading(known);
@@ -121,7 +122,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     maker.busy(true);
     making.replaceChildren();
     try {
-      const made = await post<Sequence>("/api/sequences", { grammar: route.name, ...wish });
+      const made = await post<SequenceReply>("/api/sequences", { grammar: route.name, ...wish });
       go(addressOf({ ...route, wish, sequence: made.id, selection: null }));
     } catch (fault) {
       fill(making, faultState(messageOf(fault)));
@@ -133,7 +134,7 @@ function open(host: HTMLElement, context: Context): OpenView {
   /** Open a kept sequence; the answer names its grammar. */
   async function openKept(capture: string): Promise<void> {
     try {
-      const kept = await post<Sequence>("/api/sequences/open", { capture });
+      const kept = await post<SequenceReply>("/api/sequences/open", { capture });
       go(addressOf({ ...route, name: kept.grammar, sequence: kept.id, selection: null }), true);
     } catch (fault) {
       one.hidden = true;

@@ -1,6 +1,7 @@
 /** Where the terminals of a sequence and the nodes of its tree lie, and which part of a path they cover. */
 
-import type { RootPath, Spot, StripItem, TreeNode } from "./types.ts";
+import type { RootPath, WordedTerminal, TreeNode } from "../../api/types.ts";
+import type { Spot } from "./selection.ts";
 
 /** A terminal is drawn as if it lasted at least this share of the mean: its letter must fit. */
 const LEAST = 0.45;
@@ -12,7 +13,7 @@ export interface StripLayout {
 }
 
 /** Widths follow the durations, but very short terminals are widened. */
-export function layStrip(strip: readonly Pick<StripItem, "start" | "end">[]): StripLayout {
+export function layStrip(strip: readonly Pick<WordedTerminal, "start" | "end">[]): StripLayout {
   const durations = strip.map(({ start, end }) => Math.max(end - start, 0));
   const mean = durations.reduce((sum, one) => sum + one, 0) / Math.max(strip.length, 1);
   const drawn = durations.map((one) => Math.max(one, LEAST * mean, 1e-6));
@@ -35,7 +36,7 @@ export function placeOf(layout: StripLayout, start: number, end: number): [left:
 }
 
 /** The position that plays at a time. */
-export function positionAt(strip: readonly Pick<StripItem, "start" | "end">[], time: number): number {
+export function positionAt(strip: readonly Pick<WordedTerminal, "start" | "end">[], time: number): number {
   const after = strip.findIndex(({ end }) => time < end);
   return after < 0 ? strip.length - 1 : after;
 }
@@ -43,7 +44,7 @@ export function positionAt(strip: readonly Pick<StripItem, "start" | "end">[], t
 /** Where a time lies on the strip, as a share of it. */
 export function placeOfTime(
   layout: StripLayout,
-  strip: readonly Pick<StripItem, "start" | "end">[],
+  strip: readonly Pick<WordedTerminal, "start" | "end">[],
   time: number,
 ): number {
   const at = positionAt(strip, time);
@@ -55,7 +56,7 @@ export function placeOfTime(
 
 /** The times that the positions from `start` to `end` cover; for an empty range, the time of the seam. */
 export function timesOf(
-  strip: readonly Pick<StripItem, "start" | "end">[],
+  strip: readonly Pick<WordedTerminal, "start" | "end">[],
   start: number,
   end: number,
 ): [from: number, to: number] {
@@ -106,7 +107,7 @@ export function depthsOf(tree: readonly TreeNode[]): number[] {
 
 /** The nodes from the root to the nonterminal that generates a position. */
 export function lineTo(tree: readonly TreeNode[], at: number): number[] {
-  const leaf = tree.findIndex((node) => node.terminal && node.start === at);
+  const leaf = tree.findIndex((node) => node.is_terminal && node.start === at);
   const line: number[] = [];
   for (let node = tree[leaf]?.parent ?? -1; node >= 0; node = tree[node]!.parent) line.push(node);
   return line.reverse();
@@ -124,8 +125,8 @@ export function waysTo(
   node: number,
   near: number,
 ): { at: number; wider: number } | null {
-  const { start, end, terminal } = tree[node]!;
-  if (terminal || end <= start) return null;
+  const { start, end, is_terminal } = tree[node]!;
+  if (is_terminal || end <= start) return null;
   const positions = near >= start && near < end ? [near, start] : [start];
   for (const at of positions) {
     const line = lineTo(tree, at);

@@ -1,7 +1,7 @@
 /** Choose captures and settings, and learn a grammar from them. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { CapturePage, CaptureRow, Job } from "../../api/types.ts";
+import type { CapturePage, CaptureRow, JobReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { plural, seconds } from "../../parts/text.ts";
@@ -188,7 +188,7 @@ function settings(learned: boolean): Settings {
 }
 
 /** Ask for captures and settings, then start the job. */
-export function openGrammarLearning(context: Context, started: (job: Job) => void): void {
+export function openGrammarLearning(context: Context, started: (job: JobReply) => void): void {
   const submit = h("button", { class: "button", type: "submit", disabled: true }, "Learn");
   const picker = capturePicker(() => void (submit.disabled = picker.chosen.size === 0));
   const chosen = settings(context.status().learned);
@@ -213,7 +213,7 @@ export function openGrammarLearning(context: Context, started: (job: Job) => voi
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    post<Job>("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
+    post<JobReply>("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
       (job) => {
         dialog.close();
         started(job);

@@ -1,32 +1,32 @@
 /** The learned grammars, and the job that learns one. */
 
 import { remove } from "../../api/client.ts";
-import type { Job } from "../../api/types.ts";
+import type { JobReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { progressBar } from "../../parts/progress.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { seconds } from "../../parts/text.ts";
 import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import type { GrammarRow } from "./types.ts";
+import type { ListedGrammar } from "../../api/types.ts";
 
-const isActive = (job: Job): boolean => job.state === "running" || job.state === "waiting";
+const isActive = (job: JobReply): boolean => job.state === "running" || job.state === "waiting";
 
 /** Failed jobs whose message was closed. */
 const closed = new Set<string>();
 
-const COLUMNS: readonly [string, (row: GrammarRow) => string][] = [
+const COLUMNS: readonly [string, (row: ListedGrammar) => string][] = [
   ["captures", (row) => String(row.captures)],
   ["length", (row) => seconds(row.seconds)],
   ["segments", (row) => String(row.segments)],
   ["terminals", (row) => String(row.terminals)],
   ["sentences", (row) => String(row.sentences)],
   ["rules", (row) => String(row.rules)],
-  ["bits", (row) => row.bits.toFixed(0)],
+  ["bits", (row) => row.bits["sum"]!.toFixed(0)],
   ["new sentences", (row) => (row.derives_new ? "yes" : "no: it only repeats")],
 ];
 
-function tableOf(rows: readonly GrammarRow[]): HTMLElement {
+function tableOf(rows: readonly ListedGrammar[]): HTMLElement {
   return h(
     "div",
     { class: "grammar-table" },
@@ -51,7 +51,11 @@ function tableOf(rows: readonly GrammarRow[]): HTMLElement {
           h(
             "tr",
             {},
-            h("th", { scope: "row" }, h("a", { href: routeTo("grammar", { name: row.name }) }, row.name)),
+            h(
+              "th",
+              { scope: "row" },
+              h("a", { href: routeTo("grammar", { name: row.grammar }) }, row.grammar),
+            ),
             COLUMNS.map(([, text]) => h("td", {}, text(row))),
           ),
         ),
@@ -79,7 +83,7 @@ function nothingYet(context: Context, learn: () => void): HTMLElement {
 /** The list, or why it is empty. */
 export function grammarList(
   context: Context,
-  rows: readonly GrammarRow[],
+  rows: readonly ListedGrammar[],
   learn: () => void,
 ): HTMLElement | null {
   if (rows.length === 0) return nothingYet(context, learn);

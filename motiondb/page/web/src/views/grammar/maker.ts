@@ -1,7 +1,7 @@
 /** Make a sequence of a grammar: seed, length, or a pattern that it must match. */
 
 import { h } from "../../dom/element.ts";
-import type { Wish } from "./types.ts";
+import type { Wish } from "./selection.ts";
 
 export interface Maker {
   readonly element: HTMLElement;

@@ -3,11 +3,12 @@
 import { fill, h, svg } from "../../dom/element.ts";
 import type { TerminalColours } from "./colours.ts";
 import { cutPath, timesOf } from "./layout.ts";
-import type { Sequence, Spot } from "./types.ts";
+import type { SequenceReply } from "../../api/types.ts";
+import type { Spot } from "./selection.ts";
 
 export interface Plan {
   readonly element: HTMLElement;
-  show(sequence: Sequence, colours: TerminalColours): void;
+  show(sequence: SequenceReply, colours: TerminalColours): void;
   setTime(time: number): void;
   mark(region: readonly [start: number, end: number] | null): void;
 }
@@ -48,7 +49,7 @@ export function makePlan(choose: (at: number) => void): Plan {
   const element = h("div", { class: "plan" });
   const region = svg("g", { class: "plan-region" });
   const here = svg("circle", { class: "plan-here", r: 5 });
-  let shown: Sequence | null = null;
+  let shown: SequenceReply | null = null;
   let view: View | null = null;
 
   const pointsOf = (line: readonly Spot[]): string =>

@@ -4,7 +4,8 @@ import { h } from "../../dom/element.ts";
 import { interval, plural } from "../../parts/text.ts";
 import type { TerminalColours } from "./colours.ts";
 import { letters } from "./letters.ts";
-import type { Selection, Sequence, TreeNode } from "./types.ts";
+import type { SequenceReply, TreeNode } from "../../api/types.ts";
+import type { Selection } from "./selection.ts";
 
 export interface RegionActions {
   widen(): void;
@@ -38,7 +39,7 @@ export function regionHint(): HTMLElement {
 
 /** The chosen terminal and its region, a node of the tree. */
 export function regionPanel(
-  sequence: Sequence,
+  sequence: SequenceReply,
   { at, wider }: Selection,
   region: TreeNode | null,
   colours: TerminalColours,

@@ -4,7 +4,8 @@ import * as THREE from "three";
 import type { Screen } from "../../player/screen.ts";
 import type { TerminalColours } from "./colours.ts";
 import { cutPath, spaced, timesOf } from "./layout.ts";
-import type { Sequence, Spot } from "./types.ts";
+import type { SequenceReply } from "../../api/types.ts";
+import type { Spot } from "./selection.ts";
 
 /** Radius of a disc and distance between discs, metres. Chosen by eye: they look like one line. */
 const DISC = { radius: 0.045, apart: 0.03, height: 0.006 };
@@ -12,7 +13,7 @@ const DISC = { radius: 0.045, apart: 0.03, height: 0.006 };
 const SPHERE = { radius: 0.085, apart: 0.2, opacity: 0.45 };
 
 export interface Ribbon {
-  show(sequence: Sequence, colours: TerminalColours): void;
+  show(sequence: SequenceReply, colours: TerminalColours): void;
   mark(region: readonly [start: number, end: number] | null): void;
   close(): void;
 }
@@ -46,7 +47,7 @@ export function makeRibbon(screen: Screen): Ribbon {
   const path = new THREE.Group();
   const region = new THREE.Group();
   screen.extras.add(path, region);
-  let shown: { sequence: Sequence; colours: TerminalColours } | null = null;
+  let shown: { sequence: SequenceReply; colours: TerminalColours } | null = null;
 
   function clear(group: THREE.Group): void {
     for (const child of [...group.children] as Dots[]) {

@@ -8,13 +8,13 @@ import type { Context } from "../view.ts";
 import type { TerminalColours } from "./colours.ts";
 import { timesOf } from "./layout.ts";
 import { makeRibbon } from "./ribbon.ts";
-import type { Sequence } from "./types.ts";
+import type { SequenceReply } from "../../api/types.ts";
 
 export interface Scene {
   readonly element: HTMLElement;
   readonly player: Player;
   /** Play a sequence; after an edit the camera stays and the time goes on at the edit. */
-  show(sequence: Sequence, colours: TerminalColours, keepCamera: boolean): Promise<void>;
+  show(sequence: SequenceReply, colours: TerminalColours, keepCamera: boolean): Promise<void>;
   /** Loop the terminals of a region; null: everything. */
   mark(region: readonly [start: number, end: number] | null): void;
   /** Show nothing. */
@@ -34,7 +34,7 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
   const player = makePlayer(context.stage, { label: "The sequence" });
   const ribbon = makeRibbon(player.screen);
   player.element.querySelector(".player-stage")!.append(corners);
-  let sequence: Sequence | null = null;
+  let sequence: SequenceReply | null = null;
   let tracks: readonly Track[] | null = null;
   let region: readonly [number, number] | null = null;
 

@@ -6,11 +6,11 @@
 import { fill, h } from "../../dom/element.ts";
 import type { TerminalColours } from "./colours.ts";
 import { depthsOf, placeOf, type StripLayout } from "./layout.ts";
-import type { Sequence, TreeNode } from "./types.ts";
+import type { SequenceReply, TreeNode } from "../../api/types.ts";
 
 export interface ParseTree {
   readonly element: HTMLElement;
-  show(sequence: Sequence, layout: StripLayout, colours: TerminalColours): void;
+  show(sequence: SequenceReply, layout: StripLayout, colours: TerminalColours): void;
   /** Highlight the region; null: none. */
   mark(node: number | null): void;
 }
@@ -89,14 +89,14 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
   return {
     element,
     show(sequence, layout, colours) {
-      tree = sequence.tree;
+      tree = sequence.nodes;
       const depths = depthsOf(tree);
       const height = (depths.reduce((most, depth) => Math.max(most, depth), 0) + 1) * ROW;
       element.style.height = `${height}px`;
       const leaves: HTMLElement[] = [];
       bars = new Map();
       tree.forEach((node, i) => {
-        if (!node.terminal) {
+        if (!node.is_terminal) {
           bars.set(i, bar(i, depths[i]!, layout, sequence.string));
           return;
         }

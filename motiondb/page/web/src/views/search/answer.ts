@@ -1,7 +1,7 @@
 /** One answer: it plays the matched interval over the timeline of its take. */
 
 import { get } from "../../api/client.ts";
-import type { CaptureFacts, Match, MatchPart } from "../../api/types.ts";
+import type { CaptureDetails, ShownMatch, MatchPart } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
@@ -16,7 +16,7 @@ export interface AnswerOptions {
   /** false: nothing in the database matches, this is only the nearest. */
   matches: boolean;
   /** Absent in a file without a server: nothing can be selected, opened or asked. */
-  actions?: { select(match: Match, selected: boolean): void };
+  actions?: { select(match: ShownMatch, selected: boolean): void };
 }
 
 export interface AnswerCard {
@@ -26,10 +26,8 @@ export interface AnswerCard {
 }
 
 /** The intervals that were found: those of the parts where they are known, or the whole match. */
-function litParts(match: Match): Interval[] {
-  const known = (match.parts ?? []).filter(
-    (part) => part.place === "known" && part.start !== null && part.end !== null,
-  );
+function litParts(match: ShownMatch): Interval[] {
+  const known = match.parts.filter((part) => part.place === "known");
   if (known.length > 0) return known.map((part): Interval => [part.start!, part.end!]);
   return match.place === "unknown" ? [] : [[match.start, match.end]];
 }
@@ -47,7 +45,7 @@ function meter(name: string, value: number | null | undefined, hint: string): Ch
   );
 }
 
-function lanesOf(match: Match): Lane[] {
+function lanesOf(match: ShownMatch): Lane[] {
   if (!match.timeline) return [];
   return [symbolLane(match.timeline.segments), captionLane(match.timeline.words, match.duration)];
 }
@@ -58,8 +56,8 @@ function saidHere(part: MatchPart): string {
   return part.probability !== null && part.place === "known" ? "place not measured" : "";
 }
 
-function foundList(match: Match, seek: (time: number) => void): Child {
-  const parts = match.parts ?? [];
+function foundList(match: ShownMatch, seek: (time: number) => void): Child {
+  const parts = match.parts;
   if (parts.length === 0) return match.reason ? h("p", { class: "small" }, match.reason) : null;
   return h(
     "ul",
@@ -72,7 +70,7 @@ function foundList(match: Match, seek: (time: number) => void): Child {
         .filter(Boolean)
         .join(", ");
       const place =
-        part.place === "known" && part.start !== null && part.end !== null
+        part.place === "known"
           ? h(
               "button",
               {
@@ -98,7 +96,7 @@ function foundList(match: Match, seek: (time: number) => void): Child {
 
 export function makeAnswer(
   context: { stage: Stage; motions: Motions },
-  match: Match,
+  match: ShownMatch,
   options: AnswerOptions,
 ): AnswerCard {
   const { actions } = options;
@@ -145,7 +143,7 @@ export function makeAnswer(
 
   async function addWords(): Promise<void> {
     wordsButton.remove();
-    const facts = await get<CaptureFacts>("/api/capture", { name: match.capture });
+    const facts = await get<CaptureDetails>("/api/capture", { name: match.capture });
     timeline.setLanes([...lanes, wordLane(facts.recognised)]);
   }
 

@@ -1,13 +1,15 @@
 /** The answers to a question side by side, and whether anything matches at all. */
 
 import type { Motions } from "../../api/motions.ts";
-import type { Answer, Match } from "../../api/types.ts";
+import type { LikeReply, SearchReply, ShownMatch } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState } from "../../parts/states.ts";
 import { plural } from "../../parts/text.ts";
 import type { Stage } from "../../player/stage.ts";
 import { makeAnswer, type AnswerCard } from "./answer.ts";
 import type { Selection } from "./selection.ts";
+
+type Answer = LikeReply | SearchReply;
 
 export interface Answers {
   readonly element: HTMLElement;
@@ -29,7 +31,7 @@ export function makeAnswers(
   }
 
   function verdict(answer: Answer): HTMLElement {
-    const took = `${Math.max(Math.round(answer.took * 1000), 1)} ms`;
+    const took = `${Math.max(Math.round((answer.took ?? 0) * 1000), 1)} ms`;
     if (answer.matches_anything === false) {
       return h(
         "div",
@@ -63,10 +65,12 @@ export function makeAnswers(
         return;
       }
       const matches = answer.matches_anything !== false;
-      cards = answer.matches.map((match: Match) =>
+      cards = answer.matches.map((match: ShownMatch) =>
         makeAnswer(context, match, {
           matches,
-          ...(selection ? { actions: { select: (one: Match, on: boolean) => selection.set(one, on) } } : {}),
+          ...(selection
+            ? { actions: { select: (one: ShownMatch, on: boolean) => selection.set(one, on) } }
+            : {}),
         }),
       );
       selection?.onClear(() => cards.forEach((card) => card.setSelected(false)));

@@ -1,7 +1,7 @@
 /** The example of a search: a capture or an uploaded file, with the part that is searched for. */
 
 import { get, isAbort } from "../../api/client.ts";
-import type { CaptureFacts, WordsOverTime } from "../../api/types.ts";
+import type { CaptureDetails, DescribeReply } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { makeTake } from "../../take/take.ts";
@@ -17,10 +17,6 @@ export interface Example {
   close(): void;
 }
 
-interface Described {
-  words: WordsOverTime[];
-}
-
 /** The name of the played motion, shown to the user. */
 export function nameOf(ref: string): string {
   const name = ref.slice(ref.indexOf(":") + 1);
@@ -29,12 +25,12 @@ export function nameOf(ref: string): string {
 
 async function lanesOf(ref: string): Promise<Lane[]> {
   if (ref.startsWith("capture:")) {
-    const facts = await get<CaptureFacts>("/api/capture", { name: nameOf(ref) });
+    const facts = await get<CaptureDetails>("/api/capture", { name: nameOf(ref) });
     return [symbolLane(facts.segments), captionLane(facts.words, facts.duration), wordLane(facts.recognised)];
   }
-  const described = await get<Described>("/api/describe", { ref });
+  const described = await get<DescribeReply>("/api/describe", { ref });
   const symbols = described.words.flatMap(({ start, end, symbols: list }) =>
-    list?.length === 1 ? [{ start, end, symbol: list[0]!, known: true }] : [],
+    list.length === 1 ? [{ start, end, symbol: list[0]!, log_likelihood: null, known: true }] : [],
   );
   return [symbolLane(symbols), wordLane(described.words)];
 }

@@ -1,9 +1,11 @@
 /** The question as it was understood, as chips: actions, their order, and unused parts. */
 
-import type { Decoding, Question, QuestionTree, WordProbability } from "../../api/types.ts";
+import type { Decoding, UnderstoodQuestion, WordProbability } from "../../api/types.ts";
 import { h, type Child } from "../../dom/element.ts";
 import { signed } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
+
+export type QuestionTree = UnderstoodQuestion["tree"];
 
 /** A chip of the question: an action, a joint between actions, or a frame around some. */
 export type Chip =
@@ -104,7 +106,7 @@ export function decodingElement(decoding: Decoding): HTMLElement {
 
 /** How the server understood a question: chips, unknown words, and words replaced by known ones. */
 export function questionElement(
-  question: Question,
+  question: UnderstoodQuestion,
   sentences: readonly string[],
   unknown: Record<string, string[]>,
   suggested: Record<string, WordProbability[]>,

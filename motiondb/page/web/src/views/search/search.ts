@@ -1,7 +1,7 @@
 /** Search: one box for a question, or an example; answers play side by side. */
 
 import { get, isAbort } from "../../api/client.ts";
-import type { LikeAnswer, SearchAnswer } from "../../api/types.ts";
+import type { LikeReply, SearchReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
@@ -198,7 +198,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     try {
       const rest = { where: wanted.where, limit: wanted.limit || "10" };
       if (wanted.q) {
-        const answer = await get<SearchAnswer>(
+        const answer = await get<SearchReply>(
           "/api/search",
           { q: wanted.q, ...rest, exact: wanted.exact !== "", by_symbols: wanted.symbols !== "" },
           signal,
@@ -207,7 +207,7 @@ function open(host: HTMLElement, context: Context): OpenView {
           understood,
           questionElement(
             answer.question,
-            [...answer.sentences, ...answer.sources, ...(answer.unchecked ? [answer.unchecked] : [])],
+            [...answer.sentences, ...(answer.unchecked ? [answer.unchecked] : [])],
             answer.unknown,
             answer.suggested,
             replaceWord,
@@ -216,7 +216,7 @@ function open(host: HTMLElement, context: Context): OpenView {
         );
         answers.show(answer);
       } else {
-        const answer = await get<LikeAnswer>(
+        const answer = await get<LikeReply>(
           "/api/like",
           { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
           signal,

@@ -1,6 +1,6 @@
 /** Answers that were selected, and the bar that downloads them. */
 
-import type { Match } from "../../api/types.ts";
+import type { ShownMatch } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { download, type FileFormat } from "../../parts/download.ts";
@@ -8,13 +8,13 @@ import { plural } from "../../parts/text.ts";
 
 export interface Selection {
   readonly element: HTMLElement;
-  set(match: Match, selected: boolean): void;
+  set(match: ShownMatch, selected: boolean): void;
   clear(): void;
   onClear(listener: () => void): void;
 }
 
 export function makeSelection(fail: (fault: unknown) => void): Selection {
-  const chosen = new Map<string, Match>();
+  const chosen = new Map<string, ShownMatch>();
   let cleared: () => void = () => undefined;
   const count = h("span", { role: "status" });
   const whole = h("input", { type: "checkbox", id: "whole-takes" });

@@ -1,6 +1,6 @@
 /** The map of motion symbols: a dot for each, an ellipse for each cluster. Nearby symbols are alike. */
 
-import type { SymbolFacts, SymbolSpace } from "../../api/types.ts";
+import type { PlacedSymbol, SpaceReply } from "../../api/types.ts";
 import { h, svg } from "../../dom/element.ts";
 import { tintOf } from "../../parts/tint.ts";
 import { wordsThatFit, type Placed } from "./labels.ts";
@@ -8,7 +8,7 @@ import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed, type Zoom } from "./projec
 
 export interface SymbolMap {
   readonly element: HTMLElement;
-  show(space: SymbolSpace, axes: readonly [number, number]): void;
+  show(space: SpaceReply, axes: readonly [number, number]): void;
   choose(symbol: number | null): void;
   /** Enlarge (above 1) or shrink around the middle; 0: see everything. */
   enlarge(by: number): void;
@@ -19,7 +19,7 @@ const SIZE = { width: 900, height: 640, margin: 60 };
 /** A word is written beside a dot from this probability on. */
 const LIKELY = 0.3;
 
-function nameOf(symbol: SymbolFacts): string {
+function nameOf(symbol: PlacedSymbol): string {
   const words = symbol.words
     .slice(0, 2)
     .map(({ word }) => word)
@@ -35,11 +35,11 @@ function radius(count: number, largest: number): number {
 export function makeSymbolMap(click: (symbol: number) => void): SymbolMap {
   const element = h("div", { class: "symbol-map" });
   let dots = new Map<number, SVGElement>();
-  let shown: { space: SymbolSpace; axes: readonly [number, number] } | null = null;
+  let shown: { space: SpaceReply; axes: readonly [number, number] } | null = null;
   let chosen: number | null = null;
   let zoom: Zoom = NO_ZOOM;
 
-  function dot(facts: SymbolFacts, placed: Placed, written: boolean): SVGElement {
+  function dot(facts: PlacedSymbol, placed: Placed, written: boolean): SVGElement {
     const { x, y, radius: size } = placed;
     const tint = tintOf(facts.symbol);
     const press = (): void => click(facts.symbol);

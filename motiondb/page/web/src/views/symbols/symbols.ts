@@ -1,7 +1,7 @@
 /** Symbol space: the map, and beside it the chosen symbol with its segments. */
 
 import { get, messageOf } from "../../api/client.ts";
-import type { SymbolFacts, SymbolSegments, SymbolSpace } from "../../api/types.ts";
+import type { PlacedSymbol, SegmentsReply, SpaceReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { interval, plural, seconds } from "../../parts/text.ts";
@@ -14,7 +14,7 @@ import { makeSymbolMap } from "./map.ts";
 const PAGE = 30;
 
 function open(host: HTMLElement, context: Context): OpenView {
-  let space: SymbolSpace | null = null;
+  let space: SpaceReply | null = null;
   let chosen: number | null = null;
   let axes: [number, number] = [0, 1];
   let clip: Clip | null = null;
@@ -33,7 +33,7 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   async function load(): Promise<void> {
     try {
-      space = await get<SymbolSpace>("/api/symbols");
+      space = await get<SpaceReply>("/api/symbols");
     } catch (fault) {
       fill(host, notLearned(fault, context) ?? faultState(messageOf(fault)));
       return;
@@ -103,7 +103,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     clip = null;
   }
 
-  function play(box: HTMLElement, segment: SymbolSegments["segments"][number]): void {
+  function play(box: HTMLElement, segment: SegmentsReply["segments"][number]): void {
     closeClip();
     clip = makeClip(context, {
       ref: segment.ref,
@@ -142,7 +142,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     offset: number,
   ): Promise<void> {
     try {
-      const answer = await get<SymbolSegments>("/api/symbol", { symbol, offset, limit: PAGE });
+      const answer = await get<SegmentsReply>("/api/symbol", { symbol, offset, limit: PAGE });
       if (chosen !== symbol) return;
       list.append(
         ...answer.segments.map((segment) =>
@@ -199,7 +199,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     }
   }
 
-  function heading(facts: SymbolFacts): HTMLElement {
+  function heading(facts: PlacedSymbol): HTMLElement {
     return h(
       "div",
       {},

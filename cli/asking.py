@@ -1,0 +1,275 @@
+"""Commands search, like and describe."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Db,
+    Exact,
+    From,
+    Html,
+    Json,
+    Limit,
+    Png,
+    To,
+    Where,
+    database,
+)
+from motiondb.cli.printing import (
+    note_filter,
+    note_sources,
+    note_taken,
+    note_unchecked,
+    note_unlearned,
+    print_json,
+    print_question,
+    print_table,
+    say_word,
+    write_html,
+)
+
+if TYPE_CHECKING:
+    from motiondb import ExampleAnswer, ExplainedWord, Match, WordAnswer
+
+Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app."""
+    app.command()(search)
+    app.command()(like)
+    app.command()(describe)
+
+
+def search(
+    words: Annotated[str, typer.Argument(help='Actions to search for, such as "walk, turn left".')],
+    where: Where = "",
+    limit: Limit = 10,
+    by_symbols: Annotated[
+        bool,
+        typer.Option(
+            "--by-symbols", help="Decode the words to symbols and align these (as in paper A)."
+        ),
+    ] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Show the contribution of every symbol to every word.")
+    ] = False,
+    exact: Exact = False,
+    png: Png = None,
+    html: Html = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Search for intervals that show actions, given by words, in their order.
+
+    The question may hold "then", "while", "or", "not", "without", "twice", "for ten seconds",
+    "slowly", parentheses, and "?" for any action. Its interpretation is printed above the answers,
+    with the parts that the search does not use.
+
+    Every answer has two probabilities, estimated with performers held out: the probability that the
+    capture shows the actions, and the probability that the interval does. They are "-" until
+    captions of the database, 50 or more, have checked them. If the only evidence for an action is
+    a caption of the whole capture, its place is unknown. If no answer is good enough, a line says
+    so before the nearest ones.
+    """
+    if explain and by_symbols:
+        from motiondb import QueryError
+
+        raise QueryError(
+            "search: expected --explain or --by-symbols, found both. An answer by symbols comes "
+            "from an alignment of sequences, so there is nothing more to explain."
+        )
+    from motiondb import search_answer
+
+    with database(db) as base:
+        answer = base.search(words, where, limit, by_symbols, exact=exact)
+        note_filter(base, where, exact)
+        note_unlearned(base)
+        if png and explain and answer.reasons:
+            base.draw_reasons(answer, png, words)
+        elif png and answer.matches:
+            base.draw_matches(answer, png, words)
+        if html:
+            from motiondb import StandalonePage
+
+            write_html(html, StandalonePage.of_search(base, answer))
+    _note_words(answer, silent=explain and not json)
+    if json:
+        print_json(search_answer(answer, explain))
+        return
+    print_question(answer.question, answer.not_used, "search")
+    _print_answer(answer, reasons=True)
+    if explain:
+        _print_explanations(answer)
+
+
+def _note_words(answer: WordAnswer, silent: bool) -> None:
+    """Print on standard error from which captions the words of an answer were learned.
+
+    ``silent``: without the captions, which the explanation names.
+    """
+    note_taken(answer.taken, answer.suggested, answer.unknown)
+    for written in answer.written:
+        typer.echo(written.sentence(), err=True)
+    if not silent:
+        note_sources(answer.sources)
+    note_unchecked(answer.unchecked)
+
+
+def like(
+    example: Example,
+    start: From = None,
+    end: To = None,
+    where: Where = "",
+    limit: Limit = 10,
+    meaning: Annotated[
+        bool | None,
+        typer.Option(
+            "--meaning/--by-motion-alone",
+            help="Whether learned words are compared too, which also finds other styles of an "
+            "action.  [default: if there are words]",
+            show_default=False,
+        ),
+    ] = None,
+    exact: Exact = False,
+    png: Png = None,
+    html: Html = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Search for intervals that move like an example.
+
+    If captures of two or more performers have captions, every answer has a probability that it
+    shows the same action, and a line says if none is good enough.
+    """
+    from motiondb import like_answer
+
+    with database(db) as base:
+        answer = base.like(example, start, end, where, limit, meaning, exact)
+        note_filter(base, where, exact)
+        note_unlearned(base)
+        if png and answer.matches:
+            motion = base.motion(example, start, end)
+            base.draw_matches(answer, png, f"like {example}", motion)
+        if html:
+            from motiondb import StandalonePage
+
+            write_html(html, StandalonePage.of_like(base, answer, example, start, end))
+    note_unchecked(answer.unchecked)
+    if json:
+        print_json(like_answer(answer))
+        return
+    _print_answer(answer, reasons=any(m.reason for m in answer))
+
+
+def _print_answer(answer: WordAnswer | ExampleAnswer, reasons: bool) -> None:
+    """Print the matches, and whether any is good enough."""
+    matches = answer.matches
+    if answer.matches_anything is False:
+        typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
+    if matches:
+        _print_matches(matches, reasons, bool(answer.unchecked))
+
+
+def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> None:
+    """Print a table; probabilities that no own caption has checked are printed as "-".
+
+    So is the probability of an interval that is shown but was never checked for these words.
+    """
+    sure = unchecked or any(m.probability is not None for m in matches)
+    nothing = "-" if unchecked else ""
+    chances = [nothing or _two_digits(m.probability) for m in matches]
+    placed = any(m.interval_probability is not None or _is_place_unchecked(m) for m in matches)
+    intervals = [
+        "-" if _is_place_unchecked(m) else _two_digits(m.interval_probability) for m in matches
+    ]
+    columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
+    columns += ["interval"] * placed
+    print_table(
+        "",
+        [*columns, "words"] + (["found"] if reasons else []),
+        [
+            [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
+            + [chance] * sure
+            + [interval] * placed
+            + [" ".join(m.words) or nothing]
+            + ([m.reason] if reasons else [])
+            for m, chance, interval in zip(matches, chances, intervals)
+        ],
+    )
+
+
+def _is_place_unchecked(match: Match) -> bool:
+    """Whether an answer has a probability, but none that its interval is right."""
+    known = match.probability is not None and match.place == "known"
+    return bool(match.parts) and known and match.interval_probability is None
+
+
+def _two_digits(probability: float | None) -> str:
+    return "" if probability is None else f"{probability:.2f}"
+
+
+def describe(
+    example: Example,
+    start: From = None,
+    end: To = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Describe a motion by words, with times and probabilities that captions have checked."""
+    from motiondb import words_over_time
+
+    with database(db) as base:
+        answer = base.describe(example, start, end)
+        sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
+        unchecked = base.why_unchecked(word for d in answer for word, p in d.words if p is None)
+    note_sources(sources)
+    note_unchecked(unchecked)
+    if json:
+        print_json(words_over_time(answer))
+        return
+    rows = [
+        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(say_word(w, p) for w, p in d.words)]
+        for d in answer
+    ]
+    print_table("", ["start", "end", "words"], rows)
+
+
+def _print_explanations(answer: WordAnswer) -> None:
+    """Print the log-odds of every match, then one line for each word."""
+    for source in answer.sources:
+        typer.echo(source.sentence())
+    for match, why in zip(answer.matches, answer.explanations):
+        typer.echo(
+            f"{match.rank} {match.capture}  log-odds {why.log_odds:+.3f}, score {match.score:.3f}"
+        )
+        for word in why.words:
+            typer.echo(f"    {_word_line(word)}")
+        if why.together:
+            typer.echo(f"    all of them together: {why.together:+.3f}")
+        for excluded in why.excluded:
+            typer.echo(
+                f"    not {' '.join(word.word for word in excluded.words)}: "
+                f"{excluded.amount:+.3f}, as its log-odds are {excluded.log_odds:+.3f}"
+            )
+            for word in excluded.words:
+                typer.echo(f"        {_word_line(word)}")
+
+
+def _word_line(word: ExplainedWord) -> str:
+    """The contribution of one word, and its parts."""
+    rest = word.others
+    others = f", others {rest:+.3f}" if abs(rest) >= 0.0005 else ""
+    shares = ", ".join(
+        f"symbol {s.symbol} {s.share:+.3f} ({s.from_:.1f}-{s.to:.1f} s)" for s in word.strongest
+    )
+    written = f", written {word.written:+.3f}" if word.written else ""
+    if word.as_caption:
+        written += f", as part of the caption {word.as_caption:+.3f}"
+    usual = f"{word.word}: {word.contribution:+.3f} = usual {word.prior:+.3f}"
+    return f"{usual}{written}, {shares}{others}"

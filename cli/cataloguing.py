@@ -1,0 +1,400 @@
+"""Commands add, list, show, export, remove and fetch: captures in and out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motiondb.cli.options import (
+    DEFAULT_DB,
+    Commands,
+    Db,
+    Exact,
+    From,
+    Html,
+    Json,
+    Png,
+    To,
+    Where,
+    database,
+    finite,
+)
+from motiondb.cli.printing import (
+    note_drift,
+    note_filter,
+    print_json,
+    print_notes,
+    print_problems,
+    print_table,
+    progress,
+    refuse,
+    write_html,
+)
+
+if TYPE_CHECKING:
+    from motiondb import Relation
+
+Unit = Annotated[
+    str | None, typer.Option("--unit", help="Length unit: m, cm, mm, inch or a number.")
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the app."""
+    app.command()(add)
+    app.command("list")(list_captures)
+    app.command()(show)
+    app.command()(export)
+    app.command()(remove)
+    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
+    fetching.command("cmu")(fetch_cmu)
+    app.add_typer(fetching, name="fetch")
+
+
+def add(
+    folder: Annotated[Path, typer.Argument(help="A folder with captures, or one capture file.")],
+    words: Annotated[
+        Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")
+    ] = None,
+    events: Annotated[
+        Path | None, typer.Option("--events", help="A sheet of events (TSV or CSV).")
+    ] = None,
+    unit: Unit = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1.0,
+            max=10_000.0,
+            callback=finite,
+            help="Frames per second, in place of the rates in the files.",
+        ),
+    ] = None,
+    joint_map: Annotated[
+        Path | None,
+        typer.Option("--joint-map", help="A file of lines `role = joint` for unknown joint names."),
+    ] = None,
+    skip_bad_frames: Annotated[
+        bool, typer.Option("--skip-bad-frames", help="Leave out frames that cannot be read.")
+    ] = False,
+    keep_implausible: Annotated[
+        bool, typer.Option("--keep-implausible", help="Also add motion too fast for people.")
+    ] = False,
+    outside_skeletons: Annotated[
+        bool, typer.Option("--outside-skeletons", help="Let sheets name ASF files outside FOLDER.")
+    ] = False,
+    time_limit: Annotated[
+        float,
+        typer.Option(
+            "--time-limit",
+            min=0.1,
+            max=1e6,
+            callback=finite,
+            help="Seconds allowed for a file of up to 10 MB; larger files get proportionally more.",
+        ),
+    ] = 60.0,
+    memory_limit: Annotated[
+        float,
+        typer.Option(
+            "--memory-limit",
+            min=0.01,
+            max=1e4,
+            callback=finite,
+            help="Largest size in memory of the clip of a file, in gigabytes.",
+        ),
+    ] = 0.4,
+    jobs: Annotated[
+        int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
+    ] = 2,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
+    from motiondb import AddSettings, ReadLimits, read_joint_map, unit_from_name
+
+    settings = AddSettings(
+        unit=unit_from_name(unit) if unit else None,
+        fps=fps,
+        skip_bad_frames=skip_bad_frames,
+        joint_map=read_joint_map(joint_map) if joint_map else {},
+        jobs=jobs,
+        limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
+        keep_implausible=keep_implausible,
+        outside_skeletons=outside_skeletons,
+    )
+    with database(db, writing=True, create=True) as base, progress(not json) as tell:
+        report = base.add(folder, words, settings, tell, events)
+        total, drift = len(base.captures()), base.drift()
+        wordless = bool(total) and not base.all_captions() and base.start_facts() is None
+    if json:
+        print_json(vars(report) | {"captures": total, "drift": drift})
+    else:
+        typer.echo(
+            f"{len(report.added)} captures added ({report.seconds:.0f} s of motion), "
+            f"{len(report.known)} already there, {len(report.problems)} problems; "
+            f"{total} captures in {db}."
+        )
+        if report.counted:
+            typer.echo(f"  {report.counted} of them can be searched now")
+        if report.events:
+            typer.echo(f"  {report.events} events added with them")
+        _note_performers(report.without_performer)
+        for relation in report.relations:
+            typer.echo(f"  {_relation(relation)}")
+        for name, known in report.known:
+            if name != known:
+                typer.echo(f"  {name} is the same file as {known}")
+        print_notes(report.notes)
+        note_drift(drift)
+        _offer_start(wordless)
+    refuse(report.problems)
+
+
+def _offer_start(wordless: bool) -> None:
+    """Print advice for captures without captions."""
+    from motiondb import shipped_starts
+
+    for start in shipped_starts() if wordless else ():
+        typer.echo(
+            f"  no captions were added: motiondb learn --start {start['name']} provides "
+            f"{start['words']} words, learned from {start['captions']} described captures of "
+            f"others; then search, describe and generate work"
+        )
+
+
+def _note_performers(count: int) -> None:
+    """Print how captures without a given performer are grouped."""
+    if count:
+        typer.echo(
+            f"  no performer is given for {count} of them. Captures of one folder count as one "
+            f"performer; in a single folder, captures whose names differ only in the last number "
+            f"do. Give performers in the column `performer` of a sheet (motiondb words import "
+            f"SHEET)"
+        )
+
+
+def _relation(relation: Relation) -> str:
+    what = {"same": "is the same motion as", "mirror": "is a mirror image of", "cut": "is a cut of"}
+    return (
+        f"{relation.capture} {what[relation.kind]} {relation.other} "
+        f"({relation.start:.2f}-{relation.end:.2f} s)"
+    )
+
+
+def list_captures(
+    where: Where = "",
+    limit: Annotated[
+        int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
+    ] = None,
+    duplicates: Annotated[
+        bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
+    ] = False,
+    exact: Exact = False,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """List the captures, or with --duplicates the groups that repeat one another."""
+    if duplicates:
+        _list_duplicates(where, limit, db, json)
+        return
+    with database(db) as base:
+        infos = base.captures(where, exact)
+        note_filter(base, where, exact)
+        captions = base.all_captions()
+    shown = infos[:limit]
+    if json:
+        from motiondb import listed_capture
+
+        print_json([listed_capture(i, captions.get(i.capture_id, ())) for i in shown])
+        return
+    rows = [
+        [
+            i.name,
+            f"{i.duration:.2f}",
+            f"{i.fps:g}",
+            i.format,
+            i.tags.get("performer", ""),
+            "; ".join(c.words for c in captions.get(i.capture_id, ()))[:70],
+        ]
+        for i in shown
+    ]
+    print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
+    fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
+    typer.echo(f"{len(infos)} captures{fewer}")
+
+
+def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> None:
+    with database(db) as base:
+        infos = {info.name: info for info in base.captures()}
+        groups = base.duplicates(where)
+    if json:
+        print_json(groups[:limit])
+        return
+    rows = [
+        [
+            str(number) if name == group.captures[0] else "",
+            name,
+            f"{infos[name].duration:.2f}",
+            "; ".join(_relation(r).partition(" ")[2] for r in group.relations if r.capture == name),
+        ]
+        for number, group in enumerate(groups[:limit], start=1)
+        for name in group.captures
+    ]
+    print_table("", ["group", "capture", "seconds", "repeats"], rows)
+    extra = sum(len(group.captures) - 1 for group in groups)
+    typer.echo(f"{len(groups)} groups, {extra} captures repeat others")
+
+
+def show(
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    png: Png = None,
+    gif: Annotated[
+        Path | None, typer.Option("--gif", help="Write an animation to this file (.gif).")
+    ] = None,
+    start: From = None,
+    end: To = None,
+    html: Html = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Show one capture: its properties, symbols, activities and words.
+
+    --png draws a strip of figures with timelines. --gif animates the capture, or the part from
+    --from to --to.
+    """
+    with database(db) as base:
+        facts = base.show(name)
+        if png:
+            base.draw(name, png)
+        if gif:
+            base.animate(name, gif, start, end)
+        if html:
+            from motiondb import StandalonePage
+
+            write_html(html, StandalonePage.of_capture(base, name))
+    pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
+    if json:
+        print_json(facts | pictures)
+        return
+    for key, value in facts.items():
+        for line in _lines(key, value):
+            typer.echo(line)
+    for file in pictures.values():
+        typer.echo(f"picture:      {file}")
+
+
+def _lines(key: str, value: Any) -> list[str]:  # noqa: ANN401  a fact may be of any type
+    """Lines of text for one fact of a capture."""
+    head = f"{key.replace('leg_length', 'leg length') + ':':13}"
+    if key == "segments" and value:
+        spans = (f"{s.symbol}[{s.start:.1f}-{s.end:.1f}]" for s in value)
+        return [f"segments:     {' '.join(spans)}"]
+    if key == "activities":
+        return [
+            f"{'activity:':13} {a.activity}  {a.start:.1f}-{a.end:.1f} s  "
+            f"{' '.join(a.words)}".rstrip()
+            for a in value
+        ]
+    if isinstance(value, list):
+        return [f"{head} {item if isinstance(item, str) else _flat(item)}" for item in value]
+    if value in ("", None, {}):
+        return []
+    return [f"{head} {_flat(value) if isinstance(value, dict) else value}"]
+
+
+def _flat(value: dict[str, object]) -> str:
+    return ", ".join(f"{k} {v}" for k, v in value.items() if v is not None)
+
+
+def export(
+    name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    start: From = None,
+    end: To = None,
+    canonical: Annotated[
+        bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
+    ] = False,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Write a capture to a file; in its original format, the file is the added one."""
+    with database(db) as base:
+        path = base.export(name, output, start, end, canonical)
+    if json:
+        print_json({"capture": name, "output": str(path)})
+    else:
+        typer.echo(f"{name} written to {path}")
+
+
+def remove(
+    names: Annotated[list[str], typer.Argument(metavar="CAPTURE...", help="Names of captures.")],
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Remove captures from the database: all named ones, or none."""
+    with database(db, writing=True) as base:
+        gone = base.remove(names)
+    if json:
+        print_json({"removed": gone})
+    else:
+        typer.echo(f"removed {', '.join(gone)}")
+
+
+def fetch_cmu(
+    subjects: Annotated[
+        str, typer.Option("--subjects", help="Numbers of subjects, such as 14,16.")
+    ],
+    folder: Annotated[Path, typer.Option("--dir", help="The folder for the files.")] = Path("cmu"),
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Accept the terms without being asked.")
+    ] = False,
+    only_fetch: Annotated[
+        bool, typer.Option("--only-fetch", help="Do not add the files to the database.")
+    ] = False,
+    base_url: Annotated[
+        str | None, typer.Option("--base-url", help="Address of another site with the same files.")
+    ] = None,
+    deadline: Annotated[
+        float,
+        typer.Option(
+            "--deadline",
+            min=1.0,
+            max=1e6,
+            callback=finite,
+            help="Seconds for the whole download.",
+        ),
+    ] = 21_600.0,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Download captures and captions of the CMU Graphics Lab database, and add them."""
+    import motiondb
+    from motiondb import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings
+
+    typer.echo(CMU_TERMS, err=True)
+    if not yes and not typer.confirm("Do you accept these terms?", err=True):
+        raise typer.Exit(2)
+    wanted = [s.strip() for s in subjects.split(",") if s.strip()]
+    with progress(not json) as tell:
+        settings = FetchSettings(base_url or CMU_URL, limits=FetchLimits(seconds=deadline))
+        report = motiondb.fetch_cmu(
+            wanted,
+            folder,
+            settings,
+            accept_terms=True,
+            on_progress=lambda p: tell("fetching", p.number, p.n_files),
+        )
+    if json:
+        print_json(report)
+    else:
+        typer.echo(
+            f"{len(report.fetched)} files fetched into {folder}, "
+            f"{len(report.skipped)} there already"
+        )
+    print_problems([f"{file}: {reason}" for file, reason in report.refused])
+    if not only_fetch and report.sheet.exists():
+        add(folder, report.sheet, db=db, json=json)
+    if report.refused:
+        raise typer.Exit(1)

@@ -1,0 +1,161 @@
+"""Command generate: motions from sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motiondb.cli.options import DEFAULT_DB, Db, Exact, Html, Json, Png, Seed, database
+from motiondb.cli.printing import (
+    note_sources,
+    note_taken,
+    print_json,
+    print_question,
+    print_sources,
+    progress,
+    write_html,
+)
+
+if TYPE_CHECKING:
+    from motiondb import Generated, JudgedAction
+
+FPS = 30.0  # Frames per second of generated motion
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the app."""
+    app.command()(generate)
+
+
+def generate(
+    words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    seed: Seed = 0,
+    method: Annotated[str, typer.Option("--method", help="stitched or trajectory.")] = "stitched",
+    exact: Exact = False,
+    anyway: Annotated[
+        bool,
+        typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
+    ] = False,
+    variants: Annotated[
+        int, typer.Option("--variants", help="Most different motions: FILE-1, FILE-2, ...", min=1)
+    ] = 1,
+    save: Annotated[
+        str | None, typer.Option("--save", help="Also save it as a capture of this name.")
+    ] = None,
+    png: Png = None,
+    html: Html = None,
+    db: Db = DEFAULT_DB,
+    json: Json = False,
+) -> None:
+    """Generate a motion from a sentence, and say which of its actions the motion shows.
+
+    A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
+    confirmed.
+    """
+    with database(db, writing=save is not None) as base, progress(not json) as tell:
+        tell("generating", 0.0, 1.0)
+        names = _numbered(variants, output, save, png)
+        for _, name, _ in names:
+            if name is not None:
+                base.check_name_free(name)
+        motions = base.generate_variants(words, variants, seed, method, exact, anyway)
+        facts = []
+        for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
+            facts.append(made.write(path))
+            if name is not None:
+                base.save_generated(name, words, made, made.seed)
+                facts[-1]["capture"] = name
+            if picture is not None:
+                made.draw(picture)
+            if html is not None:
+                from motiondb import StandalonePage
+
+                page = html if variants == 1 else _numbered_path(html, number)
+                write_html(page, StandalonePage.of_generated(base, made, name or ""))
+    note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
+    note_sources(motions[0].sources)
+    _print_generated(motions, facts, json, variants)
+    if not all(made.shows_all for made in motions):
+        raise typer.Exit(1)
+
+
+def _numbered(
+    number: int, output: Path, save: str | None, png: Path | None
+) -> list[tuple[Path, str | None, Path | None]]:
+    """Files and names of the variants: as given for one, with -1, -2, ... for several."""
+    if number == 1:
+        return [(output, save, png)]
+    return [
+        (
+            _numbered_path(output, n),
+            None if save is None else f"{save}-{n}",
+            None if png is None else _numbered_path(png, n),
+        )
+        for n in range(1, number + 1)
+    ]
+
+
+def _print_generated(
+    motions: Sequence[Generated], facts: Sequence[dict[str, Any]], json: bool, asked: int
+) -> None:
+    """Print the motions as text, or as JSON: one object, or ``variants`` if more were asked for."""
+    first = motions[0]
+    if json:
+        shown = all(made.shows_all for made in motions)
+        several = {"shown": shown, "asked": asked, "variants": list(facts)}
+        print_json(facts[0] if asked == 1 else several)
+        return
+    not_used = {left: None for made in motions for left in made.not_used}
+    print_question(first.question, list(not_used), "generation")
+    for made, one in zip(motions, facts):
+        _print_one(made, one)
+    if len(motions) < asked:
+        typer.echo(_say_fewer(len(motions), asked, motions[-1].took_all_places))
+
+
+def _say_fewer(number: int, asked: int, took_all_places: bool) -> str:
+    """That there are fewer different motions than asked for, and why.
+
+    >>> _say_fewer(1, 3, True)
+    '1 of 3 written: no other place shows this about as clearly'
+    >>> _say_fewer(2, 3, False)
+    '2 of 3 written: no other was found'
+    """
+    why = "no other place shows this about as clearly" if took_all_places else "no other was found"
+    return f"{number} of {asked} written: {why}"
+
+
+def _print_one(made: Generated, facts: dict[str, Any]) -> None:
+    typer.echo(
+        f"{facts['seconds']:.2f} s of motion written to {facts['output']} "
+        f"({made.method}, seed {made.seed})"
+    )
+    for line in made.decided:
+        typer.echo(f"  {line}")
+    for shown in made.shown:
+        typer.echo(f"  {_say_shown(shown)}")
+        for line in shown.done:
+            typer.echo(f"      {line}")
+    print_sources(made.facts().sources)
+    typer.echo(f"every frame's origin: {facts['provenance']}")
+
+
+def _say_shown(one: JudgedAction) -> str:
+    """One action: its interval, whether it is shown, and the words that its motion resembles."""
+    place = f"{one.start / FPS:.2f}-{one.end / FPS:.2f} s  " if one.end > one.start else ""
+    said = {True: "shown", False: "not shown", None: "not confirmed"}[one.shown]
+    sure = "" if one.probability is None else f" ({one.probability:.2f})"
+    why = f": {one.reason}" if one.reason else ""
+    looks = ", ".join(f"{word} {p:.2f}" for word, p in one.described)
+    return f"{place}{' '.join(one.words)}: {said}{sure}{why}" + (
+        f"; looks like {looks}" if looks else ""
+    )
+
+
+def _numbered_path(path: Path, n: int) -> Path:
+    """Path of the nth variant: NAME-n with the same ending."""
+    return path.with_name(f"{path.stem}-{n}{path.suffix}")

@@ -1,1 +1,0 @@
-"""Commands of ``motiondb grammar``: grammars learned from captures."""

@@ -1,1 +1,0 @@
-"""Commands of ``motiondb scene``: motion grammars, tactics diagrams and animated scenes."""

@@ -1,0 +1,280 @@
+"""Answers to questions: how a question was understood, matches with reasons, descriptions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Literal
+
+from motiondb.language.question import tree
+from motiondb.language.question.tree import NotUsed
+from motiondb.language.translation.decoding import Decoding
+from motiondb.records import Match
+from motiondb.search.chances import WordSource
+from motiondb.search.explained_answer import Explanation
+
+if TYPE_CHECKING:
+    from motiondb.language.question.known import KnownQuestion
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.search.described import Description
+    from motiondb.search.unknown_words import Taking
+
+
+@dataclass(frozen=True)
+class WordProbability:
+    """A word with its probability."""
+
+    word: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class DescribedWord:
+    """A word of a motion; without a probability where no own caption has checked it."""
+
+    word: str
+    probability: float | None
+
+
+@dataclass(frozen=True)
+class WordsOverTime:
+    """The words of an interval, most probable first, and the symbols of its segments."""
+
+    start: float
+    end: float
+    words: tuple[DescribedWord, ...]
+    symbols: tuple[int, ...]
+
+
+def words_over_time(described: Iterable[Description]) -> tuple[WordsOverTime, ...]:
+    """Return the words of a motion over time, as ``describe`` gives them."""
+    return tuple(
+        WordsOverTime(d.start, d.end, tuple(DescribedWord(w, p) for w, p in d.words), d.symbols)
+        for d in described
+    )
+
+
+@dataclass(frozen=True)
+class SideOfAction:
+    """The side of an action."""
+
+    side: str
+    limb: str
+
+
+@dataclass(frozen=True)
+class ActionTree:
+    """An action."""
+
+    kind: Literal["action"]
+    words: tuple[str, ...]
+    sides: tuple[SideOfAction, ...]
+    manner: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class AnythingTree:
+    """Any action."""
+
+    kind: Literal["anything"]
+
+
+@dataclass(frozen=True)
+class JoinedTree:
+    """Several parts."""
+
+    kind: Literal["in_order", "at_once", "both", "any_of"]
+    parts: tuple[QuestionTree, ...]
+
+
+@dataclass(frozen=True)
+class WithoutTree:
+    """A part without others."""
+
+    kind: Literal["without"]
+    part: QuestionTree
+    excluded: tuple[QuestionTree, ...]
+
+
+@dataclass(frozen=True)
+class RepeatedTree:
+    """A part that happens several times."""
+
+    kind: Literal["repeated"]
+    part: QuestionTree
+    at_least: int | None
+    at_most: int | None
+
+
+@dataclass(frozen=True)
+class LastingTree:
+    """A part of a duration."""
+
+    kind: Literal["lasting"]
+    part: QuestionTree
+    least_seconds: float | None
+    most_seconds: float | None
+
+
+QuestionTree = ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree
+_JOINED: dict[type, Literal["in_order", "at_once", "both", "any_of"]] = {
+    tree.InOrder: "in_order",
+    tree.AtOnce: "at_once",
+    tree.Both: "both",
+    tree.AnyOf: "any_of",
+}
+
+
+def question_tree(node: tree.Node) -> QuestionTree:
+    """Return the tree of a question.
+
+    >>> kick = tree.Action(("kick", "left", "leg"))
+    >>> question_tree(tree.Repeated(kick, 2, 2)).part.sides
+    (SideOfAction(side='left', limb='leg'),)
+    """
+    match node:
+        case tree.Action(words, manner):
+            sides = tuple(SideOfAction(side, limb) for side, limb in node.sides)
+            return ActionTree("action", words, sides, manner)
+        case tree.Without(part, excluded):
+            left_out = tuple(map(question_tree, excluded))
+            return WithoutTree("without", question_tree(part), left_out)
+        case tree.Repeated(part, least, most):
+            return RepeatedTree("repeated", question_tree(part), least, most)
+        case tree.Lasting(part, shortest, longest):
+            return LastingTree("lasting", question_tree(part), shortest, longest)
+        case tree.Anything():
+            return AnythingTree("anything")
+        case _:
+            return JoinedTree(_JOINED[type(node)], tuple(map(question_tree, node.parts)))
+
+
+@dataclass(frozen=True)
+class UnderstoodQuestion:
+    """How a question was understood, and its parts that were not used."""
+
+    text: str
+    understood: str
+    tree: QuestionTree
+    not_used: tuple[NotUsed, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WordsOfQuestion:
+    """A question, and what its unknown words were replaced by."""
+
+    question: UnderstoodQuestion
+    taken: dict[str, tuple[WordProbability, ...]]  # Known words that stand for unknown ones
+    suggested: dict[str, tuple[WordProbability, ...]]
+    unknown: dict[str, tuple[str, ...]]  # Unknown words, with similar known ones
+    sentences: tuple[str, ...]  # The same for people, with the captions that taught the words
+
+
+def understood_question(question: KnownQuestion, not_used: Sequence[NotUsed]) -> UnderstoodQuestion:
+    """Return how a question was understood."""
+    shape = question_tree(question.tree)
+    return UnderstoodQuestion(question.text, question.understood, shape, tuple(not_used))
+
+
+def known_words(takings: Mapping[str, Taking]) -> dict[str, tuple[WordProbability, ...]]:
+    """Return the known words that stand for unknown ones, or are suggested for them."""
+    return {
+        word: tuple(WordProbability(known, p) for known, p in taking.words)
+        for word, taking in takings.items()
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class LikeAnswer:
+    """Matches, best first, and whether any is good enough (None: unknown)."""
+
+    matches_anything: bool | None
+    strength: float | None
+    threshold: float | None
+    unchecked: str  # Why there are no probabilities; "" where there are
+    matches: tuple[Match, ...]
+
+
+def like_answer(answer: ExampleAnswer | WordAnswer) -> LikeAnswer:
+    """Return the answer to an example, for JSON.
+
+    Parameters
+    ----------
+    answer : ExampleAnswer
+        What :meth:`MotionDB.like` gives.
+    """
+    return LikeAnswer(
+        matches_anything=answer.matches_anything,
+        strength=answer.strength,
+        threshold=answer.threshold,
+        unchecked=answer.unchecked,
+        matches=tuple(answer.matches),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExplainedMatch(Match):
+    """A match of words, with its reasons where they were asked for."""
+
+    explain: Explanation | None
+
+
+@dataclass(frozen=True)
+class WrittenAnswer:
+    """A word that was not learned: its tags, and the number of captures and captions with it."""
+
+    word: str
+    tags: tuple[str, ...]
+    captures: int
+    in_captions: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchAnswer(WordsOfQuestion, LikeAnswer):
+    """An answer to words."""
+
+    matches: tuple[ExplainedMatch, ...]
+    decoding: Decoding | None  # Of a search by symbols
+    sources: tuple[WordSource, ...]  # Which captions taught the words
+    written: tuple[WrittenAnswer, ...]
+
+
+def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
+    """Return the answer to words, for JSON.
+
+    Parameters
+    ----------
+    answer : WordAnswer
+        What :meth:`MotionDB.search` gives.
+    explain : bool
+        Whether every match carries its reasons.
+    """
+    why = answer.explanations if explain else ()
+    takings = (*answer.taken.values(), *answer.suggested.values())
+    written = tuple(
+        WrittenAnswer(word.word, word.tags, len(word.captures), word.in_captions)
+        for word in answer.written
+    )
+    found = vars(like_answer(answer)) | {
+        "matches": tuple(
+            ExplainedMatch(**vars(match), explain=reason)
+            for match, reason in zip_longest(answer.matches, why)
+        )
+    }
+    return SearchAnswer(
+        **found,
+        question=understood_question(answer.question, answer.not_used),
+        taken=known_words(answer.taken),
+        suggested=known_words(answer.suggested),
+        unknown=dict(answer.unknown),
+        sentences=(
+            *(taking.sentence() for taking in takings),
+            *(word.sentence() for word in answer.written),
+            *(source.sentence() for source in answer.sources),
+        ),
+        decoding=answer.decoding,
+        sources=answer.sources,
+        written=written,
+    )

@@ -1,0 +1,62 @@
+"""Answers of what makes motion: motions from sentences, with the origin of their frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from motiondb.answers.asking import UnderstoodQuestion, WordProbability
+from motiondb.search.chances import WordSource
+
+
+@dataclass(frozen=True)
+class Source:
+    """A capture that frames come from."""
+
+    capture: str
+    licence: str
+    sha256: str
+    frames: int
+
+
+@dataclass(frozen=True)
+class ActionVerdict:
+    """Whether a generated motion shows an action (None: this cannot be decided)."""
+
+    words: tuple[str, ...]
+    start: float
+    end: float
+    shown: bool | None
+    probability: float | None
+    reason: str
+    described: tuple[WordProbability, ...]
+    done: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DecodedAction:
+    """The symbols that an action was decoded to."""
+
+    symbols: tuple[int, ...]
+    log_probability: float
+    nodes_expanded: int
+    certificate: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneratedAnswer:
+    """A motion that was generated from a sentence."""
+
+    words: str
+    seed: int
+    method: str
+    seconds: float
+    shown: bool  # Whether it shows every action
+    actions: tuple[tuple[str, ...], ...]
+    shown_actions: tuple[ActionVerdict, ...]
+    decided: tuple[str, ...]
+    symbols: tuple[int, ...]
+    recognised: tuple[int, ...]
+    decodings: tuple[DecodedAction, ...]
+    sources: tuple[Source, ...]
+    words_from: tuple[WordSource, ...] = ()
+    question: UnderstoodQuestion

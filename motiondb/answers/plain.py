@@ -1,0 +1,38 @@
+"""Values of Python as values that JSON has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+
+def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSON has
+    """Convert a value to types that JSON has; numbers that are not finite become null.
+
+    Parameters
+    ----------
+    value : object
+        A dataclass, a mapping, an array, a path, a number, a text, or a sequence of these. The
+        names of a dataclass's fields are the keys, without the underscore of ``from_``.
+
+    >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
+    {'a': 0.5, 'b': [1, None]}
+    """
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int):
+        return value
+    if isinstance(value, np.generic | np.ndarray):
+        return to_json(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): to_json(item) for key, item in value.items()}
+    if is_dataclass(value):
+        return {f.name.rstrip("_"): to_json(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Path):
+        return str(value)
+    return [to_json(item) for item in cast("Iterable[object]", value)]

@@ -1,0 +1,140 @@
+"""The web application: routes, errors, and the files of the page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.responses import FileResponse, Response
+
+from motiondb.errors import MotionDBError
+from motiondb.page.errors import answer_of, error_answer, unknown
+from motiondb.page.guard import Guard
+from motiondb.page.routes import (
+    asking,
+    boards,
+    catalogue,
+    files,
+    grammars,
+    jobs,
+    making,
+    motions,
+    scenes,
+)
+from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, PageSettings, bundle_file
+from motiondb.page.state import Page
+
+_ROUTES = (catalogue, asking, making, motions, grammars, boards, scenes, files, jobs)
+_KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
+"""Kind of error by HTTP status."""
+_ERROR = {
+    "type": "object",
+    "required": ["error"],
+    "properties": {
+        "error": {
+            "type": "object",
+            "required": ["kind", "message", "status"],
+            "properties": {
+                "kind": {"type": "string"},
+                "message": {"type": "string"},
+                "status": {"type": "integer"},
+            },
+        }
+    },
+}
+
+
+def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE) -> FastAPI:
+    """Return the application."""
+    page = Page(settings, folder)
+
+    @asynccontextmanager
+    async def lifespan(_application: FastAPI) -> AsyncIterator[None]:
+        page.watch.start()
+        yield
+        page.close()
+
+    application = FastAPI(
+        title="motiondb",
+        version=VERSION,
+        lifespan=lifespan,
+        description="The interface of the page. docs/page.md describes the answers.",
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        separate_input_output_schemas=False,  # fields with a default may be absent in answers too
+        responses={
+            code: {"description": text, "content": {"application/json": {"schema": _ERROR}}}
+            for code, text in _STATUSES.items()
+        },
+    )
+    application.state.page = page
+    for module in _ROUTES:
+        application.include_router(module.router(page))
+    _error_handlers(application, folder)
+    _page_files(application, bundle)
+    application.add_middleware(cast("Any", Guard), settings=settings)
+    return application
+
+
+_STATUSES = {
+    400: "The database refuses the request; the message says why.",
+    403: "The request does not come from this page, or the page is read-only.",
+    404: "There is no such thing.",
+    409: "The database has not learned, or something changed meanwhile.",
+    413: "Too large.",
+    415: "The content has another type than expected.",
+    422: "A parameter is missing or of another type.",
+    503: "Another process holds the database.",
+}  # Description of each HTTP status of errors, for OpenAPI
+
+
+def _error_handlers(application: FastAPI, folder: Path) -> None:
+    """Give every error the same form; the private folder is left out of messages."""
+    private = re.compile(rf"{re.escape(str(folder))}/(?:[^/\s:]+/)*")
+    Handler = Callable[[Request, Exception], Awaitable[Response]]
+
+    async def refused(_request: Request, error: MotionDBError) -> Response:
+        return answer_of(error, lambda message: private.sub("", message))
+
+    async def malformed(_request: Request, error: RequestValidationError) -> Response:
+        faults = "; ".join(
+            f"{'.'.join(str(part) for part in each['loc'])}: {each['msg']}"
+            for each in error.errors()[:5]
+        )
+        return error_answer("RequestError", faults, 422)
+
+    async def failed(_request: Request, error: HTTPException) -> Response:
+        kind = _KINDS.get(error.status_code, "RequestError")
+        answer = error_answer(kind, f"request: {error.detail}.", error.status_code)
+        for name, value in (error.headers or {}).items():
+            answer.headers[name] = value
+        return answer
+
+    application.add_exception_handler(MotionDBError, cast(Handler, refused))
+    application.add_exception_handler(RequestValidationError, cast(Handler, malformed))
+    application.add_exception_handler(HTTPException, cast(Handler, failed))
+
+
+def _page_files(application: FastAPI, bundle: Path) -> None:
+    """Serve the page and the files beside it."""
+
+    @application.get("/", include_in_schema=False)
+    def index() -> Response:
+        page_file = bundle_file(bundle, "index.html")
+        if page_file is None:
+            return Response(NO_BUNDLE, 503, media_type="text/plain; charset=utf-8")
+        return FileResponse(page_file, headers={"Cache-Control": "no-cache"})
+
+    @application.get("/{name}", include_in_schema=False)
+    def file(name: str) -> Response:
+        page_file = bundle_file(bundle, name)
+        if page_file is None:
+            raise unknown("file", name)
+        return FileResponse(page_file, headers={"Cache-Control": "no-cache"})

@@ -1,1 +1,0 @@
-"""The motion and the files that are sent for a ref."""

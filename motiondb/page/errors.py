@@ -1,0 +1,47 @@
+"""Errors of the page, and all errors as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+from starlette.responses import Response
+
+from motiondb.errors import HeldError, MotionDBError, NotLearnedError
+
+
+class PageError(MotionDBError):
+    """An error that the page raises itself, with the HTTP status of its answer."""
+
+    def __init__(self, message: str, status: int = 400, kind: str = "RequestError") -> None:
+        super().__init__(message)
+        self.status, self.kind = status, kind
+
+
+def unknown(what: str, name: str, advice: str = "") -> PageError:
+    """Return the error, with status 404, for something that the server does not have."""
+    shown = name if len(name) <= 200 else f"{name[:200]}..."
+    return PageError(
+        f"{what}: expected an existing one, found {shown!r}. {advice}".strip(),
+        404,
+        "UnknownError",
+    )
+
+
+def error_answer(kind: str, message: str, status: int) -> Response:
+    """Return an error in the form that all errors of the page have."""
+    headers = {"Retry-After": "1"} if status == 503 else None
+    facts = {"error": {"kind": kind, "message": message, "status": status}}
+    text = json.dumps(facts, ensure_ascii=False)
+    data = text.encode("utf-8", "replace")  # file names may hold lone surrogates
+    return Response(data, status, headers, media_type="application/json")
+
+
+def answer_of(error: MotionDBError, shown: Callable[[str], str] = str) -> Response:
+    """Return the answer for an error of :class:`motiondb.MotionDB`."""
+    kind, message = type(error).__name__, shown(str(error))
+    if isinstance(error, PageError):
+        return error_answer(error.kind, message, error.status)
+    if isinstance(error, HeldError) or kind == "OtherModeError":
+        return error_answer("HeldError", message, 503)
+    return error_answer(kind, message, 409 if isinstance(error, NotLearnedError) else 400)

@@ -1,1 +1,0 @@
-"""Answers of :class:`motiondb.MotionDB` as dictionaries, ready for JSON."""

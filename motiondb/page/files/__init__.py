@@ -1,1 +1,0 @@
-"""Files on the disk: uploads, folders to add captures from, boards, the built page."""

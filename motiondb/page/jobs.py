@@ -1,0 +1,319 @@
+"""Long work: each job runs in a separate process, which can be cancelled.
+
+A worker (:mod:`motiondb.page.worker`) reads commands, one JSON object a line, and writes
+events in the same form. Adding, learning and grammars get a new worker each. Scenes share one
+worker that stays alive, so that its clips and compiled code are already loaded when the user drags
+a player. Ending a worker is always safe: the database saves a change completely or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import subprocess
+import sys
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, Final, Literal
+
+from motiondb.page.errors import PageError, unknown
+
+MOST_JOBS = 100  # Largest number of jobs that are remembered
+MOST_POINTS = 2000  # Largest number of points of an error curve that are remembered
+# What the worker of scenes writes into the folder of a scene: the facts last
+FACTS_FILE, MOTION_FILE, FIRST_FILE = "facts.json", "motion.bin", "first.bin"
+SCENE_KINDS = ("scene", "scene-update")
+State = Literal["waiting", "running", "done", "failed", "cancelled"]
+WAITING: Final = "waiting"
+RUNNING: Final = "running"
+DONE: Final = "done"
+FAILED: Final = "failed"
+CANCELLED: Final = "cancelled"
+_ENDED = (DONE, FAILED, CANCELLED)
+_PATIENCE = 5.0  # Seconds after which a worker that was asked to end is killed
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobStep:
+    """The current step of a job."""
+
+    what: str
+    share: float  # Share of the step that is done, 0 to 1
+    error: float | None  # -log P of the scene that is being sampled
+    preview: str | None  # Ref of a first motion of a scene, before its report
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobReply(JobStep):
+    """A job: long work in a separate process."""
+
+    id: str
+    kind: str  # "add", "learn", "grammar", "scene" or "scene-update"
+    title: str
+    state: State
+    started: float  # Seconds since 1970
+    seconds: float  # Duration so far
+    message: str | None  # Why it failed
+    error_kind: str | None
+    result: dict[str, Any] | None  # Its keys depend on the kind
+    curve: list[tuple[float, float]]  # Share and error of a scene so far
+
+
+class Job:
+    """A piece of long work. Only :class:`Jobs` changes it."""
+
+    def __init__(self, kind: str, title: str) -> None:
+        self.job_id = f"j{secrets.token_hex(5)}"
+        self.kind, self.title = kind, title
+        self.state: State = WAITING
+        self.what, self.share = "", 0.0
+        self.error: float | None = None
+        self.message: str | None = None
+        self.error_kind: str | None = None
+        self.result: Any = None
+        self.preview: str | None = None
+        self.curve: list[tuple[float, float]] = []
+        self.started, self.ended = time.time(), 0.0
+        self.version = 0
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the job is done, failed or cancelled."""
+        return self.state in _ENDED
+
+    def reply(self) -> JobReply:
+        """Return the job for JSON."""
+        seconds = (self.ended or time.time()) - self.started
+        return JobReply(
+            id=self.job_id,
+            kind=self.kind,
+            title=self.title,
+            state=self.state,
+            **vars(self.step()),
+            started=round(self.started, 3),
+            seconds=round(seconds, 3),
+            message=self.message,
+            error_kind=self.error_kind,
+            result=self.result,
+            curve=list(self.curve),
+        )
+
+    def step(self) -> JobStep:
+        """Return the current step for JSON."""
+        return JobStep(
+            what=self.what, share=round(self.share, 4), error=self.error, preview=self.preview
+        )
+
+    def tell(self, what: str, share: float, error: float | None) -> None:
+        """Record the current step, the share of it that is done, and the error of a scene."""
+        self.what, self.share, self.error = what, min(max(share, 0.0), 1.0), error
+        if error is not None and what.startswith("sampling"):
+            self.curve.append((round(self.share, 4), error))
+            del self.curve[:-MOST_POINTS]
+        self.version += 1
+
+    def show(self, ref: str) -> None:
+        """Record the ref of a first motion."""
+        self.preview = ref
+        self.version += 1
+
+    def end(self, state: State, message: str | None = None, kind: str | None = None) -> None:
+        """Record the final state; a later call changes nothing."""
+        if not self.is_over:
+            self.state, self.message, self.error_kind = state, message, kind
+            self.ended = time.time()
+            self.version += 1
+
+
+class Worker:
+    """A process that does long work, one command at a time."""
+
+    def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
+        module, file = "motiondb.page.worker", str(database.absolute())
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", module, file, "read-only" if read_only else "writing"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            encoding="utf-8",
+            cwd=folder,
+        )
+        self.turn = threading.Lock()
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the process runs."""
+        return self._process.poll() is None
+
+    def run(
+        self, job: Job, parameters: Mapping[str, Any], shown: Callable[[str], str] = str
+    ) -> None:
+        """Run a job: send the command, and record its events until it has ended."""
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        job.state = RUNNING
+        job.version += 1
+        with suppress(OSError, ValueError):
+            stdin.write(json.dumps({"kind": job.kind, "parameters": dict(parameters)}) + "\n")
+            stdin.flush()
+            _follow(job, stdout, shown)
+        if not job.is_over:
+            code = self._process.wait()
+            job.end(
+                FAILED,
+                f"{job.title}: expected the work to end, found that its process ended with code"
+                f" {code}. The database is as it was. Try again; there may be too little memory.",
+                "WorkerError",
+            )
+
+    def stop(self) -> None:
+        """End the process."""
+        self._process.terminate()
+        try:
+            self._process.wait(_PATIENCE)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                with suppress(OSError):
+                    stream.close()
+
+
+def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
+    """Record the events of a worker until the job has ended."""
+    for line in events:
+        event = json.loads(line)
+        if "failed" in event:
+            job.end(FAILED, shown(event["failed"]), event["kind"])
+        elif "done" in event:
+            job.result, job.share = event["done"], 1.0
+            job.end(DONE)
+        elif "preview" in event:
+            job.show(event["preview"])
+        else:
+            job.tell(event["what"], event["share"], event["error"])
+        if job.is_over:
+            return
+
+
+class Jobs:
+    """The jobs of a server."""
+
+    def __init__(self, database: Path, read_only: bool, folder: Path) -> None:
+        self._database, self._read_only, self._folder = database, read_only, folder
+        self._jobs: OrderedDict[str, Job] = OrderedDict()
+        self._workers: dict[str, Worker] = {}
+        self._scene_worker: Worker | None = None
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def start(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Job:
+        """Start a job in a thread that follows its process, and return it."""
+        job = Job(kind, title)
+        with self._lock:
+            self._jobs[job.job_id] = job
+            self._forget()
+        follow = self._run_scene if kind in SCENE_KINDS else self._run_alone
+        threading.Thread(target=follow, args=(job, dict(parameters)), daemon=True).start()
+        return job
+
+    def ask_scene_worker(self, kind: str, title: str, parameters: Mapping[str, Any]) -> Any:  # noqa: ANN401
+        """Run a short job in the worker of scenes, and return its result."""
+        job = Job(kind, title)
+        self._run_scene(job, parameters)
+        if job.state != DONE:
+            status = 503 if job.error_kind == "HeldError" else 400
+            raise PageError(job.message or "cancelled", status, job.error_kind or "WorkerError")
+        return job.result
+
+    def get(self, job_id: str) -> Job:
+        """Return a job."""
+        with self._lock:
+            if job_id not in self._jobs:
+                raise unknown("job", job_id)
+            return self._jobs[job_id]
+
+    def all(self) -> list[Job]:
+        """Return the jobs, newest first."""
+        with self._lock:
+            return list(reversed(self._jobs.values()))
+
+    def cancel(self, job_id: str) -> Job:
+        """Cancel a job; a job that has ended does not change."""
+        job = self.get(job_id)
+        job.end(CANCELLED, "cancelled: what was saved before stays, nothing is half saved")
+        with self._lock:
+            worker = self._workers.pop(job_id, None)
+            if worker is not None and worker is self._scene_worker:
+                self._scene_worker = None
+        if worker is not None:
+            worker.stop()
+        return job
+
+    def drop_waiting(self, kind: str) -> None:
+        """Cancel the waiting jobs of a kind; the running one continues.
+
+        Ending the process would lose the clips and the compiled code that make the next job fast.
+        """
+        for job in self.all():
+            if job.kind == kind and job.state == WAITING:
+                job.end(CANCELLED, "a newer one took its place")
+
+    def close(self) -> None:
+        """End all processes."""
+        self._closed = True
+        for job in self.all():
+            if not job.is_over:
+                self.cancel(job.job_id)
+        with self._lock:
+            worker, self._scene_worker = self._scene_worker, None
+        if worker is not None:
+            worker.stop()
+
+    def _run_alone(self, job: Job, parameters: Mapping[str, Any]) -> None:
+        worker = Worker(self._database, self._read_only, self._folder)
+        with self._lock:
+            self._workers[job.job_id] = worker
+        try:
+            if not job.is_over and not self._closed:
+                worker.run(job, parameters, self._shown)
+        finally:
+            with self._lock:
+                self._workers.pop(job.job_id, None)
+            worker.stop()
+
+    def _run_scene(self, job: Job, parameters: Mapping[str, Any]) -> None:
+        while not job.is_over and not self._closed:
+            with self._lock:
+                if self._scene_worker is None or not self._scene_worker.is_alive:
+                    self._scene_worker = Worker(self._database, self._read_only, self._folder)
+                worker = self._scene_worker
+            with worker.turn:
+                if not worker.is_alive:  # cancelled while this job waited
+                    continue
+                with self._lock:
+                    self._workers[job.job_id] = worker
+                if not job.is_over:
+                    worker.run(job, parameters, self._shown)
+                with self._lock:
+                    self._workers.pop(job.job_id, None)
+            return
+
+    def _shown(self, message: str) -> str:
+        """Return a message without the server's private folder."""
+        private = re.escape(str(self._folder.parent))
+        return re.sub(rf"{private}/(?:[^/\s:]+/)*", "", message)
+
+    def _forget(self) -> None:
+        """Forget the oldest jobs that are over, if there are too many."""
+        over = [name for name, job in self._jobs.items() if job.is_over]
+        for name in over[: max(len(self._jobs) - MOST_JOBS, 0)]:
+            del self._jobs[name]

@@ -1,0 +1,356 @@
+"""Replies of the page: answers of the verbs with what a browser needs beside them.
+
+The routes give them, and files without a server (:mod:`motiondb.page.standalone`) hold them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from motiondb.answers.asking import (
+    ExplainedMatch,
+    LikeAnswer,
+    SearchAnswer,
+    WordsOfQuestion,
+    WordsOverTime,
+    known_words,
+    like_answer,
+    search_answer,
+    understood_question,
+    words_over_time,
+)
+from motiondb.answers.catalogue import (
+    ListedCapture,
+    ShownActivity,
+    ShownEvent,
+    ShownSegment,
+    listed_capture,
+    shown_event,
+)
+from motiondb.answers.grammars import SequenceAnswer
+from motiondb.answers.making import GeneratedAnswer, Source
+from motiondb.answers.scenes import SceneAnswer
+from motiondb.database import MotionDB
+from motiondb.database.catalogue.browsing import BrowsedCapture
+from motiondb.database.generated_files import Stretch, sources_of, stretches
+from motiondb.database.grammars.grammar_facts import (
+    PATH_STEP,
+    StripTerminal,
+    TreeNode,
+    root_path,
+    tree_nodes,
+)
+from motiondb.database.scenes.scene_facts import action_captions
+from motiondb.database.scenes.scene_folder import report_facts
+from motiondb.page.diagrams import DiagramShape, diagram_shape
+from motiondb.records import MOTION_FPS, Caption, Match, Relation
+from motiondb.scene.language.tactics_file import parse_diagram
+
+if TYPE_CHECKING:
+    from motiondb.database.generating import Generated
+    from motiondb.database.grammars.grammar_sequences import GrammarSequence
+    from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.by_words import WordAnswer
+    from motiondb.store import StoredScene
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """The symbols and captions of a take."""
+
+    segments: tuple[ShownSegment, ...]
+    words: tuple[Caption, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownMatch(ExplainedMatch):
+    """A match with its take."""
+
+    ref: str
+    duration: float
+    performer: str | None
+    licence: str | None
+    kind: str
+    timeline: Timeline
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchReply(SearchAnswer):
+    """An answer to words."""
+
+    matches: tuple[ShownMatch, ...]
+    not_yet_learned: int
+    took: float | None  # Seconds
+
+
+@dataclass(frozen=True, kw_only=True)
+class LikeReply(LikeAnswer):
+    """An answer to an example."""
+
+    ref: str
+    start: float | None
+    end: float | None
+    matches: tuple[ShownMatch, ...]
+    not_yet_learned: int
+    took: float | None
+
+
+def search_reply(db: MotionDB, answer: WordAnswer, took: float | None = None) -> SearchReply:
+    """Return the answer to words; every match has its reasons."""
+    facts = search_answer(answer)
+    return SearchReply(
+        **vars(facts) | {"matches": tuple(_with_take(db, m) for m in facts.matches)},
+        not_yet_learned=len(db.unlearned()),
+        took=took,
+    )
+
+
+def like_reply(
+    db: MotionDB,
+    answer: ExampleAnswer,
+    ref: str,
+    start: float | None,
+    end: float | None,
+    took: float | None = None,
+) -> LikeReply:
+    """Return the answer to an example."""
+    facts = like_answer(answer)
+    return LikeReply(
+        **vars(facts) | {"matches": tuple(_with_take(db, m) for m in facts.matches)},
+        ref=ref,
+        start=start,
+        end=end,
+        not_yet_learned=len(db.unlearned()),
+        took=took,
+    )
+
+
+def _with_take(db: MotionDB, match: Match) -> ShownMatch:
+    row = db.browsed(match.capture)
+    assert row is not None  # both come from one revision
+    return ShownMatch(
+        **{"explain": None} | vars(match),
+        ref=f"capture:{match.capture}",
+        duration=round(row.info.duration, 3),
+        performer=row.info.tags.get("performer"),
+        licence=row.info.tags.get("licence"),
+        kind=row.info.kind,
+        timeline=Timeline(tuple(db.segments(match.capture)), row.captions),
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CaptureRow(ListedCapture):
+    """A row of the catalogue."""
+
+    ref: str
+    learned: bool
+    copies: int
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CaptureDetails(CaptureRow):
+    """Everything about one capture; the last three fields are about generated ones."""
+
+    relations: tuple[Relation, ...]
+    events: tuple[ShownEvent, ...]
+    segments: tuple[ShownSegment, ...]
+    activities: tuple[ShownActivity, ...]
+    recognised: tuple[WordsOverTime, ...]
+    sources: tuple[Source, ...] = ()
+    stretches: tuple[Stretch, ...] = ()
+    grammar: str | None = None
+    string: tuple[str, ...] | None = None
+
+
+def capture_row(row: BrowsedCapture) -> CaptureRow:
+    """Return a row of the catalogue."""
+    return CaptureRow(
+        **vars(listed_capture(row.info, row.captions)),
+        ref=f"capture:{row.info.name}",
+        learned=row.learned,
+        copies=row.copies,
+    )
+
+
+def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
+    """Return everything about one capture."""
+    name = row.info.name
+    made: dict[str, Any] = {}
+    if row.info.kind == "generated":
+        provenance, shown = db.provenance(name), db.show(name)
+        made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
+        if "string" in shown:
+            made |= {"grammar": shown["grammar"], "string": tuple(shown["string"].split())}
+    words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
+    return CaptureDetails(
+        **vars(capture_row(row)),
+        relations=tuple(db.relations(name)),
+        events=tuple(map(shown_event, db.events(name))),
+        segments=tuple(db.segments(name)),
+        activities=tuple(db.activities(name)),
+        recognised=words_over_time(words),
+        **made,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeReply(GeneratedAnswer):
+    """A generated motion; `saved` is the capture that holds it."""
+
+    id: str
+    ref: str
+    recognised_words: tuple[WordsOverTime, ...]
+    stretches: tuple[Stretch, ...]
+    saved: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class GenerateReply(WordsOfQuestion):
+    """Motions of one sentence."""
+
+    variants: tuple[MadeReply, ...]
+
+
+def made_reply(db: MotionDB, made: Generated, made_id: str, saved: str = "") -> MadeReply:
+    """Return a generated motion."""
+    return MadeReply(
+        **vars(made.facts()),
+        id=made_id,
+        ref=f"made:{made_id}",
+        recognised_words=words_over_time(db.describe(made.motion)),
+        stretches=stretches(made.provenance),
+        saved=saved or None,
+    )
+
+
+def generate_reply(made: Generated, variants: Sequence[MadeReply]) -> GenerateReply:
+    """Return motions of one sentence; the words are those of one of them."""
+    takings = (*made.taken.values(), *made.suggested.values())
+    return GenerateReply(
+        question=understood_question(made.question, made.not_used),
+        taken=known_words(made.taken),
+        suggested=known_words(made.suggested),
+        unknown=dict(made.unknown),
+        sentences=(
+            *(taking.sentence() for taking in takings),
+            *(source.sentence() for source in made.sources),
+        ),
+        variants=tuple(variants),
+    )
+
+
+@dataclass(frozen=True)
+class Positions:
+    """Positions of a string, half-open."""
+
+    start: int
+    end: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class WordedTerminal(StripTerminal):
+    """A terminal of a sequence, with its words and its position in the string."""
+
+    words: tuple[str, ...]
+    at: int
+
+
+@dataclass(frozen=True)
+class RootPath:
+    """The path of the root joint on the ground: [x, z] in metres."""
+
+    fps: float
+    points: list[tuple[float, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceReply(SequenceAnswer):
+    """A sequence; `parent` is the one of which it is an edit, `saved` the capture that holds it."""
+
+    id: str
+    ref: str
+    parent: str | None = None
+    edited: Positions | None = None
+    saved: str | None = None
+    strip: tuple[WordedTerminal, ...]
+    path: RootPath
+    nodes: tuple[TreeNode, ...]
+    stretches: tuple[Stretch, ...]
+
+
+def sequence_reply(
+    db: MotionDB,
+    sequence: GrammarSequence,
+    seed: int,
+    sequence_id: str,
+    **more: Any,  # noqa: ANN401
+) -> SequenceReply:
+    """Return a sequence; `more` holds its parent, the edited positions, and where it is saved."""
+    meanings = db.grammars.meanings(sequence.grammar)
+    names = db.grammars.load(sequence.grammar).terminals.names
+    words = {name: tuple(w for w, _ in one.words) for name, one in zip(names, meanings)}
+    path = root_path(sequence).round(3).tolist()
+    return SequenceReply(
+        **vars(db.grammars.facts(sequence, seed)),
+        id=sequence_id,
+        ref=f"sequence:{sequence_id}",
+        strip=tuple(
+            WordedTerminal(**vars(each), words=words.get(each.terminal, ()), at=at)
+            for at, each in enumerate(db.grammars.strip(sequence))
+        ),
+        path=RootPath(MOTION_FPS / PATH_STEP, [(x, z) for x, z in path]),
+        nodes=tree_nodes(sequence.tree),
+        stretches=stretches(sequence.provenance),
+        **more,
+    )
+
+
+@dataclass(frozen=True)
+class SceneReply:
+    """A scene: its diagram, its report, and the actions of the players with their times."""
+
+    ref: str
+    name: str
+    text: str
+    board: DiagramShape
+    report: SceneAnswer
+    actions: dict[str, tuple[Caption, ...]]
+    curve: list[tuple[float, float]] = field(default_factory=list)  # Share done, error
+    took: dict[str, float] = field(default_factory=dict)  # Seconds of each part of the work
+
+
+def made_scene_reply(ref: str, scene: Scene, curve: Sequence[tuple[float, float]]) -> SceneReply:
+    """Return a scene that was made; `curve` is the share of the sampling and the scene's error."""
+    placed = zip(scene.record.players, scene.made.polished.players, strict=True)
+    actions = {
+        who.name: action_captions(where, tuple(clip.terminal for clip in who.clips))
+        for who, where in placed
+    }
+    took = {what: round(seconds, 3) for what, seconds in scene.made.seconds.items()}
+    return replace(_scene_reply(ref, scene.record, actions), curve=list(curve), took=took)
+
+
+def kept_scene_reply(db: MotionDB, record: StoredScene) -> SceneReply:
+    """Return a kept scene; the times of actions are the captions of its captures."""
+    actions: dict[str, Sequence[Caption]] = {}
+    for player in record.players:
+        row = db.browsed(f"{record.name}/{player.name}")
+        actions[player.name] = row.captions if row else ()
+    return _scene_reply(f"kept:{record.name}", record, actions)
+
+
+def _scene_reply(
+    ref: str, record: StoredScene, actions: Mapping[str, Sequence[Caption]]
+) -> SceneReply:
+    return SceneReply(
+        ref,
+        record.name,
+        record.diagram,
+        diagram_shape(parse_diagram(record.diagram, record.name)),
+        report_facts(record),
+        {name: tuple(captions) for name, captions in actions.items()},
+    )

@@ -1,0 +1,287 @@
+"""Routes of tactics diagrams: list, check, save.
+
+The user's diagrams are text files in one folder, the same that the command line reads.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from motiondb.database import MotionDB
+from motiondb.database.catalogue.parts import write_bytes
+from motiondb.database.scenes.scene_texts import (
+    GRAMMAR,
+    LONGEST_TEXT,
+    TACTICS,
+    BoardFault,
+    count_clips,
+    element_faults,
+    read_board,
+    shipped,
+    shipped_text,
+)
+from motiondb.page.diagrams import DiagramShape, diagram_of, diagram_shape
+from motiondb.page.errors import PageError, unknown
+from motiondb.page.routes.parameters import Body, Name
+from motiondb.page.state import Page
+from motiondb.scene.language.tactics import KINDS, TEAMS
+from motiondb.scene.language.tactics_file import format_diagram
+
+NAME = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
+"""Names of diagrams: file names that are valid on every system."""
+_TITLE = re.compile(r'^\s*diagram\s+"([^"]*)"', re.MULTILINE)
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9]|lpt[0-9])")
+
+
+@dataclass(frozen=True)
+class BoardFile:
+    """A diagram that can be opened."""
+
+    name: str
+    title: str
+    shipped: bool  # Whether it comes with motiondb
+
+
+@dataclass(frozen=True)
+class ElementVerdict:
+    """Whether an element can be played."""
+
+    element: int
+    feasible: bool
+    reason: str | None
+
+
+@dataclass(frozen=True)
+class PlayerVerdict:
+    """What the diagram requires of a player."""
+
+    name: str
+    shortest: tuple[str, ...]
+    expression: str
+    reason: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardReply:
+    """A diagram, with its faults and clips; `diagram` is None where the text is not a diagram."""
+
+    name: str
+    shipped: bool
+    text: str
+    diagram: DiagramShape | None
+    feasible: bool
+    fault: str | None
+    line: int | None
+    faults: tuple[BoardFault, ...]
+    holder: str | None
+    elements: list[ElementVerdict]
+    players: list[PlayerVerdict]
+    clips: dict[str, int]
+    without_clips: list[str]
+
+
+@dataclass(frozen=True)
+class BoardsReply:
+    """The shipped diagrams and the user's."""
+
+    boards: list[BoardFile]
+
+
+@dataclass(frozen=True)
+class BoardKinds:
+    """The kinds of elements, the teams, and the grammars of diagrams."""
+
+    kinds: tuple[str, ...]
+    teams: tuple[str, ...]
+    grammars: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BoardRemoved:
+    """A diagram that was deleted."""
+
+    removed: str
+
+
+def list_boards(folder: Path) -> list[BoardFile]:
+    """Return the shipped diagrams and the user's, each by name."""
+    known = [
+        BoardFile(name, _title(shipped_text(name, TACTICS), name), True)
+        for name in shipped(TACTICS)
+    ]
+    for path in sorted(folder.glob(f"*{TACTICS}")) if folder.is_dir() else ():
+        name = path.name.removesuffix(TACTICS)
+        if re.fullmatch(NAME, name) and name not in shipped(TACTICS) and _is_own(path):
+            known.append(BoardFile(name, _title(_read(path), name), False))
+    return known
+
+
+def read_board_text(folder: Path, name: str) -> tuple[str, bool]:
+    """Return the text of a diagram, and whether it is a shipped one."""
+    if name in shipped(TACTICS):
+        return shipped_text(name, TACTICS), True
+    path = board_path(folder, name)
+    if not _is_own(path):
+        raise unknown("board", name)
+    return _read(path), False
+
+
+def save_board(folder: Path, name: str, text: str) -> None:
+    """Write a diagram into the folder, which is created if it is missing."""
+    path = board_path(folder, name)
+    if name in shipped(TACTICS):
+        raise PageError(
+            f"{name}: expected another name than those of the shipped diagrams. Choose one.",
+            409,
+            "ConflictError",
+        )
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise PageError(
+            f"{folder.name}: expected a folder for boards, found: {error.strerror}."
+        ) from None
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise PageError(f"{name}: expected a file, found something else. Choose another name.")
+    write_bytes(path, text.encode())
+
+
+def remove_board(folder: Path, name: str) -> None:
+    """Delete a diagram of the user."""
+    path = board_path(folder, name)
+    if not _is_own(path):
+        raise unknown("board", name, "Shipped ones stay.")
+    path.unlink()
+
+
+def board_path(folder: Path, name: str) -> Path:
+    """Return the path of a diagram; a name that contains a path is refused."""
+    if not re.fullmatch(NAME, name) or _RESERVED.fullmatch(name):
+        raise PageError(
+            f"board: expected a name of letters, digits, - and _, found {name[:100]!r}."
+        )
+    return folder / f"{name}{TACTICS}"
+
+
+def _is_own(path: Path) -> bool:
+    return path.is_file() and not path.is_symlink()
+
+
+def _read(path: Path) -> str:
+    return path.read_text(encoding="utf-8-sig", errors="replace")
+
+
+def _title(text: str, name: str) -> str:
+    matched = _TITLE.search(text)
+    return matched[1] if matched and matched[1] else name
+
+
+class BoardBody(Body):
+    """A diagram as text or as JSON; exactly one of them is given."""
+
+    text: Annotated[str, Field(max_length=LONGEST_TEXT)] | None = None
+    diagram: DiagramShape | None = None
+
+    def to_text(self) -> str:
+        """Return the text of the diagram."""
+        if (self.text is None) == (self.diagram is None):
+            raise PageError("board: expected either text or diagram, found neither or both.")
+        if self.diagram is not None:
+            return format_diagram(diagram_of(self.diagram))
+        return self.text or ""
+
+
+class NamedBoardBody(BoardBody):
+    """A diagram, and the name under which it is saved."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+
+
+def router(page: Page) -> APIRouter:
+    """Return the routes of tactics diagrams."""
+    routes = APIRouter(tags=["boards"])
+    folder = page.settings.boards_folder
+
+    @routes.get("/api/boards")
+    def boards() -> BoardsReply:
+        """The shipped diagrams and the user's."""
+        return BoardsReply(list_boards(folder))
+
+    @routes.get("/api/board/kinds")
+    def kinds() -> BoardKinds:
+        """The kinds of elements, the teams, and the grammars."""
+        return BoardKinds(KINDS, TEAMS, shipped(GRAMMAR))
+
+    @routes.get("/api/board")
+    def board(name: Name) -> BoardReply:
+        """A diagram, with its faults and clips."""
+        text, is_shipped = read_board_text(folder, name)
+        with page.held.use() as db:
+            return _reply(db, text, name, is_shipped)
+
+    @routes.post("/api/board/check")
+    def check(body: BoardBody) -> BoardReply:
+        """The faults of a diagram, with each element that cannot be played, and its clips."""
+        text = body.to_text()
+        with page.held.use() as db:
+            return _reply(db, text)
+
+    @routes.put("/api/board")
+    def save(body: NamedBoardBody) -> BoardReply:
+        """Save a diagram as the text file that the command line reads."""
+        page.check_writable()
+        text = body.to_text()
+        save_board(folder, body.name, text)
+        with page.held.use() as db:
+            return _reply(db, text, body.name)
+
+    @routes.delete("/api/board")
+    def remove(name: Name) -> BoardRemoved:
+        """Delete a diagram of the user."""
+        page.check_writable()
+        remove_board(folder, name)
+        return BoardRemoved(name)
+
+    return routes
+
+
+def _reply(db: MotionDB, text: str, name: str = "", is_shipped: bool = False) -> BoardReply:
+    """Return a diagram with its faults, shortest strings of actions, and number of clips."""
+    board = read_board(text)
+    clips: dict[str, int] = {}
+    if board.grammar is not None and board.actions:
+        clips = count_clips(db.scenes.find_actions(board.grammar), board.actions)
+    about = {fault.player: fault.message for fault in board.faults if fault.player}
+    by_line = {fault.line: fault.message for fault in board.faults}
+    return BoardReply(
+        name=name,
+        shipped=is_shipped,
+        text=board.text,
+        diagram=diagram_shape(board.diagram) if board.diagram else None,
+        feasible=not board.faults,
+        fault="\n".join(fault.message for fault in board.faults) or None,
+        line=next((fault.line for fault in board.faults if fault.line), None),
+        faults=board.faults,
+        holder=board.holder,
+        elements=[
+            ElementVerdict(number, not reason, reason or None)
+            for number, reason in enumerate(element_faults(board))
+        ],
+        players=[
+            PlayerVerdict(
+                player.name,
+                board.strings.get(player.name, ()),
+                board.expressions.get(player.name, ""),
+                about.get(player.name) or by_line.get(player.line),
+            )
+            for player in (board.diagram.players if board.diagram else ())
+        ],
+        clips=clips,
+        without_clips=[action for action, count in clips.items() if not count],
+    )

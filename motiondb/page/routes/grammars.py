@@ -1,0 +1,278 @@
+"""Routes of grammars: learn, show, generate sequences, edit and save them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter
+from pydantic import Field
+
+from motiondb.answers.grammars import AlternativesAnswer, GrammarAnswer, GrammarRow, Unplayable
+from motiondb.database import MotionDB
+from motiondb.database.grammars.grammar_facts import derives_new, grammar_row
+from motiondb.database.grammars.grammar_sequences import Edit
+from motiondb.errors import QueryError
+from motiondb.grammar.derivation.edit import region_at
+from motiondb.page.errors import PageError, unknown
+from motiondb.page.jobs import JobReply
+from motiondb.page.replies import Positions, SequenceReply, sequence_reply
+from motiondb.page.routes.catalogue import find_row
+from motiondb.page.routes.parameters import (
+    LONGEST_TEXT,
+    Body,
+    Name,
+    SaveBody,
+    Saved,
+    Seed,
+    Text,
+)
+from motiondb.page.state import MadeSequence, Page
+from motiondb.store import GrammarSize
+
+LONGEST_SEQUENCE = 200  # Largest number of terminals of a sequence: some minutes of motion
+
+
+class LearnBody(Body):
+    """The captures of a grammar, and the settings of learning."""
+
+    captures: Annotated[list[Text], Field(min_length=1, max_length=1000)]
+    name: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    terminals: Annotated[int, Field(ge=1, le=1000)] | None = None
+    sentences: Literal["auto", "captures", "captions"] = "auto"
+    from_symbols: bool = False
+    shortest: Annotated[int, Field(ge=1, le=1000)] = 3
+    longest: Annotated[int, Field(ge=1, le=1000)] = 20
+    seed: Seed = 0
+
+
+class SequenceBody(Body):
+    """A grammar, and what to derive: any sentence, one of a length, or one that fits a pattern."""
+
+    grammar: Text
+    seed: Seed = 0
+    length: Annotated[int, Field(ge=1, le=LONGEST_SEQUENCE)] | None = None
+    like: Annotated[str, Field(min_length=1, max_length=LONGEST_TEXT)] | None = None
+
+
+class OpenBody(Body):
+    """A saved sequence."""
+
+    capture: Text
+
+
+class AlternativesBody(Body):
+    """A region of a sequence: a position, and by how many levels it is widened and narrowed."""
+
+    id: Text
+    at: Annotated[int, Field(ge=0, le=100_000)]
+    wider: Annotated[int, Field(ge=0, le=10_000)] = 0
+    narrower: Annotated[int, Field(ge=0, le=10_000)] = 0
+    number: Annotated[int, Field(ge=1, le=12)] = 4
+    seed: Seed = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ListedGrammar(GrammarRow):
+    """A grammar in a list."""
+
+    derives_new: bool  # Whether it derives new sentences
+
+
+@dataclass(frozen=True)
+class GrammarsReply:
+    """The grammars of the database."""
+
+    grammars: list[ListedGrammar]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GrammarReply(GrammarAnswer):
+    """Everything about a grammar."""
+
+    sequences: list[str]  # Names of the captures that hold its sequences
+
+
+@dataclass(frozen=True)
+class GrammarRemoved:
+    """A grammar that was removed, and sequences that can no longer be edited."""
+
+    removed: str
+    no_longer_editable: list[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayableAlternative(SequenceReply):
+    """A sequence with another derivation of a region."""
+
+    region: tuple[str, ...]
+    log_probability: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlternativesReply(AlternativesAnswer):
+    """Other derivations of a region."""
+
+    can_widen: bool
+    can_narrow: bool
+    alternatives: list[PlayableAlternative | Unplayable]
+
+
+def router(page: Page) -> APIRouter:
+    """Return the routes of grammars."""
+    routes = APIRouter(tags=["grammars"])
+
+    @routes.get("/api/grammars")
+    def grammars() -> GrammarsReply:
+        """The grammars of the database."""
+        with page.held.use() as db:
+            rows = db.session.kept(
+                "grammars of the page", lambda: [_row(db, size) for size in db.grammars.sizes()]
+            )
+        return GrammarsReply(rows)
+
+    @routes.get("/api/grammar")
+    def grammar(name: Name) -> GrammarReply:
+        """Everything about a grammar, with its saved sequences."""
+        with page.held.use() as db, db.session.reading():
+            check_grammar(db, name)
+            facts = vars(db.grammars.show(name))
+            return GrammarReply(**facts, sequences=list(db.grammars.saved(name)))
+
+    @routes.delete("/api/grammar")
+    def remove(name: Name) -> GrammarRemoved:
+        """Remove a grammar."""
+        page.check_writable()
+        with page.held.use() as db:
+            check_grammar(db, name)
+            return GrammarRemoved(name, db.grammars.remove(name))
+
+    @routes.post("/api/grammars", status_code=202)
+    def learn(body: LearnBody) -> JobReply:
+        """Learn a grammar from captures, as a job."""
+        page.check_writable()
+        if body.from_symbols and body.terminals is not None:
+            raise PageError("terminals: expected no number beside from_symbols, found one.")
+        settings: dict[str, Any] = {
+            key: getattr(body, key)
+            for key in ("from_symbols", "sentences", "seed", "shortest", "longest")
+        }
+        settings["n_terminals"] = body.terminals
+        parameters = {"captures": body.captures, "name": body.name, "settings": settings}
+        title = f"grammar {body.name or body.captures[0]}"
+        return page.jobs.start("grammar", title, parameters).reply()
+
+    _sequence_routes(routes, page)
+    return routes
+
+
+def _sequence_routes(routes: APIRouter, page: Page) -> None:
+    """Add the routes of sequences."""
+
+    @routes.post("/api/sequences")
+    def generate(body: SequenceBody) -> SequenceReply:
+        """A new sequence that a grammar derives."""
+        with page.held.use() as db:
+            check_grammar(db, body.grammar)
+            made = db.grammars.generate(body.grammar, body.seed, body.length, body.like)
+            return _put(page, db, MadeSequence(made, body.seed))
+
+    @routes.post("/api/sequences/open")
+    def open_saved(body: OpenBody) -> SequenceReply:
+        """A saved sequence, ready to be edited."""
+        with page.held.use() as db, db.session.reading():
+            name = find_row(db, body.capture).info.name
+            return _put(page, db, MadeSequence(db.grammars.open(name), 0))
+
+    @routes.get("/api/sequence")
+    def sequence(id: Name) -> SequenceReply:
+        """A sequence that was made earlier."""
+        kept = page.sequences.get(id)
+        with page.held.use() as db:
+            return _reply(db, id, kept)
+
+    @routes.post("/api/sequences/alternatives")
+    def alternatives(body: AlternativesBody) -> AlternativesReply:
+        """Other derivations of a region, each as a whole sequence."""
+        kept = page.sequences.get(body.id)
+        _keep_line(page, kept)
+        with page.held.use() as db, db.session.reading():
+            edited = db.grammars.edit(
+                kept.sequence.grammar,
+                kept.sequence,
+                body.at,
+                (body.wider, body.narrower),
+                body.number,
+                body.seed,
+            )
+            rows = [
+                _alternative(page, db, body, edited, n) for n in range(len(edited.alternatives))
+            ]
+        region = edited.region
+        deepest = region_at(edited.before, region.position)
+        return AlternativesReply(
+            region=region,
+            can_widen=bool(region.path),
+            can_narrow=len(deepest.path) > len(region.path),
+            alternatives=rows,
+        )
+
+    @routes.post("/api/sequences/save")
+    def save(body: SaveBody) -> Saved:
+        """Save a sequence as a capture with its derivation."""
+        page.check_writable()
+        kept = page.sequences.get(body.id)
+        with page.held.use() as db:
+            info = db.grammars.save(body.name, kept.sequence, kept.seed, kept.how)
+        page.sequences.replace(body.id, replace(kept, saved=info.name))
+        return Saved(info.name, f"capture:{info.name}")
+
+
+def _row(db: MotionDB, size: GrammarSize) -> ListedGrammar:
+    learned = db.grammars.load(size.name)
+    new = derives_new(learned.grammar, learned.strings)
+    return ListedGrammar(**vars(grammar_row(size)), derives_new=new)
+
+
+def _keep_line(page: Page, made: MadeSequence | None) -> None:
+    """Mark the ancestors of a sequence as used, so that they stay available for undo."""
+    while made is not None and made.parent:
+        made = page.sequences.find(made.parent)
+
+
+def check_grammar(db: MotionDB, name: str) -> None:
+    """Check that a grammar has this name."""
+    if name not in db.grammars.names():
+        raise unknown("grammar", name, "It may have been removed.")
+
+
+def _put(page: Page, db: MotionDB, made: MadeSequence) -> SequenceReply:
+    return _reply(db, page.sequences.put(made), made)
+
+
+def _reply(db: MotionDB, sequence_id: str, made: MadeSequence) -> SequenceReply:
+    edited = None if made.edited is None else Positions(*made.edited)
+    more = {"parent": made.parent or None, "edited": edited, "saved": made.saved or None}
+    return sequence_reply(db, made.sequence, made.seed, sequence_id, **more)
+
+
+def _alternative(
+    page: Page, db: MotionDB, body: AlternativesBody, edited: Edit, number: int
+) -> PlayableAlternative | Unplayable:
+    """Return an alternative as a sequence, or the reason why it cannot be played."""
+    alternative = edited.alternatives[number]
+    region, log_probability = tuple(alternative.string), float(alternative.log_probability)
+    grammar = page.sequences.get(body.id).sequence.grammar
+    try:
+        made = db.grammars.play(grammar, edited, number)
+    except QueryError as error:
+        string = tuple(edited.tree(number).leaves())
+        return Unplayable(
+            string=string, region=region, log_probability=log_probability, not_playable=str(error)
+        )
+    start = edited.region.start
+    how: dict[str, object] = {"edited": body.id, "at": body.at, "choose": number + 1}
+    how |= {"wider": body.wider, "narrower": body.narrower, "number": body.number}
+    kept = MadeSequence(made, body.seed, body.id, (start, start + len(region)), how)
+    reply = vars(_put(page, db, kept))
+    return PlayableAlternative(**reply, region=region, log_probability=log_probability)

@@ -1,1 +1,0 @@
-"""The server: start and address, access control, the application with all routes."""

@@ -1,1 +1,0 @@
-"""The state of the server: the open database, and motions made while it runs."""

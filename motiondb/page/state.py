@@ -1,0 +1,151 @@
+"""The state of a running server: the database, uploads, jobs, and motions that were made."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import threading
+from collections import OrderedDict, deque
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from motiondb.database.generating import Generated
+from motiondb.database.grammars.grammar_sequences import GrammarSequence
+from motiondb.page.errors import PageError, unknown
+from motiondb.page.held import HeldDatabase, Watch
+from motiondb.page.jobs import FACTS_FILE, Jobs
+from motiondb.page.settings import PageSettings
+from motiondb.page.uploads import Uploads
+from motiondb.records import Caption
+
+T = TypeVar("T")
+
+MOST_UNDONE = 100  # Largest number of edits of words that can be undone
+
+
+class Shelf(Generic[T]):
+    """The most recently used values of one kind, each under a random id.
+
+    Ids are random, so that a page that was loaded before a restart of the server does not get a
+    wrong value. A value that is requested counts as new again.
+    """
+
+    def __init__(self, prefix: str, what: str, most: int = 200) -> None:
+        self._prefix, self._what, self._most = prefix, what, most
+        self._values: OrderedDict[str, T] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def put(self, value: T) -> str:
+        """Keep a value, and return its id."""
+        with self._lock:
+            name = f"{self._prefix}{secrets.token_hex(5)}"
+            self._values[name] = value
+            while len(self._values) > self._most:
+                self._values.popitem(last=False)
+            return name
+
+    def find(self, name: str) -> T | None:
+        """Return the value of an id, or None. It counts as new again."""
+        with self._lock:
+            if name in self._values:
+                self._values.move_to_end(name)
+            return self._values.get(name)
+
+    def get(self, name: str) -> T:
+        """Return the value of an id. It counts as new again."""
+        value = self.find(name)
+        if value is None:
+            raise unknown(
+                self._what, name, f"The server keeps the newest {self._most}. Make it again."
+            )
+        return value
+
+    def replace(self, name: str, value: T) -> None:
+        """Replace the value of an id, if it is still there."""
+        with self._lock:
+            if name in self._values:
+                self._values[name] = value
+
+
+@dataclass(frozen=True, eq=False)
+class MadeMotion:
+    """A motion generated from a sentence."""
+
+    generated: Generated
+    saved: str = ""  # Name of the capture that holds it, or ""
+
+
+@dataclass(frozen=True, eq=False)
+class MadeSequence:
+    """A sequence of a grammar."""
+
+    sequence: GrammarSequence
+    seed: int  # The seed it was made from
+    parent: str = ""  # Id of the sequence of which it is an edit, or ""
+    edited: tuple[int, int] | None = None  # Positions that differ from the parent
+    # Parameters of the edit, which are stored with the sequence when it is saved
+    how: dict[str, object] = field(default_factory=dict)
+    saved: str = ""  # Name of the capture that holds it, or ""
+
+
+@dataclass(frozen=True)
+class WordEdit:
+    """An edit of the captions of one capture, which can be undone."""
+
+    capture: str  # Name of the capture
+    before: tuple[Caption, ...]
+    after: tuple[Caption, ...]
+
+
+class Page:
+    """The state of a running server."""
+
+    def __init__(self, settings: PageSettings, folder: Path) -> None:
+        self.settings = settings
+        self.folder = folder
+        for name in ("uploads", "scenes", "work"):
+            (folder / name).mkdir(mode=0o700, exist_ok=True)
+        self.held = HeldDatabase(settings.database, settings.read_only, settings.wait)
+        self.uploads = Uploads(folder / "uploads", settings.limits)
+        self.jobs = Jobs(settings.database, settings.read_only, folder / "work")
+        self.made: Shelf[MadeMotion] = Shelf("m", "generated motion")
+        self.sequences: Shelf[MadeSequence] = Shelf("q", "sequence")
+        self.edits: deque[WordEdit] = deque(maxlen=MOST_UNDONE)
+        self.editing = threading.Lock()
+        self.closing = threading.Event()
+        self.watch = Watch(self.held, settings.warm)
+
+    def check_writable(self) -> None:
+        """Refuse a change if the page was started read-only."""
+        if self.settings.read_only:
+            raise PageError(
+                "page: expected to change the database, found a page that was started with"
+                " --read-only. Start motiondb serve without it.",
+                403,
+                "ReadOnlyError",
+            )
+
+    def scene_folder(self, scene_id: str, file: str = FACTS_FILE) -> Path:
+        """Return the folder of a scene that a job made.
+
+        `file`: The file that must be there: the facts, which a job writes last, or an earlier one.
+        """
+        folder = self.folder / "scenes" / scene_id
+        if not re.fullmatch(r"s[0-9a-f]{10}", scene_id) or not (folder / file).is_file():
+            raise unknown("scene", scene_id, "Make it again.")
+        return folder
+
+    def scene_ids(self) -> list[str]:
+        """Return the ids of the scenes that jobs made, newest first."""
+        folders = [
+            path for path in (self.folder / "scenes").iterdir() if (path / FACTS_FILE).is_file()
+        ]
+        return [p.name for p in sorted(folders, key=lambda p: -(p / FACTS_FILE).stat().st_mtime)]
+
+    def close(self) -> None:
+        """End jobs and close the database."""
+        self.closing.set()
+        self.watch.stop()
+        self.jobs.close()
+        self.held.close()

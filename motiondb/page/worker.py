@@ -1,0 +1,285 @@
+"""The process that runs long jobs for the page: add, learn, learn a grammar, make and keep scenes.
+
+It is started as ``python -m motiondb.page.worker DATABASE MODE``.
+
+It reads commands from standard input, one JSON object a line: ``{"kind", "parameters"}``. It writes
+events to standard output: ``{"what", "share", "error"}`` while it works, then ``{"done": result}``
+or ``{"failed": message, "kind": name of the error}``. It ends when standard input is closed, so
+that it does not outlive the server.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import sys
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from queue import Queue
+from typing import TYPE_CHECKING, Any, TextIO
+
+from motiondb.answers.learning import learned_summary
+from motiondb.answers.plain import to_json
+from motiondb.database import MotionDB
+from motiondb.errors import MotionDBError
+from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE
+from motiondb.page.motion import pack_scene
+
+if TYPE_CHECKING:
+    from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.scene.polish.polish import PolishedScene
+    from motiondb.store import StoredScene
+
+WAIT = 60.0  # Seconds to wait for a process that holds the database
+EVERY = 0.05  # Seconds between two events of one step
+Parameters = Mapping[str, Any]
+SCENE_FILE = "scene.pickle"
+MOST_SCENES = 8  # Largest number of scenes in memory; others are read from their folders
+
+
+class Events:
+    """Writes events, at most one every ``EVERY`` seconds for the same step."""
+
+    def __init__(self, out: TextIO) -> None:
+        self._out = out
+        self._what, self._told = "", 0.0
+
+    def progress(self, what: str, share: float, error: float | None = None) -> None:
+        """Report the progress of a step."""
+        now = time.monotonic()
+        if what == self._what and now - self._told < EVERY and share < 1.0:
+            return
+        self._what, self._told = what, now
+        self.write({"what": what, "share": share, "error": error})
+
+    def preview(self, ref: str) -> None:
+        """Report the ref of a first motion."""
+        self.write({"preview": ref})
+
+    def write(self, event: dict[str, Any]) -> None:
+        """Write an event."""
+        text = json.dumps(to_json(event), ensure_ascii=False)
+        # names of files may hold lone surrogates, which the answers of the server cannot
+        self._out.write(text.encode("utf-8", "replace").decode() + "\n")
+        self._out.flush()
+
+
+class Workshop:
+    """Runs commands on one database."""
+
+    def __init__(self, database: Path, read_only: bool, wait: float) -> None:
+        self._path, self._read_only, self._wait = database, read_only, wait
+        self._opened: dict[bool, MotionDB] = {}
+        self._scenes: OrderedDict[str, Scene] = OrderedDict()
+        self._does = {
+            "add": self._add,
+            "learn": self._learn,
+            "grammar": self._learn_grammar,
+            "scene": self._make_scene,
+            "scene-update": self._update_scene,
+            "scene-keep": self._keep_scene,
+            "scene-files": self._write_scene,
+        }
+
+    def do(self, kind: str, parameters: Parameters, progress: Events) -> Any:  # noqa: ANN401
+        """Run a command, release the database at its end, and return the result for JSON."""
+        try:
+            return self._does[kind](parameters, progress)
+        finally:
+            for database in self._opened.values():
+                database.release()
+
+    @property
+    def reading(self) -> MotionDB:
+        """The database, opened for reading; other processes may read at the same time."""
+        return self._open(True)
+
+    @property
+    def database(self) -> MotionDB:
+        """The database, opened for changes."""
+        return self._open(self._read_only)
+
+    def _open(self, read_only: bool) -> MotionDB:
+        """Return the database, opened in a mode; its cache is kept for later commands."""
+        if read_only not in self._opened:
+            for other in self._opened.values():  # DuckDB allows one mode at a time
+                other.release()
+            self._opened[read_only] = MotionDB(self._path, read_only=read_only, wait=self._wait)
+        return self._opened[read_only]
+
+    def _add(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+        from motiondb.database.catalogue.file_reading import AddSettings
+        from motiondb.files import unit_from_name
+
+        unit, place = parameters["unit"], str(Path(parameters["folder"]).absolute())
+        settings = AddSettings(
+            unit=unit_from_name(unit) if unit else None,
+            fps=parameters["fps"],
+            skip_bad_frames=parameters["skip_bad_frames"],
+            keep_implausible=parameters["keep_implausible"],
+        )
+        before = {info.name for info in self.database.captures()}
+        report = self.database.add(
+            parameters["folder"],
+            parameters["words"],
+            settings,
+            lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
+        )
+        names = [info.name for info in self.database.captures() if info.name not in before]
+        return {
+            "added": len(report.added),
+            "known": len(report.known),
+            "captures": names,
+            "problems": [_without_folder(problem, place) for problem in report.problems],
+            "notes": [_without_folder(note, place) for note in report.notes],
+            "new_words": report.new_words,
+            "counted": report.counted,
+            "seconds": round(report.seconds, 2),
+        }
+
+    def _learn(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+        from motiondb.learn.symbol_fitting import LearnSettings
+
+        settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
+        learned = self.database.learn(settings, progress.progress)
+        return to_json(learned_summary(learned))
+
+    def _learn_grammar(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+        from motiondb.database.grammars.grammar_learning import GrammarSettings
+
+        settings = GrammarSettings(**parameters["settings"])
+        learned, lost = self.database.grammars.learn(
+            parameters["captures"],
+            parameters["name"],
+            settings,
+            lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
+        )
+        return {"grammar": learned.name, "no_longer_editable": lost}
+
+    def _make_scene(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+        from motiondb.database.scenes.scene_making import SceneSettings
+
+        settings = SceneSettings(**parameters["settings"])
+        course = _Course(progress)
+        scene = self.reading.scenes.make(parameters["diagram"], settings, course.tell)
+        return self._finished(scene, parameters, course)
+
+    def _update_scene(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+        from motiondb.database.scenes.scene_making import SceneSettings
+        from motiondb.database.scenes.scene_texts import read_scene_text
+
+        course, first = _Course(progress), f"first:{parameters['scene']}"
+        diagram = read_scene_text(parameters["diagram"]).diagram
+
+        def show(polished: PolishedScene) -> None:
+            data = pack_scene(polished, diagram, first)
+            (Path(parameters["folder"]) / FIRST_FILE).write_bytes(data)
+            progress.preview(first)
+
+        earlier = self._earlier(parameters["earlier"])
+        settings = replace(SceneSettings(**earlier.settings), **parameters["settings"])
+        scene = self.reading.scenes.update(
+            earlier, parameters["diagram"], settings, course.tell, show
+        )
+        return self._finished(scene, parameters, course)
+
+    def _earlier(self, earlier: Parameters) -> StoredScene:
+        if earlier["folder"] is None:
+            return self.reading.scenes.load(earlier["name"])
+        return self._scene(earlier["name"], Path(earlier["folder"])).record
+
+    def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> dict[str, Any]:
+        """Write the files of a scene for the server; the motions first, to be played early."""
+        folder, name = Path(parameters["folder"]), parameters["scene"]
+        folder.mkdir(mode=0o700, exist_ok=True)
+        from motiondb.page.replies import made_scene_reply
+
+        ref = f"scene:{name}"
+        data = pack_scene(scene.made.polished, scene.made.text.diagram, ref)
+        (folder / MOTION_FILE).write_bytes(data)
+        facts = to_json(made_scene_reply(ref, scene, course.points))
+        (folder / FACTS_FILE).write_text(json.dumps(facts), encoding="utf-8")
+        (folder / SCENE_FILE).write_bytes(pickle.dumps(scene))
+        self._remember(name, scene)
+        return {"scene": name, "ref": f"scene:{name}"}
+
+    def _scene(self, name: str, folder: Path) -> Scene:
+        """Return a scene that this process or an earlier process of this server made."""
+        if name not in self._scenes:
+            # written above, into a folder that only this user can write
+            self._remember(name, pickle.loads((folder / SCENE_FILE).read_bytes()))
+        return self._scenes[name]
+
+    def _remember(self, name: str, scene: Scene) -> None:
+        self._scenes[name] = scene
+        while len(self._scenes) > MOST_SCENES:
+            self._scenes.popitem(last=False)
+
+    def _keep_scene(self, parameters: Parameters, _progress: Events) -> dict[str, Any]:
+        scene = self._scene(parameters["scene"], Path(parameters["folder"]))
+        name = parameters["name"]
+        self.database.scenes.check_name(name, [player.name for player in scene.record.players])
+        self.database.scenes.keep(replace(scene, record=replace(scene.record, name=name)))
+        return {"ref": f"kept:{name}"}
+
+    def _write_scene(self, parameters: Parameters, _progress: Events) -> dict[str, Any]:
+        scene = self._scene(parameters["scene"], Path(parameters["folder"]))
+        self.reading.scenes.write(scene, parameters["output"], drawn=False)
+        return {"output": parameters["output"]}
+
+
+class _Course:
+    """Records the error of a scene while it is sampled, and passes it on."""
+
+    def __init__(self, progress: Events) -> None:
+        self._progress = progress
+        self.points: list[tuple[float, float]] = []
+
+    def tell(self, what: str, share: float, error: float) -> None:
+        """Record a step of the sampling."""
+        known = error if error == error else None  # NaN where it is unknown
+        if known is not None and what.startswith("sampling"):
+            self.points.append((share, known))
+        self._progress.progress(what, share, known)
+
+
+def _without_folder(sentence: str, folder: str) -> str:
+    """Return a sentence of a report without the server's private folder."""
+    return sentence.replace(f"{folder}/", "").replace(folder, "upload")
+
+
+def _read(commands: Queue[dict[str, Any]]) -> None:
+    """Queue the commands of standard input; end the process when the input ends."""
+    for line in sys.stdin:
+        commands.put(json.loads(line))
+    os._exit(0)
+
+
+def main() -> None:
+    """Run commands until standard input ends."""
+    database, mode = Path(sys.argv[1]), sys.argv[2]
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # output of libraries must not mix with the events
+    commands: Queue[dict[str, Any]] = Queue()
+    threading.Thread(target=_read, args=(commands,), daemon=True).start()
+    events = Events(out)
+    workshop = Workshop(database, mode == "read-only", WAIT)
+    while True:
+        command = commands.get()
+        try:
+            events.write({"done": workshop.do(command["kind"], command["parameters"], events)})
+        except MotionDBError as error:
+            events.write({"failed": str(error), "kind": type(error).__name__})
+        except MemoryError:
+            events.write({"failed": "expected enough memory, found too little.", "kind": "Memory"})
+        except Exception as error:  # a bug; the server must be informed
+            events.write({"failed": f"{type(error).__name__}: {error}", "kind": "ProgramError"})
+
+
+if __name__ == "__main__":
+    main()
