@@ -126,7 +126,8 @@ def report(
     lines = [
         "# Detection of planted duplicates",
         "",
-        f"Made by `python benchmarks/duplicates.py --data DIR`. {len(planted)} files planted "
+        "How many planted copies does `list --duplicates` find? Measured by "
+        f"`python benchmarks/duplicates.py --data DIR`. {len(planted)} files planted "
         f"among {n_captures} captures of the CMU database: whole takes and cuts on skeletons "
         f"whose bones are up to {LIMBS:.0%} longer or shorter, at another frame rate, turned, "
         f"moved, with {NOISE:g} degrees of noise on every angle; and mirror images on the canonical"
@@ -149,8 +150,8 @@ def report(
         "",
         "Not found are copies of people who hardly move (noise changes them more than motion "
         "does), takes whose joints move by more than 1 cm when the bones change, and takes with "
-        "spikes. With `NEAR` of 1.5 cm, 3 % more would be found, but takes of the sample data "
-        "that repeat one phrase would count as copies of each other.",
+        "spikes. A limit of 1.5 cm would find more, but takes of the sample data that repeat one "
+        "phrase would then count as copies.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -185,24 +185,25 @@ def opening(table: NearbyTable, data: bytes) -> list[str]:
     held = int((np.diff(table.starts) > 0).sum())
     return [
         "# Nearby words", "",
-        "Known words that stand for a word that is in no caption (`motiondb/language/nearby/`). "
-        "`python benchmarks/nearby_table.py` builds the table from WordNet 3.0 and sentence "
-        "vectors; `python benchmarks/nearby_quality.py` writes this page.",
+        "How well do known words stand for a word that is in no caption "
+        "(`motiondb/language/nearby/`)? `python benchmarks/nearby_table.py` builds the table "
+        "from WordNet 3.0 and sentence vectors; `python benchmarks/nearby_quality.py` measures "
+        "it with three lists of words and right answers, and on real captures, and writes this "
+        "page.",
         "",
         f"{held:,} words with {len(table.targets):,} words that may stand for them; "
         f"{len(table.silent):,} further English words that are only known to be English; "
         f"{len(data):,} bytes; read in {1000 * np.median(seconds):.0f} ms here.", "",
-        "The key (`benchmarks/nearby_words/key.tsv`) was committed before the table was built. "
-        "The regression that gives the probabilities was fitted on the tuning list alone. This "
-        "list was extended, which made `move` and `go` less probable, after a first table had "
-        "been measured with the key (its README says what was known at that time). A word is "
-        f"replaced by known words from a probability of {TAKEN}, and known words are suggested "
-        f"from {SUGGESTED}. Intervals are 95 %, bootstrap over words. The scores of each baseline "
-        "are converted to probabilities by a logistic regression on the same tuning list.", "",
-        "The second key (`benchmarks/nearby_words/blind.tsv`) was written and committed after the "
-        "table, before the table was asked for any of its words; nothing was changed after it was "
-        "measured. The tuning list is answered by models fitted without the word (8 folds); the "
-        "causes of its wrong answers are in `benchmarks/nearby_words/README.md`.", "",
+        "The first key (`benchmarks/nearby_words/key.tsv`) was committed before the table was "
+        "built; the second (`blind.tsv`) after it, before the table was asked for any of its "
+        "words, and nothing was changed afterwards. The tuning list was extended after the "
+        "first key had been used once, so the second key is the stricter test. The "
+        "probabilities come from a regression fitted on the tuning list; for the rows of the "
+        "tuning list, it was fitted without the word (8 folds). The scores of each baseline "
+        "are converted to probabilities in the same way. A word is *taken* as known words from "
+        f"a probability of {TAKEN}, and known words are *suggested* from {SUGGESTED}. Intervals "
+        "are 95 %, bootstrap over words. Causes of wrong answers are in "
+        "`benchmarks/nearby_words/README.md`.", "",
     ]  # fmt: skip
 
 

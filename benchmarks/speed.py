@@ -156,8 +156,9 @@ def write_page(
     held = [[name, f"{size / 2**20:.0f} MiB"] for name, size in memory.items()]
     blocks = [
         "# Speed",
-        "Written by `python benchmarks/speed.py --database FILE`, FILE a learned database of the "
-        f"CMU captures ([real-captures.md](real-captures.md)), on {machine()}; "
+        "How fast are questions answered? Measured by `python benchmarks/speed.py --database FILE` "
+        "on a learned database of the CMU captures ([real-captures.md](real-captures.md)), on "
+        f"{machine()}; "
         f"{versions(*PACKAGES)}. The times of adding and learning are in real-captures.md.",
         _timing_table(timings),
         "The questions were asked in an open database, after a first round; the commands are "

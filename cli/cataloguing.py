@@ -168,9 +168,10 @@ def _note_performers(count: int) -> None:
     """Print how captures without a given performer are grouped."""
     if count:
         typer.echo(
-            f"  no performer is given for {count} of them: captures of one folder count as one "
-            f"performer, or in a single folder those whose names are the same up to the last "
-            f"number; a column `performer` in a sheet gives others (motiondb words import SHEET)"
+            f"  no performer is given for {count} of them. Captures of one folder count as one "
+            f"performer; in a single folder, captures whose names differ only in the last number "
+            f"do. Give performers in the column `performer` of a sheet (motiondb words import "
+            f"SHEET)"
         )
 
 

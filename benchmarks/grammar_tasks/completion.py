@@ -34,7 +34,7 @@ def completion_rows() -> str:
     grammars["random, 150 rules"] = random_grammar(np.random.default_rng(0))
     rows = [[name, str(len(g.rules)), *_times(g)] for name, g in grammars.items()]
     heads = ["grammar", "rules", f"{STRINGS} best, mean", "longest", "drawn, mean", "longest"]
-    said = f"Processor milliseconds of {PATTERNS} patterns of at most {LONGEST} places."
+    said = f"Processor milliseconds of {PATTERNS} patterns of at most {LONGEST} positions."
     return f"{table(heads, rows)}\n\n{said}"
 
 

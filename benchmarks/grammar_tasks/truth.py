@@ -347,8 +347,8 @@ def toy_rows() -> str:
     said = (
         f"From the six strings {', '.join(TOY)} (the language has 14). "
         f"{ORDERS} of their 720 orders give {len(learned)} grammar{'s' * (len(learned) > 1)} "
-        f"({spent / ORDERS * 1e3:.0f} ms each); a test asks all 720 of plain alignment,"
-        " and 30 of what is learned here, with less effort."
+        f"({spent / ORDERS * 1e3:.0f} ms each); a test tries all 720 with plain alignment,"
+        " and 30 with the full method, at less effort."
     )
     heads = ["grammar", "nonterminals", "rules", "precision", "recall", "F1"]
     return f"{table(heads, rows)}\n\n{said}"

@@ -97,19 +97,18 @@ def run(data: Path, seed: int) -> TaskReport:
             rows.append((name, method, *_areas(answers, method, seed), n))
     return TaskReport(
         "Absent actions: questions whose action is not in the database",
-        "Every question is asked twice: with a database that shows its action, and with the same "
-        "database without the captures that show it. The measure is the area under the ROC curve "
-        "of the value of the best answer (0.5 by chance). By words: five folds by performer, "
-        f"words of at least {LEAST_TRAINED} captures of the others, the captures of the fold are "
-        "the database; motiondb's value is the log-odds that the motion adds to the usual "
-        "log-odds. By example: the query's performer (CMU) or style (Bandai-Namco) is left out. "
-        "Without the action, its captures and words are also left out of everything that is "
-        "learned with words, so the word map is fitted again. motiondb's value is the resemblance "
-        "that `like` uses, for the most similar window of each capture. The choice of this value "
-        "instead of the calibrated probability was made on these results, so the rows by example "
-        "are slightly optimistic. Pooled and DTW: nearest capture (by words: nearest to a "
-        "training capture of the word). Logistic regression: largest probability (by example: of "
-        "any class). Symbols are learned from the motion of all captures.",
+        "Every question is asked twice: with a database that shows its action, and with the "
+        "same database without the captures that show it. The measure is the area under the "
+        "ROC curve of the value of the best answer (0.5 by chance). *By words*: five folds by "
+        f"performer, words of at least {LEAST_TRAINED} captures of the others, the captures of "
+        "the fold are the database; motiondb's value is the log-odds that the motion adds to "
+        "the usual log-odds. *By example*: the query's performer (CMU) or style (Bandai-Namco) "
+        "is left out; motiondb's value is the similarity of the most similar window of each "
+        "capture, as in `like`. Without the action, its captures and words are also left out "
+        "of learning. motiondb's value was chosen on these results, so the rows by example are "
+        "slightly optimistic. Pooled and DTW: nearest capture (by words: nearest to a training "
+        "capture of the word). Logistic regression: largest probability (by example: of any "
+        "class). Symbols are learned from the motion of all captures.",
         ("question", "method", "area under the curve", "motiondb better by", "questions"),
         tuple(rows),
         tuple(_note(name, answers) for name, answers in asked.items()),

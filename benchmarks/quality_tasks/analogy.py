@@ -89,10 +89,10 @@ def _left_out_note(learned: Learned) -> str:
     means = sums / total.sum()
     fixed = ", ".join(f"{share}: {mean:.3f}" for share, mean in zip(shares, means))
     return (
-        f"{learned.clusters.max() + 1} clusters. The weight of the plain bigram was chosen by "
-        f"leaving captures out, not by this task. Nats per transition, each capture by the "
-        f"transitions of all others: {means[-1]:.3f} as used (a share for each row, after Witten "
-        f"and Bell); with one share for all rows {fixed}."
+        f"{learned.clusters.max() + 1} clusters. The weight of the plain bigram (a share for each "
+        f"row, after Witten and Bell) was chosen by leaving captures out, not by this task. Nats "
+        f"per transition, each capture by the transitions of all others: {means[-1]:.3f}; with one "
+        f"share for all rows {fixed}."
     )
 
 

@@ -81,10 +81,9 @@ def measure(database: Path, seed: int) -> TaskReport:
         f"{n} intervals of short actions were marked by looking at strips of stick figures of "
         f"{len({capture for capture, _ in marked})} CMU captures (a jump from take-off to "
         "landing). Each word is asked of each capture with marks; the first interval counts, "
-        "without what is written of the capture. Its boundaries are compared with the run of "
-        "successive marks (one action, or several with what lies between) that they are closest "
-        "to. *Segments*: the same answers with the boundaries of segments, as before there was "
-        "evidence for frames. "
+        "and the capture's captions are not used as evidence. Its boundaries are compared with "
+        "the run of successive marks (one action, or several with what lies between) that they "
+        "are closest to. *Segments*: the same answers with the boundaries of segments. "
         "Captions of the asked capture took part in learning, as in any database. Intervals are "
         "over questions.",
         ("asked of", "questions", "median error, s", "segments: median error, s",
@@ -95,22 +94,17 @@ def measure(database: Path, seed: int) -> TaskReport:
 
 
 _NOTES = (
-    "The rule by which evidence is sharpened, its number of rounds, the ridge and the averaging "
-    "were chosen among about twenty settings with these marks in view (medians from .17 to .35), "
-    "together with the share of whole activities (walking, running) that is kept. So was the rule "
-    "that activities which fill more than three fifths of their interval keep the boundaries of "
-    "segments (`NARROW` in `motiondb/search/placing.py`, chosen among .3 to .7 with the "
-    "parts of *By word* in view as well). The figures are therefore optimistic.",
-    'Where the place itself is wrong, no boundary can be right: "stand up" is placed on the '
-    "sitting of performer 14, who sits down and stands up twice in most takes, while the captions "
-    'list both once, and "hop" on the steps before it (two captures of one performer hold the '
-    "word).",
-    "On the sample data the intervals are too short: they begin .23 s after the true start and "
-    "end .40 s before the true end, in the median. There an action lasts from leaving the stance "
-    "to the return to it, and a jump includes the bending before it and the recovery behind it; "
-    "the marks of real jumps go from take-off to landing, and there the intervals begin .24 s "
-    "before the start. No share of the peak fits both: with .35 in place of one half, the median "
-    "error is .27 s on the sample data and .37 s on real captures (jumps .32).",
+    "The figures are optimistic: the rule that refines the boundaries, and `NARROW` in "
+    "`motiondb/search/placing.py` (activities that fill more than three fifths of their "
+    "interval keep the boundaries of segments), were chosen with these marks in view.",
+    'If the wrong part of a capture is found, no boundary can be right. "Stand up" is found '
+    "where performer 14 sits down (he sits down and stands up twice in most takes, and the "
+    'captions list both once), and "hop" in the steps before the hop (two captures of one '
+    "performer have the word).",
+    "On the sample data the intervals are too short. There an action lasts from leaving the "
+    "stance to the return to it, so a jump includes the bending before it and the recovery "
+    "after it; the marks of real jumps go from take-off to landing. No single threshold fits "
+    "both.",
 )
 
 

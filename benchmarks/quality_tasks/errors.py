@@ -68,8 +68,8 @@ def run(data: Path, seed: int) -> TaskReport:
         "Causes of errors",
         "Words that fail although several captures show them (section *Words to motion*), for "
         "unseen performers: the first answers, the true captures, and the cause as seen in the "
-        "pictures. The causes are a bad caption, too few examples, segmentation, or confusion of "
-        "symbols.",
+        "pictures. Possible causes are a bad caption, too few examples, segmentation, or "
+        "confusion of symbols.",
         ("word", "fold", "average precision", "cause"),
         rows,
         (notes["summary"].prose,) if "summary" in notes else (),

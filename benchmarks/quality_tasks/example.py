@@ -27,22 +27,12 @@ from quality_protocol.report import Measure, TaskReport
 OURS = "motiondb"
 BEARING = N_POSTURE + N_TRAVEL
 CHOSEN = (
-    "The weight of the words (four fifths), and the choice to leave posture and travel out of the "
-    "cosine, were selected from twelve settings by leaving performers out within five training "
-    "parts of CMU (1-NN accuracy and mAP there: .632 and .598 before, .640 and .606 after). These "
-    "tables were known at that time. A weight of two thirds would have given .726 on CMU and .906 "
-    "on Bandai-Namco (mAP .664 and .864); the former setting gave .705 and .913 (mAP .664 and "
-    ".881). "
-    "Feedback of 10 captures, and half the weight for words of direction, manner and body parts, "
-    "were selected in the same way from 42 settings of these two and of the weight of the words "
-    "(1-NN accuracy and mAP in the training parts: .640 and .606 without both, .646 and .620 with "
-    "both; these tables were known at that time). "
-    "A second word map, from means, spreads and percentiles "
-    "(`motiondb/meaning/pooled_map.py`), was selected in the same way from 12 settings (there "
-    ".667 and .643 without, .689 and .648 with it; with feedback and a fixed ridge of .3 in the "
-    "first map). It predicts captions as vectors of length 1. With the plain presence of words it "
-    "gave .676 and .641, which hid its worth in an earlier trial. Joining with the cosine of "
-    "pooled statistics by reciprocal rank gave .680 and .591."
+    "Settings of these tables were chosen within five training parts of CMU, by leaving "
+    "performers out: the weight of the words (four fifths) and the cosine without posture and "
+    "travel (from 12 settings), feedback of 10 captures and half the weight for words of "
+    "direction, manner and body parts (from 42), and the second word map "
+    "(`motiondb/meaning/pooled_map.py`, from 12). The tables were known at that time, so they "
+    "are slightly optimistic."
 )
 VERBS = {
     "walk": "walk", "run": "run", "jog": "run", "jump": "jump", "hop": "jump", "climb": "climb",
@@ -251,13 +241,13 @@ def _table(
     classes = len(set(question.labels[asked].tolist()))
     group_name = "performer or style" if len(set(question.groups)) < len(asked) else "capture"
     protocol = (
-        f"{int(asked.sum())} queries of {classes} classes; the query's own {group_name} is never "
-        "searched. motiondb measures similarity by its vectors and by the words learned from the "
-        "captions of the others (never of the query's group), as `like` does after words were "
-        "learned; the third row uses motion alone, as `like --by-motion-alone` does. CCA (16 "
-        "axes) learns from the same captions. The HMM and the logistic regression are trained on "
-        "the labels of the others. Times are the median processor time for comparing one query "
-        "with all captures."
+        f"{int(asked.sum())} queries of {classes} classes; the query's {group_name} is never "
+        "searched. "
+        "motiondb compares by its vectors and by the words learned from the captions of the "
+        "others (never of the query's group), as `like` does; the third row uses motion alone, "
+        "as `like --by-motion-alone`. CCA (16 axes) learns from the same captions, the HMM and "
+        "the logistic regression from the labels of the others. Times are the median processor "
+        "time of comparing one query with all captures."
     )
     columns = (
         "method", "1-NN accuracy", "motiondb better by", "mAP", "motiondb better by",

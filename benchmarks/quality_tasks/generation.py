@@ -98,14 +98,14 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
         "Generation",
         f"{len(SENTENCES)} sentences of one to four actions out of {len(CLASSES)} "
         f"({', '.join(CLASSES)}); {sum(s.count(',') + 1 for s in SENTENCES)} actions. Every "
-        f"action is classified from its own frames as one of eight classes (chance "
-        f"{1 / len(CLASSES):.3f}): by motiondb (the most probable word of its word map, which is "
-        f"used for the choice of trajectories only), and by an independent "
-        f"judge, trained on real captures of performers other than those whose motion was used "
-        f"for the action (trajectory uses no single performer, so all take part in "
-        f"the training). Last row: real captures of performers that the judge was not trained on, "
-        f"every class as often as in the sentences. Medians over sentences; *within 95 %*: share "
-        f"of sentences whose foot slip and jerk are at most the 95th percentile of real captures.",
+        f"action is classified from its frames as one of eight classes (chance "
+        f"{1 / len(CLASSES):.3f}): by motiondb (the most probable word of its word map, which also "
+        f"chooses trajectories), and by an independent judge, trained on real captures of "
+        f"performers other than those whose motion was used (trajectories use no single performer, "
+        f"so for them all take part in the training). Last row: real captures of performers that "
+        f"the judge was not trained on, every class as often as in the sentences. Medians over "
+        f"sentences; *within 95 %*: share of sentences whose foot slip and jerk are at most the "
+        f"95th percentile of real captures.",
         (
             "method", "recognised by motiondb", "by logistic regression", "by DTW 1-NN",
             "foot slip, cm/s", "jerk, m/s³", "speed, m/s", "bone change, mm", "within 95 %",

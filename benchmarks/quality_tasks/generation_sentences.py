@@ -211,7 +211,7 @@ def _say_calibration(told: Sequence[tuple[float, bool]]) -> str:
         inside = (probability >= low) & (probability < high)
         if inside.any():
             parts.append(
-                f"{probability[inside].mean():.2f} told, {hit[inside].mean():.2f} found "
+                f"{probability[inside].mean():.2f} reported, {hit[inside].mean():.2f} confirmed "
                 f"({int(inside.sum())} actions)"
             )
     return (

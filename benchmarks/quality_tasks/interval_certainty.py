@@ -69,22 +69,21 @@ def calibration(database: Path, data: Path, seed: int) -> TaskReport:
         rows.append((f"{name}: no probability told", unasked, "", "", "", "", ""))
     return TaskReport(
         "Probability that an interval is right",
-        "Short captures of one action each are joined; every action is searched in the joined "
-        "take, and the interval is right if its intersection over union is at least 0.5. The same "
-        "is done with the captures as they are, where the whole capture is the true interval. "
-        "Performers (CMU) or styles (Bandai-Namco) are divided into five folds. The probability "
-        "that the interval is right is learned from the other folds, and the map is fitted without "
-        "the performers of the take. *No probability told*: questions whose words are in no other "
-        "performer's captions. Expected calibration error: ten bins, weighted by their numbers of "
-        f"questions. Each capture is joined {N_DRAWS} times; *different questions* are those that "
-        "differ in performer or words. With so few, even a perfect probability would have an error "
-        "above 0: *of a perfect probability* is the mean error if every different question is "
-        "right or wrong as a whole with the mean of its probabilities (200 draws). "
-        "Whether a take shows one action throughout is estimated by a regression that tells short "
-        "captures of one action from joins of several, mostly by their length (of the sample data, "
-        "with even evidence: .99 for takes of 2.5 seconds, .8 for 5, .3 for 8, .004 for 20). A "
-        "long walk therefore counts as several actions. The questions here are of the same two "
-        "kinds, so they do not measure this.",
+        "Short captures of one action each are joined, and every action is searched in the "
+        "joined take. The interval is right if its intersection over union with the true one is "
+        "at least 0.5. The same is done with the captures as they are, where the whole capture "
+        "is the true interval. Performers (CMU) or styles (Bandai-Namco) are divided into five "
+        "folds; the probability is learned from the other folds, and the map is fitted without "
+        "the performers of the take. *No probability told*: questions whose words are in no "
+        "other performer's captions. Expected calibration error: ten bins, weighted by their "
+        "numbers of questions. Each capture is joined "
+        f"{N_DRAWS}"
+        " times; *different questions* are those that differ in performer or words. With so "
+        "few, even a perfect probability would have an error: *of a perfect probability* is its "
+        "mean if every different question is right or wrong as a whole with the mean of its "
+        "probabilities (200 draws). Not measured here: a regression on a take's length "
+        "estimates whether it shows one action throughout, so a long walk counts as several "
+        "actions.",
         ("asked of", "questions", "different questions", "right", "mean probability",
          "expected calibration error", "of a perfect probability"),
         tuple(rows),

@@ -44,11 +44,11 @@ def measure(database: Path, data: Path, seed: int) -> TaskReport:
     )
     return TaskReport(
         "By word, with one part labelled",
-        "The questions of *By word*, boundaries of segments. One part of one long take is labelled "
-        "with the words of its true label. The captions of the searched take are not used as "
-        "evidence, because they would give away the labelled part. The other takes learn from the "
-        "label, and the map of the others places its words in the labelled take too; *its own "
-        "label counts*: it is also used directly there.",
+        "The questions of *By word*, with boundaries of segments. One part of one long take is "
+        "labelled with the words of its true label. Captions of the searched take are not used "
+        "as evidence, because they would reveal the labelled part. The other takes learn from "
+        "the label, and their map finds the words in the labelled take too. *Its own label "
+        "counts*: the label is also used directly in that take.",
         ("labelled", "part", *(f"R@1, IoU {s}" for s in SHARES), "questions"),
         rows,
     )

@@ -62,7 +62,7 @@ def run(data: Path, seed: int) -> TaskReport:
         "A sequence of two or more actions is compared with the same actions in reversed order, "
         "in the capture that shows them. The words are learned from other performers' captions "
         "(five folds). The true order is known for the sample data (synthetic), for joined "
-        "captures and for 86_01; captions often list actions that happen simultaneously or in "
+        "captures and for 86_01. Captions often list actions that happen at the same time or in "
         "another order.",
         ("source", "questions", "motiondb", "bag of words"),
         tuple(rows),

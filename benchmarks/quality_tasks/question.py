@@ -265,11 +265,8 @@ def _report(collected: Collected, captures: Sequence[Capture], seed: int) -> Tas
         *(f"{kind}: {_sureness(collected, kind)}" for kind in KINDS),
         f'The part of "a but not b" (a): {_sureness(collected, "a but not b, part")} The part of '
         f'"a or b" (the alternative shown best): {_sureness(collected, "a or b, part")}',
-        "The probabilities of these answers are learned from questions that are made in the same "
-        "way from the captions of the training performers, and asked of performers among them that "
-        "are left out. "
-        "Before, the probabilities of single words were multiplied (expected calibration error "
-        '.270 for "a but not b", .124 for "a or b").',
+        "The probabilities of these answers are learned from questions made in the same way "
+        "from the captions of the training performers, with performers among them left out.",
     )
     return TaskReport(
         "Questions with not and or",

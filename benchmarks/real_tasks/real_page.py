@@ -35,8 +35,8 @@ ASKED = """Each question was asked three times: with the written words of each c
 beside its motion, as in normal use; with the written words hidden, so that only the motion counts,
 by a map that was learned from these captions; and with a map that was learned without the words of
 the capture's performer, as for a new performer. An answer is right if the capture's description has
-all words of the question. An asterisk marks answers that a person judged by looking; that verdict
-counts."""
+all words of the question. An asterisk marks answers that a person judged from the
+pictures; that verdict counts."""
 MEASURES = """Slip is the mean ground speed of feet in contact (0 if no foot is ever in contact).
 Jerk is the mean over joints and frames. Both are measured on the standard body at 30 frames per
 second. *Shown* counts the actions that motiondb's judge says are shown (probability .6 or more);

@@ -16,23 +16,19 @@ from robustness_tasks.fuzz import MOST_MEGABYTES, MOST_SECONDS
 Case = dict[str, Any]
 HEAD = """# Robustness: data loss and silent failures
 
-The tests are run by `python benchmarks/robustness.py PART --out DIR`, with the parts `fuzz`,
-`kills`, `damage`, `together` and `questions`. This page is written by `python
-benchmarks/robustness.py page --out DIR`. Short versions run with the tests (`tests/robustness`,
-`tests/files/test_odd_captures.py`, `tests/store/test_store_damage.py`,
-`tests/store/connection/test_store_kill.py`, `tests/cli/test_cli_interrupted.py`,
-`tests/cli/test_cli_waiting.py`). The tables count the cases that were run. A target with more cases
-than were run is listed as not met. The databases are learned from the sample data."""
+Measured: odd files and texts, killed commands, damaged databases, many threads and processes at
+once, and large questions, on databases learned from the sample data. `python
+benchmarks/robustness.py PART --out DIR` runs a part (`fuzz`, `kills`, `damage`, `together`,
+`questions`), and `python benchmarks/robustness.py page --out DIR` writes this page. The tables
+count the cases that were run; a target with more cases than were run is listed as not met. Short
+versions run with the tests (`tests/robustness`)."""
 
-UNKNOWN = """## What is not known, and limits
+UNKNOWN = """## Limits
 
-* **A log that was cut short.** Changes that are not yet in the database file are in a log beside it
+* **A log that was cut off.** Changes that are not yet in the database file are in a log beside it
   (`.wal`). DuckDB replays the log up to its last complete transaction and does not report what
-  follows. A log that was cut off, by a full disk or by copying while a command writes, therefore
-  gives a consistent earlier state, and `check` reports no fault. A test shows that no part of a
-  later change is present without the changes before it
-  (`tests/store/connection/test_store_cut_log.py`). The file does not show that changes were lost. A
-  log with flipped bits is refused.
+  follows. After a full disk, or a copy made while a command writes, the database is therefore in a
+  consistent earlier state, and `check` reports no fault. A log with flipped bits is refused.
 * **A file that is not a log.** DuckDB ignores a file of that name that does not begin like one of
   its logs, and `check` reports no fault.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves
@@ -40,14 +36,12 @@ UNKNOWN = """## What is not known, and limits
   stops with a message and changes nothing. If another process writes all the time, this is always
   the result.
 * **Processes of a killed command.** The processes that read files for `add` end within a second or
-  two after it was killed: at once if the kernel ends them (Linux, if the command's main thread
-  started them), otherwise when their own thread checks, every quarter of a second. On systems other
-  than Linux, a library that blocks Python delays this. On Windows they end after the file that they
-  are reading.
+  two. On systems other than Linux, a library that blocks Python delays this; on Windows they end
+  after the file that they are reading.
 * **Power failures.** The kills end processes, not the computer. Data that the disk had not yet
-written are not tested.
+  written are not tested.
 * **The system's temporary folder** is not examined after kills. Reading of C3D files uses it, as
-does `rescue` of a database with a damaged log."""
+  does `rescue` of a database with a damaged log."""
 
 
 def page(folder: Path) -> str:

@@ -55,10 +55,11 @@ def page(out: Path) -> str:
 
 def _head() -> list[str]:
     return [
-        "Made by `benchmarks/scenes.py` on the sample data; its docstring has the commands. Terms"
-        " are explained in [scenes.md](scenes.md). Every seed that was run is in the tables. Times"
-        " are of the clock, on two processors. Other work on the machine makes them longer; the"
-        " processor seconds of both threads beside them are hardly affected by it."
+        "Are the rules of the shipped diagrams kept, and how long does a scene take? Measured "
+        "by `benchmarks/scenes.py` on the sample data; its docstring has the commands. Terms "
+        "are explained in the [guide](../guide/scenes.md). Times are those of the clock on two "
+        "processors; other work makes them longer. The processor seconds of both threads beside "
+        "them are hardly affected by it."
     ]
 
 

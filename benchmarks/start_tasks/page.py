@@ -41,8 +41,8 @@ def _unseen(results: dict[str, Any]) -> str:
         "## CMU performers never seen, without captions",
         "",
         "Five folds by performer: knowledge is learned from the captures of four folds. The fifth "
-        "fold is a separate database without captions that learns with this start. Mean average "
-        "precision of words to motion; the target was at least .48.",
+        "fold is a separate database without captions that learns with this knowledge. The target "
+        "for the mean average precision of words to motion was .48.",
         "",
         "| words of the start | mAP | motion to words, reciprocal rank | F1 | nothing matches, "
         "balanced accuracy | calibration error of the start's probabilities, not given | "
@@ -54,15 +54,15 @@ def _unseen(results: dict[str, Any]) -> str:
         lines.append(f"| {name} | {' | '.join(values)} | {row['queries']} |")
     first = next(iter(results["rows"].values()))
     shift = _shift(first["oracle shift"])
-    lines += ["", f"The start's probabilities, of the first row. {shift}", ""]
+    lines += ["", f"The probabilities of the first row, which are not given. {shift}", ""]
     return "\n".join([*lines, *_diagram(first["diagram of the start"])])
 
 
 def _shift(oracle: list[float]) -> str:
     """What the best constant for all answers would leave of an error."""
     return (
-        "The one constant that fits these answers best, which can be known only from their "
-        f"captions, is {oracle[0]:+.2f} nats; with it, the error would be {oracle[1]:.3f}."
+        "The best constant to add, which can be known only from their captions, is "
+        f"{oracle[0]:+.2f} nats; with it, the error would be {oracle[1]:.3f}."
     )
 
 
@@ -81,11 +81,12 @@ def _curves(results: dict[str, Any], picture: str) -> str:
         f"## {source} to {target}",
         "",
         f"{results['captures']} captures of {target}; {results['queries']} questions of one word "
-        f"over five folds. Symbols: {results['symbols'][WITH]} with the start, "
-        f"{results['symbols'][WITHOUT]} without. Share of motion that the symbols of the start "
-        f"explain worse than the background model does: {results['strange']:.0%}.",
+        f"over five folds. Symbols: {results['symbols'][WITH]} with initial "
+        f"knowledge, {results['symbols'][WITHOUT]} without. Share of motion that the initial "
+        f"symbols explain worse than the background model does: {results['strange']:.0%}.",
         "",
-        f"![Four curves over own captions, with the start and without](pictures/{picture})",
+        "![Four curves over the number of captions, with initial knowledge and without]"
+        f"(pictures/{picture})",
     ]
     for measure in MEASURES:
         lines += ["", f"**{measure}**", "", "| own captions | with start | without | difference |",
@@ -112,8 +113,8 @@ def _curves(results: dict[str, Any], picture: str) -> str:
     first = results["rows"][0]
     lines += [
         "",
-        "The start's probabilities without own captions, which are not given: calibration error "
-        f"{_cell(first[WITH][WITHHELD], alone=True)}. {_shift(first['oracle shift'])}",
+        "The probabilities without captions of the database, which are not given: calibration "
+        f"error {_cell(first[WITH][WITHHELD], alone=True)}. {_shift(first['oracle shift'])}",
         "",
         *_diagram(first["diagram of the start"]),
     ]
@@ -123,7 +124,7 @@ def _curves(results: dict[str, Any], picture: str) -> str:
         if row["difference"][m] is not None and row["difference"][m][2] < 0.0
     ]  # fmt: skip
     told = "; ".join(worse) if worse else "nowhere"
-    return "\n".join([*lines, "", f"Significantly worse with the start: {told}."])
+    return "\n".join([*lines, "", f"Significantly worse with initial knowledge: {told}."])
 
 
 def _cell(value: list[float] | None, alone: bool = False) -> str:

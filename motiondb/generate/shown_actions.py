@@ -177,8 +177,8 @@ def _judge_part(
     if probability is not None and asked.placed is not None and _is_mixed(learned, judge, asked):
         if probability >= SHOWN_FROM:
             unsure = (
-                "its captions list other actions too, and how sure it is that this is the right "
-                f"place of {asked.capture} is {asked.placed:.2f}"
+                "its captions list other actions too, and the probability that this is the right "
+                f"part of {asked.capture} is {asked.placed:.2f}"
             )
         probability *= asked.placed
     companion = None if asked.directions else find_companion(learned, judge, asked)
