@@ -239,7 +239,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
 
 
 def _cut_short(store: Store) -> list[str]:
-    """A sentence if the file ends before its last block, which may be free, and so is never read."""
+    """A sentence if the file ends before its last block, which is not read if it is free."""
     (row,) = store.connection.execute(
         "SELECT block_size * total_blocks FROM pragma_database_size() "
         "WHERE database_name = current_database()"
