@@ -11,8 +11,8 @@ import numpy as np
 from motiondb.errors import QueryError
 from motiondb.language.question.known import KnownQuestion, hinted, with_hints
 from motiondb.language.question.manner import manner_of
-from motiondb.language.question.plain import plain_actions
 from motiondb.language.question.readings import Reading
+from motiondb.language.question.say import plain_actions
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned

@@ -11,7 +11,7 @@ from motiondb.errors import QueryError, SheetError
 from motiondb.language.lemmas import lemma
 from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
-from motiondb.language.question.plain import plain_actions
+from motiondb.language.question.say import plain_actions
 from motiondb.language.synonyms import parse_synonyms
 from motiondb.language.vocabulary import (
     STOP_WORDS,

@@ -43,7 +43,7 @@ from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
-from motiondb.language.question.plain import plain_actions
+from motiondb.language.question.say import plain_actions
 from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand

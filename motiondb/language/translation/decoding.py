@@ -16,7 +16,7 @@ transitions included, is computed for all nodes at once by one backward dynamic 
 It is never below the true maximum, so that A* with it is optimal. The program also carries the set
 of words that no symbol has accounted for yet, and bounds the probability of these words by the most
 that the remaining symbols can give; without this the bound is too loose to be useful. See
-:mod:`motiondb.language.translation.decoding_bounds`.
+:mod:`motiondb.language.translation.decoding_kernels`.
 
 The search ends when the bound of no open node exceeds the best sequence found: the certificate is
 "optimal". Where the limit of nodes is reached first it is "beam-limited", and ``bound`` is an upper

@@ -9,15 +9,238 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from motiondb.language.translation.decoding_bounds import (
-    SLACK,
-    relax,
-    said_level,
-    symbol_pays,
-    track,
+from motiondb.language.translation.decoding_problem import (
+    LEAST,
+    Problem,
+    moves_along,
+    offer,
+    sums_along,
 )
-from motiondb.language.translation.decoding_problem import LEAST, Problem, offer
 from motiondb.records import Float32Array, FloatArray, IntArray
+
+# ----------------------------------------------------------------------------
+# The two upper bounds of the A* search on the log-probability of a completed sequence.
+#
+# Notation as in :mod:`motiondb.language.translation.decoding`.
+#
+# Both bounds follow from log x <= log q + x / q - 1. The first applies it to every word; its q are
+# found by Frank-Wolfe steps, and the sequences of these steps are first candidates. This bound is
+# loose for words that no symbol of a sequence gives a sizeable probability. The second bound
+# therefore splits the symbols of each word into those that *say* it (give it a large probability)
+# and the rest, and its dynamic program carries the set of words not yet said as a bit mask: the
+# probability of a word never said is bounded by the most that the remaining symbols can give it.
+# Where there are more than ``TRACKED`` words, only those with the widest split are tracked.
+
+
+ROUNDS = 3
+"""Largest number of Frank-Wolfe steps per length. Chosen by hand; any number gives a valid
+bound."""
+SLACK = 1e-10
+"""Nats by which a bound may exceed the best sequence and still count as no better (rounding)."""
+
+
+@njit(cache=True)
+def symbol_pays(problem: Problem, length: int, q: FloatArray, pays: FloatArray) -> None:
+    """Contribution of symbol s at position k to the bound: sum_j a(k | j) t(j | s) / q_j.
+
+    Fills ``pays``, array (at least l + 1, S).
+    """
+    n_symbols, m = len(problem.says), len(q)
+    pays[0] = 0.0
+    for k in range(1, length + 1):
+        pays[k] = 0.0
+        for j in range(m):
+            weight = problem.alignments[length, j, k] / q[j]
+            for s in range(n_symbols):
+                pays[k, s] += weight * problem.t[s + 1, j]
+
+
+@njit(cache=True)
+def relax(
+    problem: Problem, length: int, q: FloatArray, best: IntArray, value: float
+) -> tuple[float, float]:
+    """Frank-Wolfe on the first bound of one length; improves ``best`` and ``q`` in place.
+
+    Returns the least upper bound of the length, and the value of ``best``.
+    """
+    m = len(q)
+    x, x_moves, upper = np.empty(m), 0.0, np.inf
+    pays = np.empty((length + 1, len(problem.says)))
+    for step in range(ROUNDS):
+        symbol_pays(problem, length, q, pays)
+        path, linear = _best_path(problem, length, pays)
+        if linear == -np.inf:
+            return -np.inf, value
+        value = offer(problem, path, best, value)
+        linear += problem.lengths[length]
+        for j in range(m):
+            linear += np.log(q[j]) - 1.0 + problem.alignments[length, j, 0] * problem.t[0, j] / q[j]
+        upper = min(upper, linear)
+        y, y_moves = sums_along(problem, path), moves_along(problem, path)
+        share = 1.0 if step == 0 else _line_search(x, y, y_moves - x_moves)
+        if upper <= value + SLACK or share < 1e-4:
+            break
+        if step == 0:
+            x_moves = y_moves
+            for j in range(m):
+                x[j] = y[j]
+        x_moves += share * (y_moves - x_moves)
+        for j in range(m):
+            x[j] += share * (y[j] - x[j])
+            q[j] = max(LEAST, x[j])
+    return upper, value
+
+
+@njit(cache=True)
+def _best_path(problem: Problem, length: int, pays: FloatArray) -> tuple[IntArray, float]:
+    """Sequence of largest sum of transitions and contributions, by dynamic programming."""
+    n_rows = len(problem.end)
+    onward = np.zeros((length, n_rows), dtype=np.int64)
+    path = np.zeros(length, dtype=np.int64)
+    ahead, worth = problem.end.copy(), np.empty(len(problem.says))
+    for k in range(length - 1, -1, -1):
+        for s in range(len(worth)):
+            worth[s] = pays[k + 1, s] + ahead[problem.row_of[s + 1]]
+        for row in range(n_rows):
+            top, arg = -np.inf, 0
+            for edge in range(problem.starts[row], problem.starts[row + 1]):
+                total = problem.costs[edge] + worth[problem.followers[edge]]
+                if total > top:
+                    top, arg = total, problem.followers[edge]
+            ahead[row], onward[k, row] = top, arg
+    row = problem.row_of[0]
+    value = ahead[row]
+    for k in range(length):
+        path[k] = onward[k, row]
+        row = problem.row_of[path[k] + 1]
+    return path, value
+
+
+@njit(cache=True)
+def _line_search(x: FloatArray, y: FloatArray, slope: float) -> float:
+    """The share of y that maximises slope share + sum_j log(x_j + share (y_j - x_j))."""
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        share = 0.5 * (low + high)
+        rise = slope
+        for j in range(len(x)):
+            rise += (y[j] - x[j]) / max(LEAST, x[j] + share * (y[j] - x[j]))
+        if rise > 0.0:
+            low = share
+        else:
+            high = share
+    return 0.5 * (low + high)
+
+
+@njit(cache=True)
+def said_level(problem: Problem, length: int, q: FloatArray) -> FloatArray:
+    """Values q for the second bound: the usual probability of a word that one symbol says.
+
+    The symbol is assumed at the position of largest alignment probability. Words that are
+    not tracked keep their q, and so does a larger q.
+    """
+    level = q.copy()
+    for j in problem.tracked:
+        place = 0.0
+        for k in range(1, length + 1):
+            place = max(place, problem.alignments[length, j, k])
+        null = problem.alignments[length, j, 0] * problem.t[0, j]
+        level[j] = max(q[j], null + place * problem.usual[j])
+    return level
+
+
+@njit(cache=True)
+def track(  # noqa: C901  one compiled dynamic program, a loop inside a loop
+    problem: Problem, length: int, q: FloatArray, pays: FloatArray, ahead: Float32Array
+) -> None:
+    """Compute the second bound of one length.
+
+    Parameters
+    ----------
+    pays : array (l + 1, S)
+        See :func:`symbol_pays`.
+    ahead : array (at least l + 1, rows, masks)
+        Filled with an upper bound of the value after position k from a row, with the words of the
+        mask not yet said; the linearised logarithms are part of it, the contributions of earlier
+        positions are not. ahead[0, row of the begin, all words], with the length's log-probability,
+        bounds every sequence of the length. In single precision for speed; raised by more than its
+        rounding errors can amount to.
+    """
+    n_rows, n_symbols = len(problem.end), len(problem.says)
+    n_masks = 1 << len(problem.tracked)
+    ends = _ends(problem, length, q, n_masks)
+    pad = _rounding(problem, length, pays, ends)
+    for row in range(n_rows):
+        for mask in range(n_masks):
+            ahead[length, row, mask] = problem.end[row] + ends[mask] + pad
+    step = np.empty((n_symbols, n_masks), dtype=np.float32)
+    top = np.empty(n_masks, dtype=np.float32)
+    for k in range(length - 1, -1, -1):
+        for s in range(n_symbols):
+            onward, pay = ahead[k + 1, problem.row_of[s + 1]], np.float32(pays[k + 1, s])
+            if problem.says[s] == 0:
+                for mask in range(n_masks):
+                    step[s, mask] = pay + onward[mask]
+            else:
+                for mask in range(n_masks):
+                    step[s, mask] = pay + onward[mask & ~problem.says[s]]
+        for row in range(n_rows):
+            if k == 0 and row != problem.row_of[0]:
+                continue
+            for mask in range(n_masks):
+                top[mask] = -np.inf
+            for edge in range(problem.starts[row], problem.starts[row + 1]):
+                cost, onward = np.float32(problem.costs[edge]), step[problem.followers[edge]]
+                for mask in range(n_masks):
+                    total = cost + onward[mask]
+                    top[mask] = total if total > top[mask] else top[mask]
+            for mask in range(n_masks):
+                ahead[k, row, mask] = top[mask]
+
+
+@njit(cache=True)
+def _ends(problem: Problem, length: int, q: FloatArray, n_masks: int) -> FloatArray:
+    """The constant part of the bound for each set of words never said, array (masks,)."""
+    total = 0.0
+    losses = np.zeros(len(problem.tracked))
+    for j in range(len(q)):
+        most = null = problem.alignments[length, j, 0] * problem.t[0, j]
+        said = np.log(q[j]) - 1.0 + null / q[j]
+        total += said
+        for k in range(1, length + 1):
+            most += problem.alignments[length, j, k] * problem.unsaid[j]
+        for bit in range(len(losses)):
+            if problem.tracked[bit] == j:
+                losses[bit] = min(0.0, np.log(most) - said) if most > 0.0 else -np.inf
+    ends = np.empty(n_masks)
+    for mask in range(n_masks):
+        ends[mask] = total
+        for bit in range(len(losses)):
+            if mask >> bit & 1:
+                ends[mask] += losses[bit]
+    return ends
+
+
+@njit(cache=True)
+def _rounding(problem: Problem, length: int, pays: FloatArray, ends: FloatArray) -> float:
+    """More than single precision can lose in 2 l + 3 additions of numbers of this size."""
+    costliest, latest = 0.0, 0.0
+    for cost in problem.costs:
+        costliest = max(costliest, -cost)
+    for values in (problem.end, ends):
+        size = 0.0
+        for x in values:
+            if x > -np.inf:
+                size = max(size, abs(x))
+        latest += size
+    most = 0.0
+    for k in range(1, length + 1):
+        for s in range(pays.shape[1]):
+            most = max(most, pays[k, s])
+    return 4e-7 * (length + 2) * (latest + length * (costliest + most))
+
+
+# ----------------------------------------------------------------------------
 
 DIVES = 64
 """Number of nodes, expanded first, that are completed along their bound to find good sequences

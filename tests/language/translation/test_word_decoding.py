@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.language.translation.decoding import decode_words, log_length_prior
-from motiondb.language.translation.decoding_bounds import relax, said_level, symbol_pays, track
+from motiondb.language.translation.decoding_kernels import relax, said_level, symbol_pays, track
 from motiondb.language.translation.decoding_problem import pose_problem, sequence_value
 from motiondb.language.translation.explanation import alignment_table, log_probability
 from motiondb.language.translation.transition import (
