@@ -46,6 +46,8 @@ _KEYS = (
 )  # DuckDB finds rows by keys of one column only
 _KEYS_AT_ONCE = 1000  # Up to about 2,000 rows DuckDB looks into the index, else it reads the table
 
+_HEADERS = 3 * 4096  # Bytes before the first block of a DuckDB file
+
 _TOLERANCE = 1e-4  # By which a sum of probabilities may differ from 1; rounding errs by 1e-12
 _UNIT_LENGTH = 1e-3  # By which the length of a quaternion may differ from 1; float32 errs by 1e-6
 
@@ -218,6 +220,7 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
     """
     faults: list[str] = []
     try:
+        faults += _cut_short(store)
         damaged = _unreadable_columns(store)
         if damaged:
             listed = "; ".join(f"{table} ({', '.join(c)})" for table, c in damaged.items())
@@ -233,6 +236,18 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
         return faults + (_bad_sources(store) if sources else [])
     except StoreError as error:
         return [*faults, str(error)]
+
+
+def _cut_short(store: Store) -> list[str]:
+    """A sentence if the file ends before its last block, which is not read if it is free."""
+    (row,) = store.connection.execute(
+        "SELECT block_size * total_blocks FROM pragma_database_size() "
+        "WHERE database_name = current_database()"
+    ).fetchall()
+    expected, found = int(row[0]) + _HEADERS, store.path.stat().st_size
+    if found >= expected:
+        return []
+    return [damage_sentence(store.path, f"{found} bytes of {expected}.")]
 
 
 @cache
