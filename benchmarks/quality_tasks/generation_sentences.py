@@ -120,7 +120,7 @@ def evaluate(of: Recogniser, made: Motions, again: Motions, seed: int) -> TaskRe
         "of the source names one action by both words (run/jog, salsa dance). *Real*: the same for "
         "captures whose captions say the action, every action as often as the sentences ask for "
         "it; *any of its caption*: the first word is one of those that the caption says. *Said to "
-        "be shown*: the actions that motiondb's own judge says are shown.",
+        "be shown*: the actions that motiondb's judge says are shown.",
         ("recogniser", "first word right", "real", "or its other name", "real, or other name",
          "real, any of its caption", "said to be shown", "said not to be"),
         tuple(rows),
