@@ -2,10 +2,11 @@
 
 A certainty that was learned from a handful of captions is a guess: with 25 captions the
 probabilities of the first five answers were off by .16 and .32, with 50 by .07 and .19
-(docs/start.md). So none is given before there are LEAST_CHECKING own described intervals.
+(docs/measured/start.md). So none is given before there are LEAST_CHECKING own described intervals.
 
 The calibration of a start was learned from the captures of the start. On captures of another studio
-its probabilities are wrong by about .3 (docs/start.md): the evidence of motion is shifted, words
+its probabilities are wrong by about .3 (docs/measured/start.md): the evidence of motion is shifted,
+words
 are more or less usual, and nothing but own captions shows by how much. Such probabilities are not
 given. The ranking of answers stays, because it needs none.
 
@@ -53,7 +54,7 @@ LEAST_CHECKING = 50
 """Own described intervals from which their certainty is used. Among 10, 25, 50 and 100, the
 smallest number at which the probabilities across studios are no further off with a start than
 without one, in both directions; without a start, they are off by half as much as with 25 in one of
-two studios, and by two thirds in the other (docs/start.md)."""
+two studios, and by two thirds in the other (docs/measured/start.md)."""
 
 NO_EXAMPLES_CHECKED = (
     "no probabilities: for examples they are learned from captions that name the same actions for "

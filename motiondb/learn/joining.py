@@ -61,10 +61,10 @@ from motiondb.records import Association, FloatArray, IntArray, SegmentTable
 
 TRUST = 10.0
 """Own captions (captures, for transitions) at which the start weighs half. Chosen among 3, 10 and
-30 by docs/start.md, on captures of both studios."""
+30 by docs/measured/start.md, on captures of both studios."""
 TRUSTED_SEGMENTS = 300.0
 """Own segments at which the standardisation of the start weighs half. Chosen among 0, 30, 100, 300,
-1,000 and never on captures of both studios without captions (docs/start.md)."""
+1,000 and never on captures of both studios without captions (docs/measured/start.md)."""
 
 
 STRANGE = 0.2
@@ -72,7 +72,7 @@ STRANGE = 0.2
 Chosen by hand between 0.00 (CMU symbols, Bandai-Namco motion) and 0.62 (the other way)."""
 ENOUGH = 100
 """Number of own described intervals at which a start whose symbols do not fit is set aside: with
-more, it lowered the rank of true words on CMU captures (docs/start.md)."""
+more, it lowered the rank of true words on CMU captures (docs/measured/start.md)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ from motiondb.records import FloatArray
 
 RIDGE = 0.1
 """Ridge of the regression. Chosen among .1, .3 and 1 by leaving performers out of the CMU training
-parts (``docs/quality.md``, "Whole captions to motion", and "Motion to words")."""
+parts (``docs/measured/quality.md``, "Whole captions to motion", and "Motion to words")."""
 
 
 @dataclass(frozen=True, eq=False)

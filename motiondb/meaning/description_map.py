@@ -33,8 +33,8 @@ data, with performers left out, .32 of the words told with .14 are true, .67 of 
 Where there are more than MOST_CENTRES intervals, f is restricted to the span of the kernels at that
 many of them (Nystroem's approximation), and the regression still counts all intervals.
 
-Source: Williams and Seeger (2001) for the approximation; ``docs/quality.md`` ("Motion to words")
-compares the map with others.
+Source: Williams and Seeger (2001) for the approximation; ``docs/measured/quality.md`` ("Motion to
+words") compares the map with others.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from motiondb.records import FloatArray, IntArray
 RIDGE = 0.2
 """Ridge of the regression. Chosen from 36 settings, with BETA, TAU and ALPHA, by leaving performers
 and tenths of the captures out of the CMU training parts ("Motion to words" in
-``docs/quality.md``)."""
+``docs/measured/quality.md``)."""
 BETA = 0.3  # Weight of the local term of the kernel. Chosen with RIDGE
 TAU = 0.2  # Width of the local term, a difference of cosines. Chosen with RIDGE
 ALPHA = 0.03  # Weight of the effective number of performers. Chosen with RIDGE

@@ -13,8 +13,8 @@ with near the least mean of d over two seconds. It is found exactly in one pass 
 background to compare with; it is returned as a whole only if this maximises the sum.
 
 Window and threshold were chosen among 27 settings with the four long CMU takes in view, on which
-``docs/quality.md`` measures ("Interval in a long take"): no other takes with true parts are
-available.
+``docs/measured/quality.md`` measures ("Interval in a long take"): no other takes with true parts
+are available.
 """
 
 from __future__ import annotations

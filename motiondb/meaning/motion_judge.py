@@ -15,7 +15,8 @@ Two cues give a calibrated probability that a motion shows w: z_w, and z_w less 
 other words. Words that mostly occur in the same captions as w do not count among the others.
 :mod:`motiondb.meaning.motion_judge` describes their calibration.
 
-Source: ridge regression on pooled features is the strongest ordinary method of ``docs/quality.md``.
+Source: ridge regression on pooled features is the strongest ordinary method of
+``docs/measured/quality.md``.
 
 Fitting the judge of motion, and the calibration of its two cues.
 

@@ -15,8 +15,8 @@ Means over frames are additive over segments, so that functions linear in them c
 exactly. In an interval's vector (:mod:`motiondb.meaning.score_vectors`) these columns follow
 the scores of the symbols, and are followed by posture and travel
 (:mod:`motiondb.meaning.movement`). Symbols generalise to new performers; these
-columns distinguish movements that symbols learned from other movements confuse. ``docs/quality.md``
-("Words to motion") describes how the blocks were chosen.
+columns distinguish movements that symbols learned from other movements confuse.
+``docs/measured/quality.md`` ("Words to motion") describes how the blocks were chosen.
 
 Posture and travel of a segment: where the joints are, and how the body moves through space.
 
@@ -38,7 +38,7 @@ follow the columns of :mod:`motiondb.meaning.movement`. Means over frames are ad
 segments, so that functions linear in them can be decomposed exactly.
 
 Levels, averaging and weights were chosen among about 270 settings by leaving performers out of the
-CMU training parts (``docs/quality.md``, "Words to motion").
+CMU training parts (``docs/measured/quality.md``, "Words to motion").
 """
 
 from __future__ import annotations

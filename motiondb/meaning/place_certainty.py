@@ -230,7 +230,8 @@ def _deal(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[Jo
     return takes
 
 
-RIGHT = 0.5  # Smallest intersection over union of a right interval, as in ``docs/quality.md``
+# Smallest intersection over union of a right interval, as in ``docs/measured/quality.md``
+RIGHT = 0.5
 DRAWS = 20
 """Number of draws in which every capture may be joined with others: more draws give more
 combinations of actions, not more weight."""

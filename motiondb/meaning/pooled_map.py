@@ -14,7 +14,7 @@ part in the resemblance of captures to an example
 (:mod:`motiondb.meaning.resemblance`). It is fitted by ``learn`` and does not change until
 the next ``learn``.
 
-Source: pooled statistics are the strongest simple method in ``docs/quality.md`` ("Query by
+Source: pooled statistics are the strongest simple method in ``docs/measured/quality.md`` ("Query by
 example").
 """
 
@@ -32,7 +32,7 @@ from motiondb.records import Float32Array, FloatArray
 
 RIDGE = 0.3
 """Ridge of the regression. Chosen between .1 and .3 by leaving performers out of the CMU training
-parts (``docs/quality.md``, "Query by example"): 1-NN accuracy .692 with it, .686 with .1."""
+parts (docs/measured/quality.md, "Query by example"): 1-NN accuracy .692 with it, .686 with .1."""
 QUANTILES = (0.1, 0.5, 0.9)  # Quantiles of the features over the frames of an interval
 BLOCK = 16
 """Intervals of one length whose statistics are computed together. Between 10 and 30 the time for an

@@ -44,7 +44,7 @@ MEANING_SHARE = 0.8
 """Weight of the words in a resemblance, where words were learned.
 
 Chosen among twelve settings by leaving performers out of the CMU training parts
-(``docs/quality.md``, "Query by example").
+(``docs/measured/quality.md``, "Query by example").
 """
 POOLED_SHARE = 0.3
 """Part of that weight of the second opinion on the words. Chosen between .3 and .4 by leaving
@@ -54,7 +54,7 @@ MODIFIER_SHARE = 0.5
 """Weight of words of direction, manner and parts of the body. Below
 it, actions that differ by these words (raising the left or the right hand) are not distinguished.
 
-Chosen between this and 1 in the CMU training parts (``docs/quality.md``, "Query by example")."""
+Chosen between this and 1 in CMU training parts (docs/measured/quality.md, "Query by example")."""
 FEEDBACK = 10
 """Number of captures that are assumed to be right answers, but at most one in ``FEWEST_OTHERS``.
 Chosen among 0, 5, 10 and 20 in the CMU training parts."""

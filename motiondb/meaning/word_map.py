@@ -15,8 +15,8 @@ It is fitted to predictions without the whole group (performer) and to predictio
 captures of the group, half and half, because queries of both kinds occur. Only words of two or more
 groups are used: a word of a single performer cannot be learned from the others.
 
-Source: ridge regression was chosen in early experiments; ``docs/quality.md`` compares it with other
-maps ("Words to motion"); Platt (1999) for the logistic map.
+Source: ridge regression was chosen in early experiments; ``docs/measured/quality.md`` compares it
+with other maps ("Words to motion"); Platt (1999) for the logistic map.
 
 Sufficient statistics of the word map: sums over captures from which a capture can be removed.
 
@@ -45,8 +45,8 @@ SPREAD_POWER = 0.25
 """Power of a word's variance by which its evidence is divided. 0.5 would give all words evidence of
 equal spread, which ranks rare words too high."""
 TOLERANCE = 0.06
-"""The largest ridge whose precision is within this share of the best is taken. ``docs/quality.md``
-("Words to motion") describes the comparison of ridges."""
+"""The largest ridge whose precision is within this share of the best is taken.
+``docs/measured/quality.md`` ("Words to motion") describes the comparison of ridges."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ the standard body. The distance of a query of n frames to a take at offset o is
 A few frames of the query, spread evenly, are compared with every frame of every take at once. At
 the best offsets, and up to half a frame around them, the distance is computed over all frames. The
 distance of a copy is below ``NEAR`` metres and below a quarter of the motion's own variation, so
-that two people who stand still are not copies of each other. ``docs/duplicates.md`` measures how
-many planted copies are found with these values.
+that two people who stand still are not copies of each other. ``docs/measured/duplicates.md``
+measures how many planted copies are found with these values.
 
 A relation connects two captures of which one repeats the other. Groups are the connected components
 of all relations.

@@ -44,8 +44,8 @@ LIKELY = 0.5  # Probability above which a statement is more likely true than not
 NARROW = 0.6
 """Largest share of its interval that a short action fills. An activity that fills more keeps the
 boundaries of segments: people mark its preparation and its end as parts of it. Chosen among .3 to
-.7 with the marked actions and the parts of long takes in view (``docs/quality.md``, "Boundaries of
-short actions" and "By word")."""
+.7 with the marked actions and the parts of long takes in view (``docs/measured/quality.md``,
+"Boundaries of short actions" and "By word")."""
 
 
 @dataclass(frozen=True)

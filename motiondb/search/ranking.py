@@ -35,7 +35,7 @@ from motiondb.search.reasons import WordReason
 
 CAPTION_WEIGHT = 10.0
 """Nats for a likeness of 1. Chosen among 10, 20 and 40 by leaving performers out of the CMU
-training parts (``docs/quality.md``, "Whole captions to motion")."""
+training parts (``docs/measured/quality.md``, "Whole captions to motion")."""
 NOT_A_CAPTION = NotUsed(
     "quotation marks",
     "alternatives, exclusions, counts and durations are not compared as a caption",

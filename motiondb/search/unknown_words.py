@@ -20,8 +20,8 @@ from motiondb.learn.learned import Learned
 
 TAKEN = 0.5
 SUGGESTED = 0.3
-"""Smallest probability of a replacement, and of a suggestion: docs/nearby-words.md shows how often
-each range of probabilities is right."""
+"""Smallest probability of a replacement, and of a suggestion: docs/measured/nearby-words.md shows
+how often each range of probabilities is right."""
 
 
 @dataclass(frozen=True)

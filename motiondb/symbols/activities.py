@@ -155,7 +155,8 @@ PATIENCE = 3
 class ActivitySettings:
     """Settings of the grouping; lengths in feature frames, 15 a second.
 
-    The values were chosen by hand with the four long CMU takes in view that ``docs/quality.md``
+    The values were chosen by hand with the four long CMU takes in view that
+    ``docs/measured/quality.md``
     measures ("Segmentation without labels"): no other takes with true parts are available.
     """
 

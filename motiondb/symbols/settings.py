@@ -44,7 +44,7 @@ class AcquisitionSettings(RecutSettings):
     """Settings of the acquisition; lengths in feature frames, 15 a second.
 
     The defaults were chosen by hand on the sample data and on CMU captures; no table of
-    ``docs/quality.md`` compares other values, except as noted below.
+    ``docs/measured/quality.md`` compares other values, except as noted below.
     """
 
     n_symbols: int | None = None  # Number of symbols. None: the number of least description length

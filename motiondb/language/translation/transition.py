@@ -73,7 +73,7 @@ def log_interpolated_bigram(counts: FloatArray, clusters: IntArray) -> FloatArra
     In a row with N counts on D different followers the weight of the plain bigram is N / (N + D):
     it is large for a symbol that was seen often with few followers. A row without counts is that of
     the clustered bigram. Rows sum to 1. On held-out captures this gave a larger likelihood than one
-    weight for all rows (``docs/quality.md``, "Analogy"), and than other multiples of D.
+    weight for all rows (``docs/measured/quality.md``, "Analogy"), and than other multiples of D.
 
     Shapes: `counts` (symbols + 1, symbols + 1); `clusters` (symbols,).
 

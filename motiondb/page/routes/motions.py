@@ -29,7 +29,7 @@ THUMB_FRAMES, THUMB_SECONDS = 24, 4.0  # Frames of a thumbnail, and the seconds 
 MOST_MOTIONS = 64  # Largest number of motions of one request
 _CONTAINER: dict[int | str, dict[str, Any]] = {
     200: {
-        "description": "Motion as binary; docs/page.md describes the format.",
+        "description": "Motion as binary; docs/guide/page.md describes the format.",
         "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}},
     }
 }  # OpenAPI description of binary motion

@@ -97,7 +97,7 @@ Progress = Callable[[int, float], bool]
 class SamplerSettings:
     """Settings of the sampling.
 
-    The defaults were chosen by hand on the eight shipped diagrams; docs/scenes-measured.md has what
+    The defaults were chosen by hand on the eight shipped diagrams; docs/measured/scenes.md has what
     they give.
     """
 
@@ -327,7 +327,7 @@ WARM = SamplerSettings(
     threads=1,
 )
 """Settings for continuing from a scene that is almost right. Chosen by hand so that a small change
-takes less than half a second; docs/scenes-measured.md has the times."""
+takes less than half a second; docs/measured/scenes.md has the times."""
 
 
 def warm_start(

@@ -62,7 +62,7 @@ def test_probabilities_fall_and_answers_are_lemmas(shipped: NearbyTable) -> None
 
 @pytest.mark.parametrize("name", ["captions", "both"])
 def test_the_key_is_answered_as_well_as_asked(name: str, shipped: NearbyTable) -> None:
-    """As docs/nearby-words.md tells: first answers, what is taken, silence where nothing fits."""
+    """docs/measured/nearby-words.md is true: answers, replacements, silence."""
     told = ask_all(by_table(shipped), read_key("key"), read_vocabulary(name))
     for measure, least in zip(MEASURED, LEAST[name]):
         many, of = MEASURES[measure](told)

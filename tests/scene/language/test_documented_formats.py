@@ -1,4 +1,4 @@
-"""docs/scenes.md is true: its files can be read, its numbers are those of the program."""
+"""docs/guide/scenes.md is true: its files can be read, its numbers are those of the program."""
 
 from __future__ import annotations
 
