@@ -239,7 +239,12 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
 
 
 def _cut_short(store: Store) -> list[str]:
-    """A sentence if the file ends before its last block, which is not read if it is free."""
+    """A sentence if the file ends before its last block, which is not read if it is free.
+
+    Changes that are still in the log beside the file have their blocks in memory only.
+    """
+    if store.path.with_name(f"{store.path.name}.wal").exists():
+        return []
     (row,) = store.connection.execute(
         "SELECT block_size * total_blocks FROM pragma_database_size() "
         "WHERE database_name = current_database()"

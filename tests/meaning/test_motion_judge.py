@@ -98,7 +98,7 @@ def test_too_few_captures_leave_the_judge_without_calibration() -> None:
     judge = fit_judge(
         few, {c: said[c] for c in few}, 3, dict.fromkeys(few, "p"), np.random.default_rng(0)
     )
-    assert len(judge.calibration) == 0
+    assert judge.calibration is None
     left = judge_without(judging_table(judge, {c: said[c] for c in few}, 3), ())
     assert left is not None
     assert left.probability(left.scores(few[0]), WALK) is None

@@ -124,7 +124,6 @@ def test_the_two_cases_are_mixed() -> None:
     half, none = (IntervalCues(np.zeros(8), np.zeros(6), covers) for covers in (True, False))
     assert PlaceCertainty(several, single).probability(half) == pytest.approx(0.2 + 0.8 * 0.75)
     assert PlaceCertainty(several, single).probability(none) == pytest.approx(0.8 * 0.75)
-    assert PlaceCertainty(several, None).probability(none) == pytest.approx(0.75)
 
 
 def test_performers_of_several_words_are_those_of_the_rarest() -> None:

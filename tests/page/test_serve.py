@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -65,10 +66,12 @@ def test_it_serves_until_it_is_interrupted(learned_file: Path, tmp_path: Path) -
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
     ) as server:  # fmt: skip
         assert server.stdout is not None
-        line = server.stdout.readline()
-        address = line.removeprefix("The page is at ").split()[0]
-        with urllib.request.urlopen(f"{address}api/jobs", timeout=60) as answer:
-            assert answer.read() == b'{"jobs": []}'
-        server.send_signal(signal.SIGINT)
-        server.communicate(timeout=60)
+        try:
+            line = server.stdout.readline()
+            address = line.removeprefix("The page is at ").split()[0]
+            with urllib.request.urlopen(f"{address}api/jobs", timeout=60) as answer:
+                assert json.load(answer) == {"jobs": []}
+        finally:
+            server.send_signal(signal.SIGINT)
+            server.communicate(timeout=60)
     assert list(tmp_path.iterdir()) == []

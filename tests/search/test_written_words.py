@@ -62,7 +62,7 @@ def test_reasons_of_written_words_add_up(db: MotionDB) -> None:
         by_word = {words[w.word]: w for w in why}
         said = match.capture in TIRED
         assert (by_word["exhaust"].written > 0.0) == said
-        assert all(abs(s.share) < 1e-12 for s in by_word["exhaust"].symbols)
+        assert all(abs(s.amount) < 1e-12 for s in by_word["exhaust"].shares)
 
 
 def test_evidence_is_that_of_written_words(db: MotionDB) -> None:

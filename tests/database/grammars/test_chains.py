@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
@@ -29,7 +30,7 @@ def test_a_chain_is_as_long_as_wanted_and_each_part_is_a_sentence(asked_dances: 
     again = asked_dances.grammars.chain("dance", 40.0, 2)
     assert again.motion.local_rotations.tobytes() == made.motion.local_rotations.tobytes()
     facts = asked_dances.grammars.facts(made, 2)
-    json.dumps(facts)
+    json.dumps(motiondb.to_json(facts))
     assert facts.sentences == len(made.trees)
     assert facts.tree == " ".join(map(str, made.trees))
 
