@@ -238,11 +238,16 @@ def _limb_lines(record: store.StoredScene) -> list[str]:
 def _guard_lines(record: store.StoredScene) -> list[str]:
     guards = record.report.get("guards", [])
     return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
-        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {g['far']:g} m in"
+        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {_metres(g['far'])} m in"
         f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules use {g['n_frames']}), "
         f"farthest {g['farthest']:.1f} m at frame {g['frame']}"
         for g in guards
     ]
+
+
+def _metres(far: float | None) -> str:
+    """Return the largest distance of a rule; "inf" where it has none."""
+    return "inf" if far is None else f"{far:g}"
 
 
 def _feet_lines(record: store.StoredScene) -> list[str]:

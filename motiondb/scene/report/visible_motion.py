@@ -447,7 +447,7 @@ def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
             table.players[player],
             table.players[target],
             near,
-            far,
+            far if math.isfinite(far) else None,
             len(looked),
             float(((apart < near) | (apart > far)).mean()),
             float(apart[frame]),
