@@ -48,15 +48,7 @@ from motiondb.scene.report.report_records import (
     PaceReport,
 )
 
-# ----------------------------------------------------------------------------
 # The report of a scene as text and as facts for JSON.
-#
-# Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
-# directions and frames for synchronisations. The threshold of a position, a line or a direction is
-# the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames; a
-# distance must be kept. All values are measured on the finished motions
-# (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one, or,
-# for throughout, those of its own actions and no others.
 
 
 _Span = tuple[int, int]
@@ -67,6 +59,13 @@ def report_facts(record: store.StoredScene) -> SceneAnswer:
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
     ``frames``.
+
+    Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
+    directions and frames for synchronisations. The threshold of a position, a line or a direction
+    is the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames;
+    a distance must be kept. All values are measured on the finished motions
+    (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one,
+    or, for throughout, those of its own actions and no others.
     """
     rest: dict[str, Any] = dict(record.report)
     del rest["rule_frames"]
@@ -298,8 +297,6 @@ def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
         for row in [columns, *rows]
     ]
 
-
-# ----------------------------------------------------------------------------
 
 RECORD = "scene.json"  # Name of the file with the record of a scene
 _LEFT_OUT = 2.0  # Frames of a capture between two frames of a scene, above which some were left out
