@@ -55,6 +55,11 @@ LEAST_CHECKING = 50
 smallest number at which the probabilities across studios are no further off with a start than
 without one, in both directions; without a start, they are off by half as much as with 25 in one of
 two studios, and by two thirds in the other (docs/measured/start.md)."""
+SPREAD = 2.5
+"""In nats. Chosen among 0, 0.5, 1, 1.5, 2, 2.5, 3, 4 and 6 on CMU performers never seen: there the
+calibration error of the first five answers is smallest at 2.5, and the log-likelihood largest at 2
+and nearly as large at 2.5. The errors on captures of another studio were in the same table; they
+would have favoured a larger value."""
 
 NO_EXAMPLES_CHECKED = (
     "no probabilities: for examples they are learned from captions that name the same actions for "
@@ -120,13 +125,6 @@ def say_unchecked(n_own: float, words: Sequence[str], certainty: Certainty | Non
         "no probabilities: the captions of this database had not checked them when it learned; "
         "run motiondb learn, or caption captures of more performers"
     )
-
-
-SPREAD = 2.5
-"""In nats. Chosen among 0, 0.5, 1, 1.5, 2, 2.5, 3, 4 and 6 on CMU performers never seen: there the
-calibration error of the first five answers is smallest at 2.5, and the log-likelihood largest at 2
-and nearly as large at 2.5. The errors on captures of another studio were in the same table; they
-would have favoured a larger value."""
 
 
 def carry(first: Certainties) -> Certainties:

@@ -43,6 +43,8 @@ from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
+NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
+
 
 def fit_edges(
     frames: Float32Array, pool: FeaturePool, table: SegmentTable, places: Places, n_words: int
@@ -61,9 +63,6 @@ def fit_edges(
         takes.append(FrameTake(frames[first:last], places.words[capture], shown))
     with one_blas_thread():  # sums of several threads differ in their last bits
         return fit_edge_map(takes, n_words)
-
-
-NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
 
 
 def fit_model(

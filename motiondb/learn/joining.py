@@ -65,14 +65,14 @@ TRUST = 10.0
 TRUSTED_SEGMENTS = 300.0
 """Own segments at which the standardisation of the start weighs half. Chosen among 0, 30, 100, 300,
 1,000 and never on captures of both studios without captions (docs/measured/start.md)."""
-
-
 STRANGE = 0.2
 """Share of the own motion that the symbols of the start may explain worse than the background.
 Chosen by hand between 0.00 (CMU symbols, Bandai-Namco motion) and 0.62 (the other way)."""
 ENOUGH = 100
 """Number of own described intervals at which a start whose symbols do not fit is set aside: with
 more, it lowered the rank of true words on CMU captures (docs/measured/start.md)."""
+N_FOLDS = 5  # Folds of groups that are held out in turn
+LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the start's
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,10 +240,6 @@ def join_reference(fitted: Association, counted: ExpectedCounts, started: Starte
         counts=join_said(np.asarray(fitted.counts), fitted.words, started, weight),
     )
     return explanation.with_counts(empty, join_expected(counted, fitted.words, started))
-
-
-N_FOLDS = 5  # Folds of groups that are held out in turn
-LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the start's
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,7 +102,7 @@ class Written:
     margin: int = by_words.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
     n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
     # Fits the word map without some rows (array (rows,), bool), if it is learned from more than
-    # these rows (``learning.start``)
+    # these rows (``motiondb.learn.joining``)
     fit_without: Callable[[NDArray[np.bool_]], WordMap] | None = None
 
     @cached_property

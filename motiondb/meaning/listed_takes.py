@@ -177,7 +177,7 @@ LABELLED = 20.0
 it."""
 HALF = 0.5
 """Share of an action's largest evidence in a take from which it is likelier than none, as where
-intervals of answers end (``search.questions.by_words.grow``). On joined Bandai-Namco captures .65
+intervals of answers end (``motiondb.meaning.by_words.grow``). On joined Bandai-Namco captures .65
 of 243 questions about listed actions were placed right with it, .58 with 0 and .59 with .3; on
 joined CMU captures there was no difference."""
 

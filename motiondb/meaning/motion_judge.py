@@ -61,6 +61,16 @@ SPREAD_POWER = 0.25
 .629."""
 RELATED = 0.5
 """Two words are related if at least this share of the captures of one also has the other."""
+OTHERS = 3
+"""Number of captures with which each capture is compared: more make the calibration more stable."""
+PAIRS_OF_A_WORD = 30
+"""Largest number of pairs of a word for the calibration: more take longer, and
+words with many captures would outweigh the others."""
+MOST_PAIRS = 3_000  # Largest number of pairs for the calibration: more take longer
+PARTS = 2
+"""Largest number of windows of a capture that are judged in the calibration: 3 to 4.5 s, about
+the duration of an action in a generated motion."""
+LEAST_PAIRS = 15  # Smallest number of pairs for a calibration, as for answers (``asked_certainty``)
 
 Said = Mapping[int, tuple[frozenset[int], int]]
 """Capture number -> numbers of the words in its captions, and of the actions that these name."""
@@ -242,18 +252,6 @@ def judge_without(
     remaining = frozenset(table.owners.tolist()) - inside
     mean = left.words / left.weight
     return WithoutSources(table, np.asarray(slopes), mean, n_captures, remaining)
-
-
-OTHERS = 3
-"""Number of captures with which each capture is compared: more make the calibration more stable."""
-PAIRS_OF_A_WORD = 30
-"""Largest number of pairs of a word for the calibration. Chosen by hand: more take longer, and
-words with many captures would outweigh the others."""
-MOST_PAIRS = 3_000  # Largest number of pairs for the calibration. Chosen by hand: more take longer
-PARTS = 2
-"""Largest number of windows of a capture that are judged in the calibration: 3 to 4.5 s, about
-the duration of an action in a generated motion."""
-LEAST_PAIRS = 15  # Smallest number of pairs for a calibration, as for answers (``asked_certainty``)
 
 
 def fit_judge(

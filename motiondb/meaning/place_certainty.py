@@ -70,6 +70,15 @@ from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
+# Smallest intersection over union of a right interval, as in ``docs/measured/quality.md``
+RIGHT = 0.5
+DRAWS = 20
+"""Number of draws in which every capture may be joined with others: more draws give more
+combinations of actions, not more weight."""
+SINGLE = 2  # Number of the kind of questions about a capture as it is
+LEAST_QUESTIONS = 30
+"""Smallest number of questions in joined takes for which a certainty is fitted, as for answers
+(``asked_certainty``)."""
 SHORTEST, LONGEST = 2.0, 20.0
 """Largest duration of a capture that is joined, seconds: longer ones often show other actions
 too."""
@@ -228,17 +237,6 @@ def _deal(captures: Sequence[ShortCapture], rng: np.random.Generator) -> list[Jo
         takes.append(join(left[:n]))
         left = left[n:]
     return takes
-
-
-# Smallest intersection over union of a right interval, as in ``docs/measured/quality.md``
-RIGHT = 0.5
-DRAWS = 20
-"""Number of draws in which every capture may be joined with others: more draws give more
-combinations of actions, not more weight."""
-SINGLE = 2  # Number of the kind of questions about a capture as it is
-LEAST_QUESTIONS = 30
-"""Smallest number of questions in joined takes for which a certainty is fitted, as for answers
-(``asked_certainty``)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,7 @@ from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentT
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 Actions = list[list[int]]  # Word numbers of every action, in order
+LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
 
 
 def label_intervals(
@@ -91,9 +92,6 @@ def _set_unknown(y: FloatArray, words: set[int]) -> None:
     for word in words:
         if np.isnan(y[word]):
             y[word] = 0.0
-
-
-LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ times is about its part of the capture, one without about the whole capture.
 
 If a caption names several actions in order, all of them actions of the grammar and exactly one of
 them a throw (its event is a release), the time of the throw is determined from the hands (see
-:mod:`.clip_cutting`). Its clip begins there, and the actions named before it come
-before. This is not done for captures with other captions that have times.
+:mod:`motiondb.scene.clips.clip_cutting`). Its clip begins there, and the actions named before it
+come before. This is not done for captures with other captions that have times.
 
-Words of phrases that no caption holds may be taken as known ones (:mod:`.scene_words`).
+Words of phrases that no caption holds may be replaced by known ones (:func:`take_phrases`).
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class FoundActions:
 
     # Name of a terminal -> the parts of captures that show it, each once
     parts: Mapping[str, tuple[ShownAction, ...]]
-    # Word of a phrase that no caption holds -> what it is taken as (:mod:`.scene_words`)
+    # Word of a phrase that no caption holds -> what it is taken as
     takings: Mapping[str, Taking]
 
 

@@ -24,8 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb import files as capture
-from motiondb import pictures, store
+from motiondb import files, pictures, store
 from motiondb.answers import plain
 from motiondb.answers.making import Source
 from motiondb.answers.scenes import MeasuredRule, SceneAnswer
@@ -318,7 +317,7 @@ def fill_scene_folder(
     motions = {player.player: player.motion for player in made.polished.players}
     for player in made.polished.players:
         name = player.player
-        capture.write_bvh(in_world(player.motion), folder / f"{name}.bvh")
+        files.write_bvh(in_world(player.motion), folder / f"{name}.bvh")
         facts = {
             "scene": record.name,
             "player": name,
@@ -359,7 +358,7 @@ def _write_gltf(
         Character(name, in_world(motion), _linear(colours[name]))
         for name, motion in motions.items()
     ]
-    capture.write_gltf_scene(people, path, record.ball)
+    files.write_gltf_scene(people, path, record.ball)
 
 
 def _linear(colour: str) -> tuple[float, float, float]:
@@ -489,9 +488,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
 
 def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
     """Read the motions of a scene's characters from their BVH files."""
-    return {
-        name: retarget.to_motion(capture.read_capture(folder / f"{name}.bvh")) for name in names
-    }
+    return {name: retarget.to_motion(files.read_capture(folder / f"{name}.bvh")) for name in names}
 
 
 def draw_folder(folder: Path, png: Path) -> Path:

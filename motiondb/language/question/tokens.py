@@ -1,7 +1,7 @@
 """From the text of a question to tokens: connectives, negations, amounts and motion words.
 
 Words that do not describe motion are left out; all others are lemmas as in captions
-(``words.vocabulary``). Adjacent connectives become one (", and then" is ``then``). A
+(``motiondb.language.vocabulary``). Adjacent connectives become one (", and then" is ``then``). A
 negation that follows a comma, "and" or "but" becomes ``but_not``: it holds for everything before
 it; a bare "not" or "without" holds for the part before it alone.
 

@@ -200,7 +200,10 @@ class Binder:
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
     def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
-        """Return the ways to assign a player's actions to their items; see :mod:`.expressions`."""
+        """Return the ways to assign a player's actions to their items.
+
+        See :mod:`motiondb.scene.language.expressions`.
+        """
         key = player, actions
         if key not in self._assignments:
             if len(self._assignments) > _MOST_KEPT:

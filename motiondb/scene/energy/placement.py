@@ -11,7 +11,7 @@ the string again from placed[k] gives the same motion at the same cost, and does
 rounding errors. Cosines and sines are carried along in the products, so that no trigonometry is
 needed.
 
-The axes, and compose() over whole arrays, are those of :mod:`.ground`.
+The axes, and compose() over whole arrays, are those of :mod:`motiondb.scene.clips.clip_cutting`.
 """
 
 from __future__ import annotations

@@ -81,7 +81,8 @@ def least_error(
 ) -> Structure:
     """Return a scene with that assignment of a player's actions to items that has the least error.
 
-    All assignments of :meth:`.Binder.assignments` are evaluated, with the clips as they are.
+    All assignments of :meth:`motiondb.scene.energy.binding.Binder.assignments` are evaluated, with
+    the clips as they are.
     """
     best: Structure | None = None
     least = math.inf

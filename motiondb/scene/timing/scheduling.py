@@ -12,7 +12,7 @@ where ds is the length of a clip. A pause may be inserted between two clips that
 where they meet. Clips of standing (holding, idling, guarding) may be cut short at almost no cost.
 The fifth term keeps together the moments that a rule of place compares: a guard stays with the run
 of the guarded player. The change of pace that the program leaves is then spread by
-:mod:`.time_editing`.
+:func:`edit_times`.
 
 Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
 Transactions on Graphics 28 (2009), which bends time only; cuts, pauses and the program are ours.
