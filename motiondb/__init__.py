@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
-    from motiondb.database.scenes.scene_verbs import Scene, Scenes
+    from motiondb.database.scenes.scenes import Scene, Scenes
     from motiondb.errors import (
         CaptureError,
         KnowledgeError,
@@ -192,7 +192,7 @@ _PLACES = {
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
-    "motiondb.database.scenes.scene_verbs": "Scene Scenes",
+    "motiondb.database.scenes.scenes": "Scene Scenes",
     "motiondb.errors": "CaptureError KnowledgeError MotionDBError NotLearnedError "
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
@@ -292,9 +292,9 @@ def write_bvh(motion: Clip | Motion, path: str | Path) -> None:
         When it is neither, has no frames or numbers that are not finite, or the file cannot be
         written.
     """
-    from motiondb import files as capture
+    from motiondb import files
 
-    capture.write_bvh(_to_clip(motion), path)
+    files.write_bvh(_to_clip(motion), path)
 
 
 def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
@@ -307,9 +307,9 @@ def write_gltf(motion: Clip | Motion, path: str | Path) -> None:
     path : str or Path
         The file.
     """
-    from motiondb import files as capture
+    from motiondb import files
 
-    capture.write_gltf(_to_clip(motion), path)
+    files.write_gltf(_to_clip(motion), path)
 
 
 def _to_clip(motion: object) -> Clip:

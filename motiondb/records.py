@@ -468,7 +468,8 @@ class SegmentTable:
     backgrounds: FloatArray  # (segments,): of the background model, nats per frame
     # (segments, symbols), float32: log-likelihood under every symbol, nats per frame
     scores: Float32Array
-    # (segments, columns), float32: see ``search.movement``; no columns where none was computed
+    # (segments, columns), float32: see ``motiondb.meaning.movement``; no columns where none was
+    # computed
     movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
 
     def __post_init__(self) -> None:

@@ -25,6 +25,7 @@ MODULES = {path: tree for path, tree in TREES.items() if "tests" not in path.par
 PURE = ("body", "symbols", "language", "meaning", "learn", "search", "generate", "grammar", "scene")
 PURE_MODULES = {p: tree for p, tree in MODULES.items() if p.relative_to(ROOT).parts[1] in PURE}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+OLD_ROOMS = ("words", "pose", "learning", "capture", "knowledge")  # "``words.x``" names nothing
 
 
 def short(path: Path) -> str:
@@ -229,6 +230,32 @@ def test_public_names_are_shown_and_there() -> None:
     assert not {"Path", "TYPE_CHECKING"} & set(dir(motiondb))
     with pytest.raises(AttributeError, match="no attribute 'opne'"):
         motiondb.opne  # noqa: B018
+
+
+def wrong_names(path: Path, text: str) -> list[str]:
+    """Names of modules in docstrings and comments that do not exist, or are those of old rooms."""
+    found = re.findall(r":(\w+):`~?((?:motiondb)?\.[\w.]+)`", text)
+    wrong = [
+        f"``{name}``" for name in re.findall(rf"``((?:{'|'.join(OLD_ROOMS)})\.\w[\w.]*)", text)
+    ]
+    for role, name in found:
+        top = path.parent if name.startswith(".") else ROOT
+        parts = name.removeprefix(".").split(".")
+        module = top.joinpath(*parts if role == "mod" else parts[:-1])
+        files = [module.with_suffix(".py"), module / "__init__.py"]
+        files += [] if role == "mod" else [module.parent.with_suffix(".py")]  # a class's member
+        wrong += [] if any(file.is_file() for file in files) else [name]
+    return wrong
+
+
+def test_names_of_modules_in_docstrings_exist() -> None:
+    for text in (":mod:`.nothing`", ":func:`motiondb.words.lemmas.of`", "``pose.features``"):
+        assert wrong_names(ROOT / "motiondb" / "files" / "sheets.py", text), text
+    named = ":mod:`.safe_files`, :func:`motiondb.body.features.f`, ``files.sheets``, ``words.txt``"
+    assert wrong_names(ROOT / "motiondb" / "files" / "sheets.py", named) == ["``words.txt``"]
+    texts = {path: path.read_text(encoding="utf-8") for path in MODULES}
+    wrong = {short(path): wrong_names(path, text) for path, text in texts.items()}
+    assert {name: names for name, names in wrong.items() if names} == {}
 
 
 def carelessly_opened(tree: ast.Module) -> list[int]:

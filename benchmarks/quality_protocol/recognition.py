@@ -88,7 +88,8 @@ def _segment(
 def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
     """All captures known, by the same symbols, with the first blocks of movement alone.
 
-    n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm (``search.movement``).
+    n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm
+        (``motiondb.meaning.movement``).
     """
     n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
     table = replace(seen.table, movement=seen.table.movement[:, :n_columns])

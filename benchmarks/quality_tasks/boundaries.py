@@ -4,8 +4,8 @@
 toes below: a jump from take-off to landing, a kick from the lifting of the foot to its return, a
 punch from the start of the hand to its return, ducking and standing up from the first to the last
 bending, a shot from raising the ball to lowering the arms. All intervals of a word in a capture are
-marked. Nothing is learned from the marks, but settings of
-``words.maps.edge_map`` were chosen with them in view.
+marked. Nothing is learned from the marks, but settings of ``motiondb.meaning.edge_map`` were chosen
+ with them in view.
 """
 
 from __future__ import annotations

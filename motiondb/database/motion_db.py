@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
-    from motiondb.database.scenes.scene_verbs import Scenes
+    from motiondb.database.scenes.scenes import Scenes
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
@@ -74,7 +74,7 @@ class MotionDB(Captures):
     @cached_property
     def scenes(self) -> Scenes:
         """The verbs of scenes: make, update, write, keep, load, draw, remove."""
-        from motiondb.database.scenes.scene_verbs import Scenes
+        from motiondb.database.scenes.scenes import Scenes
 
         return Scenes(self.session)
 

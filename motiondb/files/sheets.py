@@ -41,6 +41,12 @@ _WORD_SYNONYMS = MappingProxyType(
     }
 )
 MAX_BYTES = 100_000_000  # Largest sheet that is read; a million rows take about as much
+EVENT_COLUMNS = ("file", "event", "frame", "time", "joint", "other")
+_EVENT_SYNONYMS = MappingProxyType(
+    {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
+)
+MAX_VALUE = 1e9  # Frames and seconds beyond are faults: a year at 30 frames a second
+_EVENT_COLUMNS = f"Columns: {', '.join(EVENT_COLUMNS)}; frame counts 30 a second, time seconds."
 
 _MAX_LISTED = 100  # Faults that a message lists: enough to correct a sheet in a few rounds
 
@@ -318,14 +324,6 @@ def _number(cells: dict[str, str], column: str) -> float | None:
             f"expected a number of at least 0 in column {column}, found {quoted(text)}."
         )
     return value
-
-
-EVENT_COLUMNS = ("file", "event", "frame", "time", "joint", "other")
-_EVENT_SYNONYMS = MappingProxyType(
-    {"filename": "file", "name": "event", "seconds": "time", "time_s": "time"}
-)
-MAX_VALUE = 1e9  # Frames and seconds beyond are faults: a year at 30 frames a second
-_EVENT_COLUMNS = f"Columns: {', '.join(EVENT_COLUMNS)}; frame counts 30 a second, time seconds."
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ from motiondb.generate.contact import lock_feet
 from motiondb.generate.material import Material, SequenceMotion, Takes, gather
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import Place, decode, recognise
+from motiondb.learn.recognition import ChainEnds, decode, recognise
 from motiondb.records import MOTION_FPS, Association, FloatArray, IntArray, Motion, MotionSymbols
 from motiondb.symbols import hmm
 
@@ -120,7 +120,7 @@ def decode_actions(
             decoded = decode(
                 learned,
                 _said_throughout(action, n_symbols),
-                place=Place(
+                ends=ChainEnds(
                     symbols[-1] if symbols and not banned else None, first=False, last=False
                 ),
                 length=n_symbols,

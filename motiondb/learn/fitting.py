@@ -1,8 +1,7 @@
 """Learning as a whole: from features and captions to everything that ``learn`` derives.
 
-At which frames actions begin and end: learned at ``learn`` from the places of words.
-
-See :mod:`motiondb.meaning.edge_map`. Frames take the y of their segment.
+The evidence at single frames (:mod:`motiondb.meaning.edge_map`), which says where actions begin and
+end, is fitted to the places of words: a frame takes the y of its segment.
 """
 
 from __future__ import annotations
@@ -43,6 +42,8 @@ from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
+NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
+
 
 def fit_edges(
     frames: Float32Array, pool: FeaturePool, table: SegmentTable, places: Places, n_words: int
@@ -61,9 +62,6 @@ def fit_edges(
         takes.append(FrameTake(frames[first:last], places.words[capture], shown))
     with one_blas_thread():  # sums of several threads differ in their last bits
         return fit_edge_map(takes, n_words)
-
-
-NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
 
 
 def fit_model(

@@ -14,14 +14,13 @@ an own capture may still show one. Every word is therefore fitted to the interva
 alone whose captions hold the word anywhere. Words of both sources, of the start alone and of own
 captions alone have three systems of equations; that of the start alone keeps its ridge.
 
-Ridge and calibration of the joint word map, from own captions and the start.
+**Ridge and calibration of the joint word map.** As in :mod:`motiondb.meaning.word_map`, predictions
+for own intervals are made without their group: here by the joint map of the start and the other
+groups. The largest ridge whose ranking is nearly the best is taken. The calibration is the start's,
+moved by the own predictions: the Fisher information of the start's calibration, times the weight of
+the start, represents its data.
 
-As in :mod:`motiondb.meaning.word_map`, predictions for own intervals are made without their
-group: here by the joint map of the start and the other groups. The largest ridge whose ranking is
-nearly the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
-information of the start's calibration, times the weight of the start, represents its data.
-
-The learned model with other counts: used when captures and words change.
+A learned model also gets other counts here, when captures and words change.
 """
 
 from __future__ import annotations
@@ -65,14 +64,14 @@ TRUST = 10.0
 TRUSTED_SEGMENTS = 300.0
 """Own segments at which the standardisation of the start weighs half. Chosen among 0, 30, 100, 300,
 1,000 and never on captures of both studios without captions (docs/measured/start.md)."""
-
-
 STRANGE = 0.2
 """Share of the own motion that the symbols of the start may explain worse than the background.
 Chosen by hand between 0.00 (CMU symbols, Bandai-Namco motion) and 0.62 (the other way)."""
 ENOUGH = 100
 """Number of own described intervals at which a start whose symbols do not fit is set aside: with
 more, it lowered the rank of true words on CMU captures (docs/measured/start.md)."""
+N_FOLDS = 5  # Folds of groups that are held out in turn
+LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the start's
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,10 +239,6 @@ def join_reference(fitted: Association, counted: ExpectedCounts, started: Starte
         counts=join_said(np.asarray(fitted.counts), fitted.words, started, weight),
     )
     return explanation.with_counts(empty, join_expected(counted, fitted.words, started))
-
-
-N_FOLDS = 5  # Folds of groups that are held out in turn
-LEAST_INTERVALS = 10  # Own intervals below which ridge and calibration are the start's
 
 
 @dataclass(frozen=True, eq=False)

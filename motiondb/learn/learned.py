@@ -19,8 +19,7 @@ from motiondb.language.translation import explanation, transition
 from motiondb.learn.checking import checked_words
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.performers import performers_of
-from motiondb.meaning import by_words, caption_evidence, movement
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import by_words, calibration, caption_evidence, movement
 from motiondb.meaning.bounds import TakeExtremes, take_extremes
 from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
@@ -93,18 +92,21 @@ class Learned(LearnedModel):
         return self.fitted_word_map is not None and bool(self.association.counts.any())
 
     @property
-    def word_certainty(self) -> certainty.Certainty | None:
+    def word_certainty(self) -> calibration.Certainty | None:
         """Certainty of an answer to words; None if it could not be learned."""
         return self.certainties.words if self.has_words else None
 
     @property
-    def example_certainty(self) -> certainty.Certainty | None:
+    def example_certainty(self) -> calibration.Certainty | None:
         """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
 
     @cached_property
     def checked(self) -> NDArray[np.bool_]:
-        """Which words' probabilities own captions have checked (``start.checking``): (words,)."""
+        """Which words' probabilities own captions have checked: (words,).
+
+        See :mod:`motiondb.learn.checking`.
+        """
         return checked_words(self.association, self.started, self.counted, self.word_certainty)
 
     @property

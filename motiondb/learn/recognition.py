@@ -76,8 +76,8 @@ def recognise_capture(learned: LearnedModel, capture_id: int, motion: Motion) ->
 
 
 @dataclass(frozen=True)
-class Place:
-    """The place of a decoded sequence of symbols."""
+class ChainEnds:
+    """What comes before and after a decoded sequence of symbols."""
 
     after: int | None = None  # Symbol that the sequence follows
     # Without ``after``: whether the sequence begins a capture. If not, it may begin with any
@@ -86,31 +86,33 @@ class Place:
     last: bool = True  # Whether the sequence ends a capture. If not, it may end with any symbol
 
 
-WHOLE_CAPTURE = Place()  # The place of a sequence that begins and ends a capture
+WHOLE_CAPTURE = ChainEnds()  # The ends of a sequence that begins and ends a capture
 
 
 def decode(
     learned: Learned,
     words: Sequence[str],
     clustered: bool = True,
-    place: Place = WHOLE_CAPTURE,
+    ends: ChainEnds = WHOLE_CAPTURE,
     length: int | None = None,
     association: Association | None = None,
 ) -> decoding.Decoding | None:
-    """Decode known words to the most probable symbols (see ``words.decoding``).
+    """Decode known words to the most probable symbols.
+
+    See :mod:`motiondb.language.translation.decoding`.
 
     `clustered`: Whether to mix in the clustered bigram, so that pairs never seen may follow one
     another.
     """
     log_transitions = learned.log_transitions[clustered].copy()
-    if place.after is not None:
-        log_transitions[0] = log_transitions[place.after + 1]
+    if ends.after is not None:
+        log_transitions[0] = log_transitions[ends.after + 1]
         log_transitions[0, 0] = -np.inf
-    elif not place.first:
+    elif not ends.first:
         count = np.bincount(learned.segments.symbols, minlength=learned.symbols.n_symbols)
         log_transitions[0, 1:] = np.log((count + 0.5) / (count + 0.5).sum())
         log_transitions[0, 0] = -np.inf
-    if not place.last:
+    if not ends.last:
         log_transitions[1:, 0] = 0.0
     if length is None:
         longest = max(LONGEST_DECODED, 2 * len(words))

@@ -1,9 +1,9 @@
 """The interval of a capture that best shows a question, with its log-odds.
 
-A *reading* of the question (``words.question.readings``) is an order of parts, each of one or more
-actions at once, and exclusions that hold from one part to another. v_a(i), the value of an action
-at segment i, is the mean log-odds of its words in the window around the segment; the value of part
-k there is
+A *reading* of the question (:mod:`motiondb.language.question.readings`) is an order of parts, each
+of one or more actions at once, and exclusions that hold from one part to another. v_a(i), the value
+of an action at segment i, is the mean log-odds of its words in the window around the segment; the
+value of part k there is
 
     v_k(i) = sum of v_a(i) over its actions - sum of v_e(i) over the exclusions that hold in it.
 
@@ -21,8 +21,6 @@ Statements of an answer, each with its log-odds:
 
 The answer's log-odds are those of all statements together, assumed independent: every requested
 action is shown, and no excluded one.
-
-Runs of segments for parts in order: one segment each, or as many as a part must last.
 """
 
 from __future__ import annotations

@@ -1,44 +1,33 @@
-"""Movement of a segment, described without symbols: levels, correlations and rhythm of features.
+"""Movement of a segment, described without symbols: levels, correlations, rhythm, posture, travel.
 
-Notation: x_t the whitened features of frame t (15 a second, D dimensions), s the logistic function
-of (x - level) / 0.25. Every column is a mean over the segment's frames:
+Notation: x_t the whitened features of frame t (15 a second, D dimensions); p_t the joint positions
+of frame t in the frame of the heading, metres on the standard body
+(:mod:`motiondb.body.features`); r_t = (velocity to the left, up, ahead, turning) in their usual
+spreads 0.3 m/s, 0.3 m/s, 0.6 m/s, 0.9 rad/s; r*_t the mean of r over two seconds around t; s the
+logistic function of (x - level) / 0.25 or (r* - level) / 0.25, for the levels -1.5, -0.75, 0, 0.75
+and 1.5. Every column is a mean over the segment's frames:
 
-========  ==============  ===============================================================
+========  ==============  ================================================================
 block     columns         mean over frames of
-========  ==============  ===============================================================
-places    5 D             s for the levels -1.5, -0.75, 0, 0.75, 1.5 standard deviations
-joint     D (D + 1) / 2   products of two dimensions
-rhythm    5 D             absolute change within 1/15 to 1 second
-========  ==============  ===============================================================
+========  ==============  ================================================================
+places    5 D             s of x, for each level
+joint     D (D + 1) / 2   products of two dimensions of x
+rhythm    5 D             absolute change of x within 1/15 to 1 second
+posture   63              p_t, which distinguishes sitting, kneeling and hanging
+travel    24              s of r*, for each level, and the absolute value of r_t
+========  ==============  ================================================================
 
-Means over frames are additive over segments, so that functions linear in them can be decomposed
-exactly. In an interval's vector (:mod:`motiondb.meaning.score_vectors`) these columns follow
-the scores of the symbols, and are followed by posture and travel
-(:mod:`motiondb.meaning.movement`). Symbols generalise to new performers; these
-columns distinguish movements that symbols learned from other movements confuse.
-``docs/measured/quality.md`` ("Words to motion") describes how the blocks were chosen.
+In an interval's vector (:mod:`motiondb.meaning.score_vectors`) these columns follow the scores of
+the symbols, in this order. Means over frames are additive over segments, so that functions linear
+in them can be decomposed exactly.
 
-Posture and travel of a segment: where the joints are, and how the body moves through space.
+Symbols generalise to new performers; places, joint and rhythm distinguish movements that symbols
+learned from other movements confuse. Posture and travel do not depend on what a database has
+learned. They describe directly a turn, a stop, a step to the side and the distance covered, which
+whitened axes and symbols mix with other properties.
 
-Notation: p_t the joint positions of frame t in the frame of the heading, metres on the standard
-body (``pose.features``); r_t = (velocity to the left, up, ahead, turning) in their usual spreads
-0.3 m/s, 0.3 m/s, 0.6 m/s, 0.9 rad/s; r*_t the mean of r over two seconds around t; s the logistic
-function of (r* - level) / 0.25. Every column is a mean over the segment's frames:
-
-========  =======  =============================================================================
-block     columns  mean over frames of
-========  =======  =============================================================================
-posture 63 p_t, which distinguishes sitting, kneeling and hanging
-travel    24       s for the levels -1.5, -0.75, 0, 0.75, 1.5, and the absolute value of r_t
-========  =======  =============================================================================
-
-Neither depends on what a database has learned. They describe directly a turn, a stop, a step to the
-side and the distance covered, which whitened axes and symbols mix with other properties. They
-follow the columns of :mod:`motiondb.meaning.movement`. Means over frames are additive over
-segments, so that functions linear in them can be decomposed exactly.
-
-Levels, averaging and weights were chosen among about 270 settings by leaving performers out of the
-CMU training parts (``docs/measured/quality.md``, "Words to motion").
+The blocks, levels, averaging and weights were chosen among about 270 settings by leaving performers
+out of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
 """
 
 from __future__ import annotations
@@ -51,11 +40,13 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 
 N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture
 N_TRAVEL = 24  # Columns of travel
-LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of r*, in spreads
-SOFTNESS = 0.25  # Width of the logistic function, in spreads
+LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of x in standard deviations, of r* in spreads
+SOFTNESS = 0.25  # Width of the logistic function, in the same units
 SPREADS = (0.3, 0.3, 0.6, 0.9)
 """Spreads of r: m/s to the left, up, ahead; rad/s. Measured on real captures, rounded."""
 AVERAGED = 2.0  # Seconds over which r is averaged, because the pelvis sways within every step
+TRAVEL_WEIGHT = 1.5  # Weight of travel relative to the other blocks, chosen together with them
+LAGS = (1, 2, 4, 8, 15)  # Feature frames between which change is measured: 1/15 to 1 second
 
 
 def describe_posture_and_travel(
@@ -93,12 +84,6 @@ def _averaged(rows: FloatArray, reach: int) -> FloatArray:
     now = np.arange(len(rows))
     low, high = np.maximum(now - reach, 0), np.minimum(now + reach + 1, len(rows))
     return np.asarray((sums[high] - sums[low]) / (high - low)[:, None])
-
-
-LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of x, in standard deviations
-SOFTNESS = 0.25  # Width of the logistic function, in standard deviations
-TRAVEL_WEIGHT = 1.5  # Weight of travel relative to the other blocks, chosen together with them
-LAGS = (1, 2, 4, 8, 15)  # Feature frames between which change is measured: 1/15 to 1 second
 
 
 def block_sizes(n_columns: int) -> tuple[int, ...]:

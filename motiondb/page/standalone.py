@@ -38,7 +38,7 @@ from motiondb.records import MOTION_FPS, Match, Motion
 if TYPE_CHECKING:
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammar_sequences import GrammarSequence
-    from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.database.scenes.scenes import Scene
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
 

@@ -34,7 +34,7 @@ from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE
 from motiondb.page.motion import pack_scene
 
 if TYPE_CHECKING:
-    from motiondb.database.scenes.scene_verbs import Scene
+    from motiondb.database.scenes.scenes import Scene
     from motiondb.scene.polish.polish import PolishedScene
     from motiondb.store import StoredScene
 

@@ -330,6 +330,7 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     shares = mixture(list(taken.values()), asked.names)
     n_learned = len(learned.association.words)
     odds = {capture: asked.odds(capture) @ shares for capture in learned.motion_log_odds}
+    # written words say nothing of the motion: their share adds 0
     said = {capture: asked.written(capture) for capture in learned.rows}
     said_somewhere = {capture: values for capture, values in said.items() if values is not None}
     written = {capture: values @ shares for capture, values in said_somewhere.items()}

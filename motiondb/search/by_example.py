@@ -14,8 +14,7 @@ from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.learn.symbol_fitting import FeaturePool
-from motiondb.meaning import by_motion, extents, score_vectors
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import by_motion, calibration, extents, score_vectors
 from motiondb.meaning.resemblance import emphasis_of
 from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, FloatArray, Match, Motion
@@ -34,13 +33,13 @@ class ExampleAnswer(Sequence[Match]):
     matches : tuple of Match
         Best first.
     strength : float or None
-        Largest resemblance of a match (``search.by_motion``), 1 for the same motion.
+        Largest resemblance of a match (``motiondb.meaning.by_motion``), 1 for the same motion.
     threshold : float or None
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.
     unchecked : str
         Why the answers carry no probabilities, where captions have not sufficed to learn or to
-        check them (``learning.start.checking``); otherwise "".
+        check them (``motiondb.learn.checking``); otherwise "".
     """
 
     matches: tuple[Match, ...]
@@ -134,7 +133,7 @@ def _how_sure(
         emphasis=emphasis_of(learned.association.words),
     )
     log_odds = sure.log_odds(np.column_stack([alike, np.full(len(alike), clear)]))
-    chances = certainty.probability(log_odds)
+    chances = calibration.probability(log_odds)
     return [
         (by_motion.same_motion(float(a), c.warp), by_motion.same_motion(float(chance), c.warp))
         for c, a, chance in zip(candidates, alike, chances)
@@ -181,7 +180,7 @@ def _find_motion(
 def _whole_activities(
     learned: Learned, pool: FeaturePool, motion: Motion, candidates: list[by_motion.Candidate]
 ) -> list[by_motion.Candidate]:
-    """Extend answers in long captures to the whole activity (``search.extents``)."""
+    """Extend answers in long captures to the whole activity (``motiondb.meaning.extents``)."""
     contexts = learned.context_space
     if contexts is None or motion.n_frames < FEATURE_STEP * extents.LEAST_EXAMPLE:
         return candidates

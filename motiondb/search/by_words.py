@@ -51,8 +51,9 @@ class WordAnswer:
     decoding : Decoding or None
         Decoded symbols of a search by symbols; None if no sequence was found.
     reasons : tuple
-        For each match, the contributions of the words to its log-odds; ``search.reasons.total`` of
-        them is the number that ranks the match, and ``score`` its logistic function.
+        For each match, the contributions of the words to its log-odds; their
+        ``motiondb.search.reasons.total`` is the number that ranks the match, and ``score`` its
+        logistic function.
     strength : float or None
         Of the best match: nats by which its least certain action is more probable than usual for
         these words.
@@ -69,7 +70,7 @@ class WordAnswer:
         Words that were not learned and were found where they are written.
     unchecked : str
         Why the answers carry no probabilities, where the database learned with a start and its own
-        captions have not checked them; "" where they have (``learning.start.checking``).
+        captions have not checked them; "" where they have (``motiondb.learn.checking``).
     vocabulary : tuple of str
         The words by number: those learned, then the written and the taken ones.
     """

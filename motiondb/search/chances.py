@@ -3,7 +3,7 @@
 Only probabilities that were learned from questions of the same kind are given. These kinds are
 
     actions asked for, in order or at once; exclusions alone:
-        the product of the probabilities of the statements (``certainty.answer_probability``),
+        the product of the probabilities of the statements (``calibration.answer_probability``),
     one action but not another; one of several actions:
         learned separately (:mod:`motiondb.meaning.asked_certainty`).
 
@@ -27,7 +27,7 @@ from motiondb.language.question.readings import Reading
 from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import calibration
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.calibration import KindCertainty, kind_cues
 from motiondb.search import reasons
@@ -95,7 +95,7 @@ def chances(
             if known
             else unknown
         )
-    whole = certainty.answer_probability(sure, requested, excluded)
+    whole = calibration.answer_probability(sure, requested, excluded)
     return Chances(
         whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
     )
@@ -151,7 +151,7 @@ def chances_of_kind(
 
 
 def _of_part(
-    sure: certainty.Certainty | None,
+    sure: calibration.Certainty | None,
     hit: QuestionHit,
     reading: Reading,
     k: int,
@@ -179,7 +179,7 @@ def _of_part(
 
 
 def _probability(log_odds: float) -> float:
-    return float(certainty.probability(log_odds))
+    return float(calibration.probability(log_odds))
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ class Description:
     start: float
     end: float
     # Words with their probabilities, most probable first; None where no own caption has checked the
-    # probability (``learning.start.checking``)
+    # probability (``motiondb.learn.checking``)
     words: tuple[tuple[str, float | None], ...]
     symbols: tuple[int, ...] = ()  # Symbols of the interval's segments
 

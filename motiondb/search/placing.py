@@ -1,8 +1,8 @@
 """Where an answer shows each part of a question, with its certainty.
 
-The word map determines which captures answer, and their scores (``search.by_question``). The
-position in the capture follows from the evidence of places
-(:mod:`motiondb.meaning.place_fitting`) and the captions of intervals. Two probabilities
+The word map determines which captures answer, and their scores
+(:mod:`motiondb.meaning.by_question`). The position in the capture follows from the evidence of
+places (:mod:`motiondb.meaning.place_fitting`) and the captions of intervals. Two probabilities
 belong to a part: that the capture shows it, and that the interval does, which is the first times
 the probability that the place is right where the capture shows it
 (:mod:`motiondb.meaning.place_certainty`).

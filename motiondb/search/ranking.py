@@ -138,7 +138,7 @@ def explain_hit(
                 table.symbols[rows],
                 np.zeros(len(starts)) if said is None else said[:, word],
             )
-            place = reasons.Place(number, share / len(statement.words), statement.exclusion)
+            place = reasons.WordPlace(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)
 

@@ -1,6 +1,7 @@
 """Decomposition of the score of an answer into words, symbols and frames.
 
-The log-odds of a word in a window are linear in the window's score vector v (``words.word_map``):
+The log-odds of a word in a window are linear in the window's score vector v
+(:mod:`motiondb.meaning.word_map`):
 
     log-odds(w) = const_w + v . k_w,    v = sum_i f_i z_i / |sum_i f_i z_i|
 
@@ -102,7 +103,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Place:
+class WordPlace:
     """A word's place in a question."""
 
     action: int  # Number of its action
@@ -112,7 +113,7 @@ class Place:
     exclusion: int = -1  # Number of its exclusion, -1 if it is requested
 
 
-def explain_look(evidence: Evidence, word: int, look: Look, place: Place) -> WordReason:
+def explain_look(evidence: Evidence, word: int, look: Look, place: WordPlace) -> WordReason:
     """Decompose the contribution of one word to an answer."""
     amounts = (1.0 - look.near) * segment_shares(evidence, 0, int(evidence.ends[-1]))
     said = (1.0 - look.near) * float(evidence.written.max())

@@ -52,9 +52,9 @@ def near_and_whole(window: tuple[int, int], peak: int) -> reasons.Look:
 def test_all_parts_sum_exactly_to_the_total() -> None:
     here, there = near_and_whole((10, 70), 1), near_and_whole((60, 120), 3)
     words = [
-        reasons.explain_look(make_evidence(4.0), 7, here, reasons.Place(0, 0.25)),
-        reasons.explain_look(make_evidence(-1.0), 2, here, reasons.Place(0, 0.25)),
-        reasons.explain_look(make_evidence(), 5, there, reasons.Place(1, 0.5)),
+        reasons.explain_look(make_evidence(4.0), 7, here, reasons.WordPlace(0, 0.25)),
+        reasons.explain_look(make_evidence(-1.0), 2, here, reasons.WordPlace(0, 0.25)),
+        reasons.explain_look(make_evidence(), 5, there, reasons.WordPlace(1, 0.5)),
     ]
     parts = [part for word in words for part in word.parts]
     joint = reasons.together(words)

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import files as capture
-from motiondb import store
-from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
+from motiondb import files, store
+from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -49,13 +48,13 @@ def add_captures(
 ) -> AddReport:
     """Add a file, or all captures below a folder, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
-    files, unusable = _text_names(_files(folder))
-    names = {capture_name(_below(path, folder)): path for path in reversed(files)}
+    paths, unusable = _text_names(_files(folder))
+    names = {capture_name(_below(path, folder)): path for path in reversed(paths)}
     problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
-        for path in files
+        for path in paths
         if names[capture_name(_below(path, folder))] != path
     ]
     jobs = [
@@ -75,7 +74,7 @@ def add_captures(
         with store.transaction(opened):  # others may have added meanwhile
             chosen = _sort_readings(opened, readings)
             report = _save(opened, folder, sheets, settings, chosen, problems, tell)
-    return replace(report, notes=(*capture.not_read(folder), *report.notes))
+    return replace(report, notes=(*files.not_read(folder), *report.notes))
 
 
 def _save(
@@ -137,16 +136,16 @@ def _save(
 class _Chosen:
     """Readings that are new, those with known content, and those that cannot be saved."""
 
-    new: tuple[Reading, ...]
+    new: tuple[ReadFile, ...]
     known: tuple[tuple[str, str], ...]
     problems: tuple[str, ...]
 
 
-def _sort_readings(opened: store.Store, readings: Sequence[Reading]) -> _Chosen:
+def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen:
     """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
-    new: list[Reading] = []
+    new: list[ReadFile] = []
     known: list[tuple[str, str]] = []
     problems: list[str] = []
     for reading in readings:
@@ -211,22 +210,22 @@ def _files(folder: Path) -> list[Path]:
         return [folder]
     if not is_folder(folder):
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
-    files = capture.find_captures(folder)
-    if not files:
-        others = "".join(f"\n{sentence}." for sentence in capture.not_read(folder))
+    found = files.find_captures(folder)
+    if not found:
+        others = "".join(f"\n{sentence}." for sentence in files.not_read(folder))
         raise MotionDBError(
-            f"{folder}: expected captures ({', '.join(capture.CAPTURE_ENDINGS)}), found none."
+            f"{folder}: expected captures ({', '.join(files.CAPTURE_ENDINGS)}), found none."
             + others
         )
-    return files
+    return found
 
 
-def _text_names(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+def _text_names(paths: Sequence[Path]) -> tuple[list[Path], list[str]]:
     """Split files into those whose names are text and problems for the others."""
-    faults = [(path, capture.name_fault(path)) for path in files]
+    faults = [(path, files.name_fault(path)) for path in paths]
     usable = [path for path, fault in faults if not fault]
     problems = [
-        f"{capture.printable(path)}: expected a file name {fault}. Rename the file."
+        f"{files.printable(path)}: expected a file name {fault}. Rename the file."
         for path, fault in faults
         if fault
     ]
@@ -242,7 +241,7 @@ def _tags(entry: SheetEntry | None) -> dict[str, str]:
 
 
 def _info(
-    reading: Reading, entry: SheetEntry | None, run_id: int, notes: list[str]
+    reading: ReadFile, entry: SheetEntry | None, run_id: int, notes: list[str]
 ) -> tuple[CaptureInfo, tuple[Caption, ...]]:
     duration = reading.n_frames / reading.fps
     captions = captions_within(reading.name, entry.captions if entry else (), duration, notes)

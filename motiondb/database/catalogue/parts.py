@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motiondb import files as capture
+from motiondb import files
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import whole_file
 from motiondb.records import MOTION_FPS, Clip, Motion
@@ -68,9 +68,9 @@ def write_clip(clip: Clip, path: Path) -> Path:
     """Write BVH, or glTF for endings .glb and .gltf."""
     ending = path.suffix.lower()
     if ending == ".bvh":
-        capture.write_bvh(clip, path)
+        files.write_bvh(clip, path)
     elif ending in (".glb", ".gltf"):
-        capture.write_gltf(clip, path)
+        files.write_gltf(clip, path)
     else:
         raise QueryError(
             f"{path}: expected an ending .bvh, .glb or .gltf, found {ending or 'none'!r}."

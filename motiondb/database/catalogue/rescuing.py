@@ -14,8 +14,7 @@ import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from motiondb import files as capture
-from motiondb import store
+from motiondb import files, store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
@@ -184,7 +183,7 @@ def _written_anew(info: CaptureInfo, motion: Motion) -> tuple[CaptureInfo, store
     """A file for a motion whose file was lost."""
     clip = retarget.to_clip(motion)
     file = f"{info.name.replace('/', '_')}.bvh"
-    packed = store.pack_source(file, capture.to_bvh(clip, file).encode(), "bvh")
+    packed = store.pack_source(file, files.to_bvh(clip, file).encode(), "bvh")
     notes = (*info.notes, "the file was lost; this is the canonical motion, rescued")
     facts = replace(
         info,

@@ -65,7 +65,7 @@ class Meaning:
     """Words and motion symbols of a terminal."""
 
     # Words with their probability in the segments of the terminal, the largest difference first;
-    # None where no own caption has checked the probability (``learning.start.checking``), and where
+    # None where no own caption has checked the probability (``motiondb.learn.checking``), and where
     # only the alignment of captions of whole takes says that the segments show the word
     words: tuple[tuple[str, float | None], ...] = ()
     # Motion symbols with their share of the time of the segments, the largest share first

@@ -1,6 +1,6 @@
 """Knowledge to start from: found by name or file, exported, and its share in a database.
 
-Knowledge that is shipped with motiondb lies in ``motiondb/knowledge/NAME.knowledge``.
+Knowledge that is shipped with motiondb lies in ``motiondb/files/NAME.knowledge``.
 """
 
 from __future__ import annotations

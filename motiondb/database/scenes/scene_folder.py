@@ -24,8 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb import files as capture
-from motiondb import pictures, store
+from motiondb import files, pictures, store
 from motiondb.answers import plain
 from motiondb.answers.making import Source
 from motiondb.answers.scenes import MeasuredRule, SceneAnswer
@@ -49,15 +48,7 @@ from motiondb.scene.report.report_records import (
     PaceReport,
 )
 
-# ----------------------------------------------------------------------------
 # The report of a scene as text and as facts for JSON.
-#
-# Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
-# directions and frames for synchronisations. The threshold of a position, a line or a direction is
-# the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames; a
-# distance must be kept. All values are measured on the finished motions
-# (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one, or,
-# for throughout, those of its own actions and no others.
 
 
 _Span = tuple[int, int]
@@ -68,6 +59,13 @@ def report_facts(record: store.StoredScene) -> SceneAnswer:
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
     ``frames``.
+
+    Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
+    directions and frames for synchronisations. The threshold of a position, a line or a direction
+    is the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames;
+    a distance must be kept. All values are measured on the finished motions
+    (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one,
+    or, for throughout, those of its own actions and no others.
     """
     rest: dict[str, Any] = dict(record.report)
     del rest["rule_frames"]
@@ -305,8 +303,6 @@ def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
     ]
 
 
-# ----------------------------------------------------------------------------
-
 RECORD = "scene.json"  # Name of the file with the record of a scene
 _LEFT_OUT = 2.0  # Frames of a capture between two frames of a scene, above which some were left out
 
@@ -323,7 +319,7 @@ def fill_scene_folder(
     motions = {player.player: player.motion for player in made.polished.players}
     for player in made.polished.players:
         name = player.player
-        capture.write_bvh(in_world(player.motion), folder / f"{name}.bvh")
+        files.write_bvh(in_world(player.motion), folder / f"{name}.bvh")
         facts = {
             "scene": record.name,
             "player": name,
@@ -364,7 +360,7 @@ def _write_gltf(
         Character(name, in_world(motion), _linear(colours[name]))
         for name, motion in motions.items()
     ]
-    capture.write_gltf_scene(people, path, record.ball)
+    files.write_gltf_scene(people, path, record.ball)
 
 
 def _linear(colour: str) -> tuple[float, float, float]:
@@ -494,9 +490,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
 
 def read_motions(folder: Path, names: list[str]) -> dict[str, Motion]:
     """Read the motions of a scene's characters from their BVH files."""
-    return {
-        name: retarget.to_motion(capture.read_capture(folder / f"{name}.bvh")) for name in names
-    }
+    return {name: retarget.to_motion(files.read_capture(folder / f"{name}.bvh")) for name in names}
 
 
 def draw_folder(folder: Path, png: Path) -> Path:

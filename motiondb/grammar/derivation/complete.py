@@ -121,7 +121,7 @@ class _Equations(NamedTuple):
     """The equations of the symbols.
 
     rule_of, rule_right, probabilities, left, right : array
-        As in :class:`.compiled.CompiledGrammar`.
+        As in :class:`motiondb.grammar.cfg.compiled.CompiledGrammar`.
     """
 
     members: IntArray  # (S,): the symbols, component by component, parts first

@@ -59,7 +59,7 @@ COMPARED = (
 VELOCITY_WEIGHT = 0.6
 """Weight of velocities (metres per third of a second) relative to positions (metres). The value
 that
-features of word search have (``pose.features``)."""
+features of word search have (``motiondb.body.features``)."""
 PELVIS_WEIGHT = 0.5  # Weight of the pelvis's velocity and turning relative to the mean over joints
 VELOCITY_SECONDS = 1.0 / 3.0  # Unit of time of velocities: about the length of a short movement
 KEPT = 0.995  # Share of the variance that is kept on the principal axes

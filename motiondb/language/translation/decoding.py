@@ -5,7 +5,7 @@ Decoding finds the sequence s_1 .. s_l, of any length l up to a limit, that maxi
     log P(l | m) + log P(s_1 .. s_l) + sum_j log S_j,
     S_j = a(0 | j, l, m) t(word_j | NULL) + sum_i a(i | j, l, m) t(word_j | s_i),
 
-with the bigram from begin to end (``words.transition``) and IBM Model 2 (``words.association``).
+with the bigram from begin to end (:mod:`.transition`) and IBM Model 2 (:mod:`.association`).
 The logarithm for each word is taken of a sum over all positions, so the likelihood does not factor
 along the sequence; a node of the search carries the partial sums S_j.
 

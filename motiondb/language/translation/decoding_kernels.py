@@ -1,7 +1,17 @@
-"""The A* search of decoding, over the bounds of :mod:`.decoding_bounds`.
+"""The A* search of decoding, and its two upper bounds on the log-probability of a sequence.
 
-A node holds the first k symbols of a sequence of length l, their log-probability so far, and the
-set of words that they have not said.
+Notation as in :mod:`motiondb.language.translation.decoding`.
+
+Both bounds follow from log x <= log q + x / q - 1. The first applies it to every word; its q are
+found by Frank-Wolfe steps, and the sequences of these steps are first candidates. This bound is
+loose for words that no symbol of a sequence gives a sizeable probability. The second bound
+therefore splits the symbols of each word into those that *say* it (give it a large probability)
+and the rest, and its dynamic program carries the set of words not yet said as a bit mask: the
+probability of a word never said is bounded by the most that the remaining symbols can give it.
+Where there are more than ``TRACKED`` words, only those with the widest split are tracked.
+
+A node of the search holds the first k symbols of a sequence of length l, their log-probability so
+far, and the set of words that they have not said.
 """
 
 from __future__ import annotations
@@ -17,20 +27,6 @@ from motiondb.language.translation.decoding_problem import (
     sums_along,
 )
 from motiondb.records import Float32Array, FloatArray, IntArray
-
-# ----------------------------------------------------------------------------
-# The two upper bounds of the A* search on the log-probability of a completed sequence.
-#
-# Notation as in :mod:`motiondb.language.translation.decoding`.
-#
-# Both bounds follow from log x <= log q + x / q - 1. The first applies it to every word; its q are
-# found by Frank-Wolfe steps, and the sequences of these steps are first candidates. This bound is
-# loose for words that no symbol of a sequence gives a sizeable probability. The second bound
-# therefore splits the symbols of each word into those that *say* it (give it a large probability)
-# and the rest, and its dynamic program carries the set of words not yet said as a bit mask: the
-# probability of a word never said is bounded by the most that the remaining symbols can give it.
-# Where there are more than ``TRACKED`` words, only those with the widest split are tracked.
-
 
 ROUNDS = 3
 """Largest number of Frank-Wolfe steps per length. Chosen by hand; any number gives a valid
@@ -239,8 +235,6 @@ def _rounding(problem: Problem, length: int, pays: FloatArray, ends: FloatArray)
             most = max(most, pays[k, s])
     return 4e-7 * (length + 2) * (latest + length * (costliest + most))
 
-
-# ----------------------------------------------------------------------------
 
 DIVES = 64
 """Number of nodes, expanded first, that are completed along their bound to find good sequences

@@ -3,7 +3,7 @@
 Notation as in :mod:`motiondb.language.translation.decoding`. Symbols whose rows of transitions are
 equal (those of one cluster) form a *row*, so that the dynamic programs run over rows, not symbols.
 The symbols of each word are split into those that *say* it and the rest, see
-``words.decoding_bounds``.
+:mod:`.decoding_kernels`.
 """
 
 from __future__ import annotations

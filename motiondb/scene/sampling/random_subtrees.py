@@ -2,10 +2,10 @@
 
 A player's expression c_1 .. c_g is an automaton that reads the action string. In state i the first
 i classes have been passed; an action of class c_(i + 1) leads to i + 1, another one stays. Actions
-that only a diagram may ask for (:data:`.expressions.ONLY_ASKED`: a pass has a receiver, a catch a
-passer) lead nowhere else, unless they continue a repeated class. With T_a[i, j] = 1 if the terminal
-a leads from i to j, the probability that a nonterminal A derives a string that leads from i to j is
-the least solution of
+that only a diagram may ask for (:data:`motiondb.scene.language.expressions.ONLY_ASKED`: a pass has
+a receiver, a catch a passer) lead nowhere else, unless they continue a repeated class. With
+T_a[i, j] = 1 if the terminal a leads from i to j, the probability that a nonterminal A derives a
+string that leads from i to j is the least solution of
 
     I_A = sum over rules r of A:  p_r  T_B1 T_B2 ..  (the matrices of the rule's right side)
 

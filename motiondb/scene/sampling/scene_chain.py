@@ -56,15 +56,15 @@ from motiondb.scene.sampling.tree_growth import (
     tree_shape,
 )
 
-# ----------------------------------------------------------------------------
 # A scene with everything that its derivations determine, and its best assignment of actions.
-#
-# The actions of a string can fit the items of the player's expression in several ways; see
-# :func:`motiondb.scene.language.expressions.assignments`.
 
 
 class Structure(NamedTuple):
-    """A scene with everything that its derivations determine."""
+    """A scene with everything that its derivations determine.
+
+    The actions of a string can fit the items of the player's expression in several ways; see
+    :func:`motiondb.scene.language.expressions.assignments`.
+    """
 
     scene: SceneArrays
     trees: list[Tree]
@@ -81,7 +81,8 @@ def least_error(
 ) -> Structure:
     """Return a scene with that assignment of a player's actions to items that has the least error.
 
-    All assignments of :meth:`.Binder.assignments` are evaluated, with the clips as they are.
+    All assignments of :meth:`motiondb.scene.energy.binding.Binder.assignments` are evaluated, with
+    the clips as they are.
     """
     best: Structure | None = None
     least = math.inf
@@ -95,8 +96,6 @@ def least_error(
     assert best is not None  # a tree of a chain fits its player's expression
     return best
 
-
-# ----------------------------------------------------------------------------
 
 AROUND = 3
 """Clips before and after an inserted or removed link that the following inner steps favour."""

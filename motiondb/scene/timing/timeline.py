@@ -174,7 +174,7 @@ def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:
 
 
 def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
-    """Return f of rule ``number`` of a table: the mean over its frames, see :mod:`.rule_table`."""
+    """Return f of rule ``number`` of a table (:class:`RuleTable`): the mean over its frames."""
     row = table.rows[number]
     frames = moment_frames(row, timeline)
     if row["kind"] != kinds.SYNCHRONISATION:

@@ -23,7 +23,7 @@ from motiondb.body import kinematics, retarget
 from motiondb.database.scenes import scene_folder, scene_making
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_records import from_json, record_state, record_text, to_json
-from motiondb.database.scenes.scene_verbs import Scene, SceneSettings
+from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.grammar.cfg.context_free import Tree
 
