@@ -356,7 +356,8 @@ class Match:
         For words: probability that the interval shows the requested actions; None if it is not
         known.
     place : str
-        "known", or "unknown" where a part's place is; then the interval is the whole capture.
+        For words: "known", or "unknown" where a part's place is; then the interval is the whole
+        capture. "" for an example and for a search by symbols, which measure no place.
     parts : tuple of MatchPart
         Parts of a question in words, in order.
     """
@@ -370,7 +371,7 @@ class Match:
     reason: str = ""
     probability: float | None = None
     interval_probability: float | None = None
-    place: str = "known"
+    place: str = ""
     parts: tuple[MatchPart, ...] = ()
 
 

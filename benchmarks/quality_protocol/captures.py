@@ -110,7 +110,10 @@ def _cache_file(folder: Path, sheet: Path) -> Path:
     for path in sorted(folder.rglob("*.*")):
         digest.update(f"{path.name} {path.stat().st_size}".encode())
     package = Path(motiondb.__file__).parent
-    for path in sorted([*package.glob("capture/**/*.py"), *package.glob("pose/*.py")]):
-        digest.update(path.read_bytes())
+    for pattern in ("files/**/*.py", "body/*.py"):
+        paths = sorted(package.glob(pattern))
+        assert paths, f"{pattern} matches no file of the package"
+        for path in paths:
+            digest.update(path.read_bytes())
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     return home / "motiondb" / f"quality-{folder.name}-{digest.hexdigest()[:16]}.pickle"

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 import motiondb
 
 T = TypeVar("T")
-FOLDERS = ("body", "symbols", "records")
+FOLDERS = ("body", "symbols")
 """Folders of the package on whose source symbols and segments depend."""
-MODULES = ("symbol_fitting.py", "movement.py", "posture_and_travel.py")
+MODULES = ("symbol_fitting.py", "movement.py", "records.py")
 """Single modules beside them."""
 
 
@@ -68,9 +68,10 @@ def source_digest() -> str:
     """Digest of the source that symbols and segments depend on."""
     package = Path(motiondb.__file__).parent
     digest = hashlib.sha256()
-    paths = [path for folder in FOLDERS for path in sorted((package / folder).rglob("*.py"))]
-    single = [path for name in MODULES for path in sorted(package.rglob(name))]
-    for path in [*paths, *single]:
-        digest.update(path.relative_to(package).as_posix().encode())
-        digest.update(path.read_bytes())
+    for pattern in [*(f"{folder}/**/*.py" for folder in FOLDERS), *(f"**/{m}" for m in MODULES)]:
+        paths = sorted(package.glob(pattern))
+        assert paths, f"{pattern} matches no file of the package"
+        for path in paths:
+            digest.update(path.relative_to(package).as_posix().encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Literal
 
 from motiondb.answers.asking import WordProbability
 from motiondb.records import Caption, CaptureInfo, Event
@@ -74,6 +74,21 @@ def listed_capture(info: CaptureInfo, captions: tuple[Caption, ...] = ()) -> Lis
     """
     values = {field.name: getattr(info, field.name) for field in fields(CaptureInfo)}
     return ListedCapture(**values, words=tuple(captions))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AddResult:
+    """What was added: the numbers of new and of known captures, and the names of the new ones."""
+
+    kind: Literal["add"] = "add"
+    added: int
+    known: int
+    captures: list[str]
+    problems: list[str]  # A sentence per file or sheet row that could not be used
+    notes: list[str]
+    new_words: list[str]
+    counted: int  # How many of the new captures can be searched at once
+    seconds: float
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from motiondb.answers.asking import DescribedWord
 from motiondb.answers.making import Source
@@ -25,6 +25,15 @@ class GrammarRow:
     rules: int
     bits: dict[str, float]
     seconds: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class GrammarLearned:
+    """A grammar that was learned, and the captures that can no longer be edited with it."""
+
+    kind: Literal["grammar"] = "grammar"
+    grammar: str
+    no_longer_editable: list[str]
 
 
 @dataclass(frozen=True)

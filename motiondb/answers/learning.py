@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from motiondb.learn.learned_model import LearnedModel
@@ -20,6 +20,13 @@ class LearnedSummary:
     dimensions: int
     words: int
     run: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnResult(LearnedSummary):
+    """The result of a job that learns."""
+
+    kind: Literal["learn"] = "learn"
 
 
 def learned_summary(model: LearnedModel) -> LearnedSummary:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Literal
 
 from motiondb.answers.making import Source
 from motiondb.scene.report.report_records import (
@@ -34,6 +34,15 @@ class MeasuredRule:
     end: int
     frames: int
     kept: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneMade:
+    """A scene that was made or updated."""
+
+    kind: Literal["scene"] = "scene"
+    scene: str
+    ref: str
 
 
 @dataclass(frozen=True)

@@ -44,9 +44,12 @@ def check_file(path: str | Path, *, wait: float = 0.0) -> list[str]:
     """
     path = Path(path)
     parent = [str(os.getpid()), str(int(is_main_thread()))]
-    command = [sys.executable, "-m", __name__, str(path), str(wait), *parent]
+    # -P: modules of the working folder must not replace those that are imported
+    command = [sys.executable, "-P", "-m", __name__, str(path), str(wait), *parent]
     try:
-        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        ended = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", check=False
+        )
     except OSError as error:
         raise StoreError(
             f"{path}: expected to start a process that checks it, found: "

@@ -144,10 +144,10 @@ def stretches(provenance: store.Provenance) -> tuple[Stretch, ...]:
         edits = sorted({"blend" if part.startswith("blend") else part for part in said if part})
         runs.append(
             Stretch(
-                start / MOTION_FPS,
-                end / MOTION_FPS,
+                round(start / MOTION_FPS, 3),
+                round(end / MOTION_FPS, 3),
                 source.name if source else "",
-                float(frames[start]) / MOTION_FPS if source else 0.0,
+                round(float(frames[start]) / MOTION_FPS, 3) if source else 0.0,
                 (source.licence if source else "") or "unknown",
                 tuple(edits),
             )

@@ -156,7 +156,7 @@ class Download:
                         self._spend(url, len(chunk))
                         _check_size(url, have, self.limits.file_bytes)
                         on_bytes(have, total)
-                    os.fsync(file.fileno())
+                    _sync(file, part)
             except RefusedError:  # too long
                 part.unlink(missing_ok=True)
                 raise
@@ -187,7 +187,11 @@ class Download:
             time.sleep(2.0 ** max(fruitless - 1, 0))
 
     def _ask(self, url: str, start: int) -> requests.Response:
-        """Ask for the bytes from ``start`` on; refusals of the server are raised."""
+        """Ask for the bytes from ``start`` on; refusals of the server are raised.
+
+        The time-out holds for each part of the answer's head that comes, not for the whole head: a
+        server that sends its head byte by byte can exceed the deadline.
+        """
         seconds = min(self.timeout, max(self.end - time.monotonic(), 0.01))
         headers = {"Range": f"bytes={start}-"} if start else {}
         answer = self.session.get(url, headers=headers, timeout=seconds, stream=True)
@@ -297,6 +301,14 @@ def _write(file: BinaryIO, chunk: bytes, part: Path) -> None:
     try:
         file.write(chunk)
         file.flush()
+    except OSError as error:
+        raise disk_fault(part, error) from None
+
+
+def _sync(file: BinaryIO, part: Path) -> None:
+    """Wait until the bytes are on the disk; some file systems find only then that it is full."""
+    try:
+        os.fsync(file.fileno())
     except OSError as error:
         raise disk_fault(part, error) from None
 

@@ -1,14 +1,14 @@
-"""Which probabilities the captions of a database have checked.
+"""Which probabilities the captions of a database have checked, and how certain the others are.
 
-A certainty that was learned from a handful of captions is a guess: with 25 captions the
-probabilities of the first five answers were off by .16 and .32, with 50 by .07 and .19
-(docs/measured/start.md). So none is given before there are LEAST_CHECKING own described intervals.
+**Checked probabilities.** A certainty that was learned from a handful of captions is a guess: with
+25 captions the probabilities of the first five answers were off by .16 and .32, with 50 by .07 and
+.19 (docs/measured/start.md). So none is given before there are LEAST_CHECKING own described
+intervals.
 
 The calibration of a start was learned from the captures of the start. On captures of another studio
 its probabilities are wrong by about .3 (docs/measured/start.md): the evidence of motion is shifted,
-words
-are more or less usual, and nothing but own captions shows by how much. Such probabilities are not
-given. The ranking of answers stays, because it needs none.
+words are more or less usual, and nothing but own captions shows by how much. Such probabilities are
+not given. The ranking of answers stays, because it needs none.
 
 A probability is given where both hold:
 
@@ -19,18 +19,16 @@ A probability is given where both hold:
 
 Without a start all words come from own captions, so that the first condition alone decides.
 
-Certainty of answers that depend on the captions of a start.
-
-The calibration of a start holds for the captures from which it was learned. In other captures,
-words have other frequencies and the evidence of motion is shifted, so its log-odds x have an error
-that is unknown before there are own captions. If this error e is normal with mean 0 and standard
-deviation SPREAD, the probability of a right answer is
+**The calibration of a start in other captures.** It holds for the captures from which it was
+learned. In other captures, words have other frequencies and the evidence of motion is shifted, so
+its log-odds x have an error that is unknown before there are own captions. If this error e is
+normal with mean 0 and standard deviation SPREAD, the probability of a right answer is
 
     P(right) = E sigmoid(x + e) ~ sigmoid(x / sqrt(1 + pi SPREAD^2 / 8)),
 
 so probabilities move towards 0.5 and the order of answers does not change. The threshold of
 "nothing matches" does not change either. No such probability is given before own captions have
-checked it (:mod:`motiondb.learn.checking`); then it is the prior of the certainty that is
+checked it; then it is the prior of the certainty that is
 learned from them (:func:`motiondb.learn.joining.join_certainty`).
 
 Source: MacKay, The evidence framework applied to classification networks (1992), for the integral.

@@ -1,8 +1,7 @@
 """Learning as a whole: from features and captions to everything that ``learn`` derives.
 
-At which frames actions begin and end: learned at ``learn`` from the places of words.
-
-See :mod:`motiondb.meaning.edge_map`. Frames take the y of their segment.
+The evidence at single frames (:mod:`motiondb.meaning.edge_map`), which says where actions begin and
+end, is fitted to the places of words: a frame takes the y of its segment.
 """
 
 from __future__ import annotations

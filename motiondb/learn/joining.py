@@ -14,14 +14,13 @@ an own capture may still show one. Every word is therefore fitted to the interva
 alone whose captions hold the word anywhere. Words of both sources, of the start alone and of own
 captions alone have three systems of equations; that of the start alone keeps its ridge.
 
-Ridge and calibration of the joint word map, from own captions and the start.
+**Ridge and calibration of the joint word map.** As in :mod:`motiondb.meaning.word_map`, predictions
+for own intervals are made without their group: here by the joint map of the start and the other
+groups. The largest ridge whose ranking is nearly the best is taken. The calibration is the start's,
+moved by the own predictions: the Fisher information of the start's calibration, times the weight of
+the start, represents its data.
 
-As in :mod:`motiondb.meaning.word_map`, predictions for own intervals are made without their
-group: here by the joint map of the start and the other groups. The largest ridge whose ranking is
-nearly the best is taken. The calibration is the start's, moved by the own predictions: the Fisher
-information of the start's calibration, times the weight of the start, represents its data.
-
-The learned model with other counts: used when captures and words change.
+A learned model also gets other counts here, when captures and words change.
 """
 
 from __future__ import annotations

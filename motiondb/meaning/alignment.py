@@ -1,16 +1,16 @@
-"""Local alignment of symbol sequences with the symbols' distances as substitution costs.
+"""The part of a capture nearest to a query: by its symbols, and by the frames of its features.
 
-Notation: q the query's symbols, x a capture's, D their distances. A pair scores 1 - D[q, x] / scale
-(1 for the same symbol, negative beyond ``scale``), a gap costs ``GAP``. Pairs are weighted by the
-query segment's share of the query's duration, so that the score of a perfect match is 1.
+**Local alignment of symbols**, with their distances as substitution costs. Notation: q the query's
+symbols, x a capture's, D their distances. A pair scores 1 - D[q, x] / scale (1 for the same symbol,
+negative beyond ``scale``), a gap costs ``GAP``. Pairs are weighted by the query segment's share of
+the query's duration, so that the score of a perfect match is 1.
 
 Source: Smith and Waterman, Identification of common molecular subsequences, 1981.
 
-Subsequence dynamic time warping: the part of a capture nearest to a query.
-
-Notation: q_i and x_j whitened features, d(i, j) = |q_i - x_j| / sqrt(D). The path may begin and end
-anywhere in x and has steps (1, 1), (1, 2), (2, 1), so that a part is between half and twice as long
-as the query. The distance is the mean of d over the query's frames.
+**Subsequence dynamic time warping of features.** Notation: q_i and x_j whitened features, d(i, j) =
+|q_i - x_j| / sqrt(D). The path may begin and end anywhere in x and has steps (1, 1), (1, 2), (2,
+1), so that a part is between half and twice as long as the query. The distance is the mean of d
+over the query's frames.
 
 Source: Mueller, Information Retrieval for Music and Motion, 2007, chapters 4 and 7.
 """

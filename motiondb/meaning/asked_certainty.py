@@ -1,8 +1,8 @@
 """Certainty of answers, learned from questions whose answers are known from the captions.
 
-The captures with captions are searched as a user would search, each time without the words of the
-tested performers in the word map (its sums are additive, so words are left out by subtraction).
-Whether an answer is right follows from the captions:
+**One action, or an example.** The captures with captions are searched as a user would search, each
+time without the words of the tested performers in the word map (its sums are additive, so words are
+left out by subtraction). Whether an answer is right follows from the captions:
 
 * by words: performers are divided into folds; every word of the other folds is searched in the
   captures of one fold;
@@ -16,13 +16,11 @@ Here only questions to which there is a right answer count. From these
 removed (for an example, also from the word map) and the search is repeated. This gives the value of
 the best answer if there is no right one.
 
-Certainty of answers to "a but not b" and to "a or b", learned from questions of captions.
-
-The log-odds of an action and of an excluded one are not independent, and the questions that people
-ask with "not" and "or" are about actions that occur together or in place of one another. So the
-probability of single words, multiplied, is wrong for them: for "a but not b" it was .41 in the mean
-where .67 of the answers were right. Instead, such questions are made from the captions, if the
-captures of a fold of performers distinguish them:
+**"a but not b" and "a or b".** The log-odds of an action and of an excluded one are not
+independent, and the questions that people ask with "not" and "or" are about actions that occur
+together or in place of one another. So the probability of single words, multiplied, is wrong for
+them: for "a but not b" it was .41 in the mean where .67 of the answers were right. Instead, such
+questions are made from the captions, if the captures of a fold of performers distinguish them:
 
     a but not b    some captures show a with b, and some a without b,
     a or b         some captures show a without b, and some b without a,

@@ -21,8 +21,6 @@ Statements of an answer, each with its log-odds:
 
 The answer's log-odds are those of all statements together, assumed independent: every requested
 action is shown, and no excluded one.
-
-Runs of segments for parts in order: one segment each, or as many as a part must last.
 """
 
 from __future__ import annotations

@@ -1,29 +1,27 @@
-"""Takes with the actions that their captions list, and y, where each action is likely.
+"""Takes with the actions that their captions list: where each action is likely, in what order.
 
-Let e_iw be the evidence for word w at segment i, from the motion alone, e_ik the mean over the
-words of action k, and p_k the largest e_ik of the take. The log-likelihood ratio of action k
-against none of the actions is
+**Where an action is likely: y.** Let e_iw be the evidence for word w at segment i, from the motion
+alone, e_ik the mean over the words of action k, and p_k the largest e_ik of the take. The
+log-likelihood ratio of action k against none of the actions is
 
     r_ik = sqrt(seconds of the segment) (e_ik - HALF max(p_k, 0)),
 
 so that an action with a little evidence everywhere is shown where there is most of it. Labels of
 intervals add ``LABELLED`` nats for or against an action. The ratios give two posteriors. The
-ordered one keeps the caption's order (:mod:`motiondb.meaning.listed_takes`). The
-unordered
-one is a softmax over the actions and none of them. y is a mixture of both. Words of other captions
-of the same take keep equal shares.
+ordered one keeps the caption's order (see below). The unordered one is a softmax over the actions
+and none of them. y is a mixture of both. Words of other captions of the same take keep equal
+shares.
 
 A take may show an action that none of its captions lists, and a label in another take may have
 taught what this action looks like. In takes that list several actions, such unlisted actions
 compete with the listed ones, and get y by the unordered posterior. If y were 0 there, segments that
 move like the labelled ones would be examples against the label's words.
 
-Align the actions of a caption with the segments of a take, in the caption's order.
-
-A caption of a long take lists its actions, mostly in the order in which they are performed, but
-gives no times. Let r_ik be the log-likelihood ratio of action k against "none of the listed
-actions" at segment i. The hidden sequence has one state for each action, and one *blank* before,
-between and after the actions (ratio 0):
+**The ordered posterior: a caption's actions aligned with segments.** A caption of a long take lists
+its actions, mostly in the order in which they are performed, but gives no times. Let r_ik be the
+log-likelihood ratio of action k against "none of the listed actions" at segment i. The hidden
+sequence has one state for each action, and one *blank* before, between and after the actions (ratio
+0):
 
     blank_0, action_1, blank_1, action_2, ..., action_m, blank_m.
 

@@ -1,8 +1,8 @@
 """The words that a motion shows, by a judge that is independent of its generation.
 
-The judge compares a motion with the captures as wholes, by statistics of windows of three seconds.
-It uses neither symbols nor segments nor places, and never the captures that the motion was made
-from. Notation:
+**The judge** compares a motion with the captures as wholes, by statistics of windows of three
+seconds. It uses neither symbols nor segments nor places, and never the captures that the motion was
+made from. Notation:
 
     x       a window's means, standard deviations and quantiles (.1, .5, .9) of the whitened
             features, standardised, clipped, of length 1, with a constant 1 appended,
@@ -13,18 +13,15 @@ from. Notation:
 
 Two cues give a calibrated probability that a motion shows w: z_w, and z_w less the largest z of
 other words. Words that mostly occur in the same captions as w do not count among the others.
-:mod:`motiondb.meaning.motion_judge` describes their calibration.
 
 Source: ridge regression on pooled features is the strongest ordinary method of
 ``docs/measured/quality.md``.
 
-Fitting the judge of motion, and the calibration of its two cues.
-
-The calibration uses real captures in pairs: one whose captions contain the word w, and one of the
-same performer whose captions contain neither w nor a word related to it. In half of the pairs, the
-second is one of the captures most similar to those of w. Both are judged without the two, each by
-one or two of its windows, because generated motion is as short. The probability therefore assumes
-prior odds of one to one.
+**The calibration of the two cues** uses real captures in pairs: one whose captions contain the word
+w, and one of the same performer whose captions contain neither w nor a word related to it. In half
+of the pairs, the second is one of the captures most similar to those of w. Both are judged without
+the two, each by one or two of its windows, because generated motion is as short. The probability
+therefore assumes prior odds of one to one.
 
 A part of a capture of several actions may not show w. The first of a pair is therefore a capture
 whose captions name one action, unless there are too few of these. No word has more than

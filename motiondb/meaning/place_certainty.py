@@ -1,11 +1,11 @@
 """Certainty of a place: the probability that the interval reported for an action is right.
 
-A word map says whether a capture shows an action. If it does, this module gives the probability
-that the reported interval is right (intersection over union with the true one at least ``RIGHT``).
-Two cases are told apart. If the take shows the action throughout, the true interval is the whole
-take, and a reported one is right if it covers at least half of it. If the take shows several
-actions, the probability depends on the evidence. With s the estimate that the take shows one action
-throughout,
+**The two cases.** A word map says whether a capture shows an action. If it does, this module gives
+the probability that the reported interval is right (intersection over union with the true one at
+least ``RIGHT``). Two cases are told apart. If the take shows the action throughout, the true
+interval is the whole take, and a reported one is right if it covers at least half of it. If the
+take shows several actions, the probability depends on the evidence. With s the estimate that the
+take shows one action throughout,
 
     p = s [interval covers half of the take] + (1 - s) p_several.
 
@@ -16,7 +16,7 @@ p_several.
 
 Both s and p_several are logistic regressions (:mod:`motiondb.meaning.calibration`), learned from
 questions whose true intervals are known without manual labels
-(:mod:`motiondb.meaning.place_certainty`): short captures of one action, of one performer or
+(see below): short captures of one action, of one performer or
 two, are joined, and each action is searched in the joined take, and in the short captures
 themselves. Every question is judged by the map without the captures of its performers. An action
 whose words are in no other performer's captions is not used: its place was not learned, and no
@@ -44,11 +44,9 @@ cues of the evidence did not improve it. One regression for both cases had a log
 Bandai-Namco captures as they are, and .48 on those of CMU; two have .03 and .10. On joined captures
 there is no difference beyond chance.
 
-Short captures of one action, joined to takes in which the place of every action is known.
-
-No manual labels are needed: the true interval of an action is that of its short capture in the
-joined take. Captures of one performer are joined, as in a real take, and captures of two
-performers, which gives more combinations of actions than any one performer shows.
+**Joined takes.** No manual labels are needed: the true interval of an action is that of its short
+capture in the joined take. Captures of one performer are joined, as in a real take, and captures of
+two performers, which gives more combinations of actions than any one performer shows.
 """
 
 from __future__ import annotations

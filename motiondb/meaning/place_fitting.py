@@ -1,15 +1,13 @@
 """The places of the captions' actions in their takes, which ``learn`` estimates and stores.
 
-Captions of whole takes are aligned with the segments (:mod:`motiondb.meaning.place_map`).
-Captions of intervals give the place: their words are shown at the segments of which at least half
-is in the interval, and nowhere else in a take without a caption for the whole. Other words that
-captions of the take list are not shown there, and their words are not shown by the segments beside
-the interval.
+**Captions of whole takes** are aligned with the segments (:mod:`motiondb.meaning.place_map`).
+**Captions of intervals** give the place: their words are shown at the segments of which at least
+half is in the interval, and nowhere else in a take without a caption for the whole. Other words
+that captions of the take list are not shown there, and their words are not shown by the segments
+beside the interval.
 
 The result is y, the probability that each listed word is shown at each segment of a take. One ridge
 regression on y gives the map, and also the evidence for every take from the map without that take.
-
-Where captions of intervals say that words are shown, and what else follows from them.
 """
 
 from __future__ import annotations

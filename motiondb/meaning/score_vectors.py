@@ -7,12 +7,9 @@ weighted by their duration inside the interval, scaled to length 1. Unlike the b
 keeps the similarity of a new performer to *several* symbols. On real captures no other choice had a
 larger effect.
 
-The columns of :mod:`motiondb.meaning.movement` and
-:mod:`motiondb.meaning.movement` follow, standardised and clipped in the same way.
+The columns of :mod:`motiondb.meaning.movement` follow, standardised and clipped in the same way.
 Each of their five blocks is scaled to the weight of all symbols together, travel to one and a half
 times that.
-
-Vectors of length 1.
 """
 
 from __future__ import annotations

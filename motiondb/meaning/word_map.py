@@ -1,6 +1,6 @@
 """A linear map from score vectors to words, calibrated to probabilities.
 
-Notation: v the score vector of an interval of motion (``search.score_vectors``), y_w = 1 where word
+Notation: v the score vector of an interval of motion (:mod:`.score_vectors`), y_w = 1 where word
 w was written about it. The evidence for w is z_w = v . u_w + c_w, by ridge regression of
 y - mean(y) on v. It is additive over symbols and over segments, so that every score can be
 decomposed exactly. The ridge is the largest one whose ranking of held-out groups, of words for
@@ -18,14 +18,12 @@ groups are used: a word of a single performer cannot be learned from the others.
 Source: ridge regression was chosen in early experiments; ``docs/measured/quality.md`` compares it
 with other maps ("Words to motion"); Platt (1999) for the logistic map.
 
-Sufficient statistics of the word map: sums over captures from which a capture can be removed.
-
-Notation of :mod:`motiondb.meaning.word_map`: v the score vector of a described interval, y its
-words. Ridge regression needs n, sum v, sum y, sum v v' and sum v y' only. The values of v are
-rounded to multiples of 2^-16, so that their products are multiples of 2^-32 and every sum over up
-to two million intervals is exact in floating point: adding a capture and removing it, in any order,
-restores exactly the same sums. The rounding error (0.000008 of a vector of length 1) is far below
-the difference between two captures of the same movement.
+**Sufficient statistics: sums from which a capture can be removed.** Ridge regression needs n, sum
+v, sum y, sum v v' and sum v y' only. The values of v are rounded to multiples of 2^-16, so that
+their products are multiples of 2^-32 and every sum over up to two million intervals is exact in
+floating point: adding a capture and removing it, in any order, restores exactly the same sums. The
+rounding error (0.000008 of a vector of length 1) is far below the difference between two captures
+of the same movement.
 """
 
 from __future__ import annotations

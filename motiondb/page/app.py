@@ -15,7 +15,7 @@ from starlette.responses import FileResponse, Response
 
 from motiondb.errors import MotionDBError
 from motiondb.page.errors import answer_of, error_answer, unknown
-from motiondb.page.guard import Guard
+from motiondb.page.guard import HEADERS, Guard
 from motiondb.page.routes import (
     asking,
     boards,
@@ -85,12 +85,14 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
 
 _STATUSES = {
     400: "The database refuses the request; the message says why.",
+    401: "The token is missing or wrong.",
     403: "The request does not come from this page, or the page is read-only.",
     404: "There is no such thing.",
     409: "The database has not learned, or something changed meanwhile.",
     413: "Too large.",
     415: "The content has another type than expected.",
     422: "A parameter is missing or of another type.",
+    500: "A fault of the program.",
     503: "Another process holds the database.",
 }  # Description of each HTTP status of errors, for OpenAPI
 
@@ -117,6 +119,15 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
             answer.headers[name] = value
         return answer
 
+    async def broken(_request: Request, error: Exception) -> Response:
+        # the guard adds no headers here: this answer is made outside of it
+        fault = type(error).__name__
+        message = f"request: expected an answer, found a fault of the program ({fault})."
+        answer = error_answer("ProgramError", message, 500)
+        answer.headers.update(HEADERS)
+        return answer
+
+    application.add_exception_handler(Exception, broken)
     application.add_exception_handler(MotionDBError, cast(Handler, refused))
     application.add_exception_handler(RequestValidationError, cast(Handler, malformed))
     application.add_exception_handler(HTTPException, cast(Handler, failed))

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, cast
 
-from pydantic import Field
+from pydantic import AfterValidator
 
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import KINDS, Court, Diagram, Element, Player
 
-Metres = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
-Size = Annotated[float, Field(ge=0.0, le=1000.0, allow_inf_nan=False)]
-Point = tuple[Metres, Metres]
-PlayerName = Annotated[str, Field(pattern=r"^[^\W\d]\w*$", max_length=60)]
-OtherName = Annotated[str, Field(pattern=r"^([^\W\d]\w*)?$", max_length=60)]
+Point = tuple[float, float]
 Team = Literal["attack", "defence", "player"]
-MOST = 200  # Largest number of players, elements or places
+_NAME = re.compile(r"[^\W\d]\w*")
+_TITLE, _GRAMMAR = re.compile(r'[^"\n\r]*'), re.compile(r"[^\W\d]\w*(-\w+)*")
+_MOST = 200  # Largest number of players, elements or places of a request
+_FARTHEST = 1000.0  # Largest distance of a request, metres
+_LATEST = 10_000  # Largest step of a request
 _STRICT: dict[str, Any] = {"extra": "forbid"}  # Unknown keys of a request are refused
 
 
@@ -25,10 +26,10 @@ class PlayerShape:
     """A player at the beginning of the play."""
 
     __pydantic_config__: ClassVar = _STRICT
-    name: PlayerName
+    name: str
     team: Team
     at: Point
-    guards: OtherName = ""
+    guards: str = ""
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,11 @@ class ElementShape:
 
     __pydantic_config__: ClassVar = _STRICT
     kind: Literal[KINDS]  # type: ignore[valid-type]  # a tuple of literals
-    step: Annotated[int, Field(ge=1, le=10_000)]
-    player: PlayerName
-    other: OtherName = ""
-    caught: Annotated[int, Field(ge=0, le=10_000)] = 0
-    via: Annotated[list[Point], Field(max_length=MOST)] = field(default_factory=list)
+    step: int
+    player: str
+    other: str = ""
+    caught: int = 0
+    via: list[Point] = field(default_factory=list)
     to: Point | None = None
     line: int | None = None
 
@@ -51,8 +52,8 @@ class CourtShape:
     """The court; ``behind_rim`` follows from the other values and is ignored in requests."""
 
     __pydantic_config__: ClassVar = _STRICT
-    width: Size = 15.0
-    length: Size = 14.0
+    width: float = 15.0
+    length: float = 14.0
     behind_rim: float = 1.575
     lines: bool = True
 
@@ -62,7 +63,7 @@ class PlaceShape:
     """A place that rules may refer to."""
 
     __pydantic_config__: ClassVar = _STRICT
-    name: PlayerName
+    name: str
     at: Point
 
 
@@ -71,13 +72,54 @@ class DiagramShape:
     """A tactics diagram."""
 
     __pydantic_config__: ClassVar = _STRICT
-    title: Annotated[str, Field(pattern=r'^[^"\n\r]*$', max_length=200)]
-    players: Annotated[list[PlayerShape], Field(max_length=MOST)]
-    grammar: Annotated[str, Field(pattern=r"^[^\W\d]\w*(-\w+)*$", max_length=60)] = "basketball"
-    ball: OtherName = ""
+    title: str
+    players: list[PlayerShape]
+    grammar: str = "basketball"
+    ball: str = ""
     court: CourtShape = CourtShape()
-    places: Annotated[list[PlaceShape], Field(max_length=MOST)] = field(default_factory=list)
-    elements: Annotated[list[ElementShape], Field(max_length=MOST)] = field(default_factory=list)
+    places: list[PlaceShape] = field(default_factory=list)
+    elements: list[ElementShape] = field(default_factory=list)
+
+
+def _check_limits(shape: DiagramShape) -> DiagramShape:
+    """Return the diagram of a request; one outside the limits is refused."""
+    players, elements, places = shape.players, shape.elements, shape.places
+    names = [p.name for p in players] + [p.name for p in places] + [e.player for e in elements]
+    names += [name for name in (shape.ball, *(p.guards for p in players)) if name]
+    names += [e.other for e in elements if e.other]
+    points = [p.at for p in players] + [p.at for p in places]
+    points += [at for e in elements for at in e.via]
+    points += [e.to for e in elements if e.to is not None]
+    size = (shape.court.width, shape.court.length)
+    expected = {
+        "a title of at most 200 characters without quotes and line breaks": (
+            len(shape.title) <= 200 and _TITLE.fullmatch(shape.title)
+        ),
+        "a grammar's name of at most 60 characters": (
+            len(shape.grammar) <= 60 and _GRAMMAR.fullmatch(shape.grammar)
+        ),
+        "names of letters and digits, at most 60 characters long": (
+            all(len(name) <= 60 and _NAME.fullmatch(name) for name in names)
+        ),
+        f"at most {_MOST} players, elements and places": (
+            max(len(players), len(elements), len(places), *(len(e.via) for e in elements)) <= _MOST
+        ),
+        f"places within {_FARTHEST:g} m": (
+            all(abs(value) <= _FARTHEST for point in points for value in point)
+        ),
+        f"a court of at most {_FARTHEST:g} m": all(0.0 <= metres <= _FARTHEST for metres in size),
+        f"steps from 1 to {_LATEST}": (
+            all(1 <= e.step <= _LATEST and 0 <= e.caught <= _LATEST for e in elements)
+        ),
+    }
+    for what, holds in expected.items():
+        if not holds:
+            raise ValueError(f"expected {what}, found another diagram")
+    return shape
+
+
+RequestedDiagram = Annotated[DiagramShape, AfterValidator(_check_limits)]
+"""The diagram of a request. Diagrams of answers have no limits: a text may hold any."""
 
 
 def diagram_of(shape: DiagramShape) -> Diagram:

@@ -22,6 +22,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final, Literal
 
+from motiondb.answers.catalogue import AddResult
+from motiondb.answers.grammars import GrammarLearned
+from motiondb.answers.learning import LearnResult
+from motiondb.answers.scenes import SceneMade
 from motiondb.page.errors import PageError, unknown
 
 MOST_JOBS = 100  # Largest number of jobs that are remembered
@@ -36,6 +40,13 @@ DONE: Final = "done"
 FAILED: Final = "failed"
 CANCELLED: Final = "cancelled"
 _ENDED = (DONE, FAILED, CANCELLED)
+_RESULTS: dict[str, Callable[..., Any]] = {
+    "add": AddResult,
+    "learn": LearnResult,
+    "grammar": GrammarLearned,
+    "scene": SceneMade,
+    "scene-update": SceneMade,
+}
 _PATIENCE = 5.0  # Seconds after which a worker that was asked to end is killed
 
 
@@ -61,7 +72,7 @@ class JobReply(JobStep):
     seconds: float  # Duration so far
     message: str | None  # Why it failed
     error_kind: str | None
-    result: dict[str, Any] | None  # Its keys depend on the kind
+    result: AddResult | LearnResult | GrammarLearned | SceneMade | None
     curve: list[tuple[float, float]]  # Share and error of a scene so far
 
 
@@ -194,7 +205,8 @@ def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
         if "failed" in event:
             job.end(FAILED, shown(event["failed"]), event["kind"])
         elif "done" in event:
-            job.result, job.share = event["done"], 1.0
+            result = _RESULTS.get(job.kind, dict)  # short jobs have a plain one
+            job.result, job.share = result(**event["done"]), 1.0
             job.end(DONE)
         elif "preview" in event:
             job.show(event["preview"])

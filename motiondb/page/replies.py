@@ -142,19 +142,28 @@ def _with_take(db: MotionDB, match: Match) -> ShownMatch:
     )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class CaptureRow(ListedCapture):
-    """A row of the catalogue."""
+@dataclass(frozen=True, kw_only=True)
+class CaptureRow:
+    """A row of the catalogue: what the table shows."""
 
     ref: str
+    name: str
+    kind: str  # "captured" or "generated"
+    duration: float
+    tags: dict[str, str]
+    notes: tuple[str, ...]
+    words: tuple[Caption, ...]
     learned: bool
     copies: int
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CaptureDetails(CaptureRow):
+class CaptureDetails(ListedCapture):
     """Everything about one capture; the last three fields are about generated ones."""
 
+    ref: str
+    learned: bool
+    copies: int
     relations: tuple[Relation, ...]
     events: tuple[ShownEvent, ...]
     segments: tuple[ShownSegment, ...]
@@ -169,8 +178,13 @@ class CaptureDetails(CaptureRow):
 def capture_row(row: BrowsedCapture) -> CaptureRow:
     """Return a row of the catalogue."""
     return CaptureRow(
-        **vars(listed_capture(row.info, row.captions)),
         ref=f"capture:{row.info.name}",
+        name=row.info.name,
+        kind=row.info.kind,
+        duration=row.info.duration,
+        tags=row.info.tags,
+        notes=row.info.notes,
+        words=row.captions,
         learned=row.learned,
         copies=row.copies,
     )
@@ -187,7 +201,10 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
             made |= {"grammar": shown["grammar"], "string": tuple(shown["string"].split())}
     words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
-        **vars(capture_row(row)),
+        **vars(listed_capture(row.info, row.captions)),
+        ref=f"capture:{name}",
+        learned=row.learned,
+        copies=row.copies,
         relations=tuple(db.relations(name)),
         events=tuple(map(shown_event, db.events(name))),
         segments=tuple(db.segments(name)),

@@ -202,7 +202,7 @@ def list_folder(roots: Sequence[Path], root: int, path: str) -> FolderReply:
         for entry in sorted(folder.iterdir())[:MOST_ENTRIES]:
             kind = "folder" if entry.is_dir() else upload_kind(entry.name)
             if kind and not entry.name.startswith(".") and not entry.is_symlink():
-                names[kind].append(_valid(entry.name))
+                names[kind].append(without_surrogates(entry.name))
     except OSError as error:
         raise PageError(
             f"folder: expected one that can be read, found: {error.strerror}."
@@ -210,6 +210,6 @@ def list_folder(roots: Sequence[Path], root: int, path: str) -> FolderReply:
     return FolderReply(root, path, names["folder"], len(names["capture"]), names["sheet"])
 
 
-def _valid(name: str) -> str:
+def without_surrogates(name: str) -> str:
     """Return a name without lone surrogates, which JSON in UTF-8 cannot hold."""
     return name.encode("utf-8", "replace").decode()

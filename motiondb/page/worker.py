@@ -23,8 +23,11 @@ from pathlib import Path
 from queue import Queue
 from typing import TYPE_CHECKING, Any, TextIO
 
-from motiondb.answers.learning import learned_summary
+from motiondb.answers.catalogue import AddResult
+from motiondb.answers.grammars import GrammarLearned
+from motiondb.answers.learning import LearnResult, learned_summary
 from motiondb.answers.plain import to_json
+from motiondb.answers.scenes import SceneMade
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
 from motiondb.page.jobs import FACTS_FILE, FIRST_FILE, MOTION_FILE
@@ -112,7 +115,7 @@ class Workshop:
             self._opened[read_only] = MotionDB(self._path, read_only=read_only, wait=self._wait)
         return self._opened[read_only]
 
-    def _add(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+    def _add(self, parameters: Parameters, progress: Events) -> AddResult:
         from motiondb.database.catalogue.file_reading import AddSettings
         from motiondb.files import unit_from_name
 
@@ -131,25 +134,25 @@ class Workshop:
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
         )
         names = [info.name for info in self.database.captures() if info.name not in before]
-        return {
-            "added": len(report.added),
-            "known": len(report.known),
-            "captures": names,
-            "problems": [_without_folder(problem, place) for problem in report.problems],
-            "notes": [_without_folder(note, place) for note in report.notes],
-            "new_words": report.new_words,
-            "counted": report.counted,
-            "seconds": round(report.seconds, 2),
-        }
+        return AddResult(
+            added=len(report.added),
+            known=len(report.known),
+            captures=names,
+            problems=[_without_folder(problem, place) for problem in report.problems],
+            notes=[_without_folder(note, place) for note in report.notes],
+            new_words=list(report.new_words),
+            counted=report.counted,
+            seconds=round(report.seconds, 2),
+        )
 
-    def _learn(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+    def _learn(self, parameters: Parameters, progress: Events) -> LearnResult:
         from motiondb.learn.symbol_fitting import LearnSettings
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress)
-        return to_json(learned_summary(learned))
+        return LearnResult(**vars(learned_summary(learned)))
 
-    def _learn_grammar(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+    def _learn_grammar(self, parameters: Parameters, progress: Events) -> GrammarLearned:
         from motiondb.database.grammars.grammar_learning import GrammarSettings
 
         settings = GrammarSettings(**parameters["settings"])
@@ -159,9 +162,9 @@ class Workshop:
             settings,
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
         )
-        return {"grammar": learned.name, "no_longer_editable": lost}
+        return GrammarLearned(grammar=learned.name, no_longer_editable=list(lost))
 
-    def _make_scene(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+    def _make_scene(self, parameters: Parameters, progress: Events) -> SceneMade:
         from motiondb.database.scenes.scene_making import SceneSettings
 
         settings = SceneSettings(**parameters["settings"])
@@ -169,7 +172,7 @@ class Workshop:
         scene = self.reading.scenes.make(parameters["diagram"], settings, course.tell)
         return self._finished(scene, parameters, course)
 
-    def _update_scene(self, parameters: Parameters, progress: Events) -> dict[str, Any]:
+    def _update_scene(self, parameters: Parameters, progress: Events) -> SceneMade:
         from motiondb.database.scenes.scene_making import SceneSettings
         from motiondb.database.scenes.scene_texts import read_scene_text
 
@@ -193,7 +196,7 @@ class Workshop:
             return self.reading.scenes.load(earlier["name"])
         return self._scene(earlier["name"], Path(earlier["folder"])).record
 
-    def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> dict[str, Any]:
+    def _finished(self, scene: Scene, parameters: Parameters, course: _Course) -> SceneMade:
         """Write the files of a scene for the server; the motions first, to be played early."""
         folder, name = Path(parameters["folder"]), parameters["scene"]
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -206,7 +209,7 @@ class Workshop:
         (folder / FACTS_FILE).write_text(json.dumps(facts), encoding="utf-8")
         (folder / SCENE_FILE).write_bytes(pickle.dumps(scene))
         self._remember(name, scene)
-        return {"scene": name, "ref": f"scene:{name}"}
+        return SceneMade(scene=name, ref=ref)
 
     def _scene(self, name: str, folder: Path) -> Scene:
         """Return a scene that this process or an earlier process of this server made."""

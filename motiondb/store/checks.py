@@ -13,6 +13,7 @@ DuckDB may crash on a file that is damaged in a way it does not expect: to check
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
 
@@ -239,17 +240,21 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
 
 
 def _cut_short(store: Store) -> list[str]:
-    """A sentence if the file ends before its last block, which is not read if it is free.
+    """A sentence if the file ends within a block, or has fewer blocks than are in use.
 
-    Changes that are still in the log beside the file have their blocks in memory only.
+    The head of a file may count more blocks than there are: DuckDB writes it, and then cuts the
+    free blocks off the end. It cuts whole blocks only. Changes that are still in the log beside the
+    file have their blocks in memory only.
     """
     if store.path.with_name(f"{store.path.name}.wal").exists():
         return []
-    (row,) = store.connection.execute(
-        "SELECT block_size * total_blocks FROM pragma_database_size() "
+    ((size, total, used),) = store.connection.execute(
+        "SELECT block_size, total_blocks, used_blocks FROM pragma_database_size() "
         "WHERE database_name = current_database()"
     ).fetchall()
-    expected, found = int(row[0]) + _HEADERS, store.path.stat().st_size
+    found = store.path.stat().st_size
+    begun = math.ceil((found - _HEADERS) / size)
+    expected = _HEADERS + size * max(used, min(begun, total))
     if found >= expected:
         return []
     return [damage_sentence(store.path, f"{found} bytes of {expected}.")]

@@ -71,6 +71,26 @@ def test_a_reader_that_dies_is_a_fault(
     assert "found: that reading it ends the program (SIGSEGV). The file is damaged" in fault
 
 
+def test_modules_of_the_working_folder_are_not_imported(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    filled.close()
+    (tmp_path / "json.py").write_text("raise SystemExit(3)")
+    monkeypatch.chdir(tmp_path)
+    assert motiondb.check_file(filled.path) == []
+
+
+def test_an_error_that_is_no_text_is_a_fault(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    failing = tmp_path / "python"
+    failing.write_text("#!/bin/sh\nprintf 'bad \\377' >&2\n")
+    failing.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(failing))
+    (fault,) = motiondb.check_file(filled.path)
+    assert "found: that reading it fails (bad \ufffd)" in fault
+
+
 def test_what_keeps_the_check_from_looking_is_an_error(filled: store.Store, tmp_path: Path) -> None:
     with pytest.raises(StoreError, match="found it held by process"):
         motiondb.check_file(filled.path)

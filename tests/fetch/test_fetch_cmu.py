@@ -274,6 +274,15 @@ def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) 
     assert files_in(tmp_path) == whole(site)
 
 
+def test_a_disk_that_is_full_at_the_end_of_a_file(site, tmp_path, monkeypatch) -> None:
+    def full(_number: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(download.os, "fsync", full)
+    with pytest.raises(UnreachableError, match="expected room on the disk, found it full"):
+        fetch(site, tmp_path)
+
+
 def test_an_interruption_leaves_nothing_half_written_under_a_final_name(site, tmp_path) -> None:
     def stop(progress: FetchProgress) -> None:
         if progress.file == "14/14_06.amc":

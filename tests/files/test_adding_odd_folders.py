@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
+from pebble.pool.process import PoolManager
 
 import motiondb
+from motiondb.database.catalogue import file_reading
 from motiondb.database.catalogue.cataloguing import AddReport
 from motiondb.database.catalogue.file_reading import AddSettings, read_all
 from motiondb.errors import MotionDBError
@@ -223,6 +227,60 @@ def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
         "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
         "capture, or allow more with --memory-limit or --time-limit."
     )
+
+
+class DeadlyOnce(type(Path())):
+    """A path that ends the first process that unpacks it."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        path = f"__import__('pathlib').Path({str(self)!r})"
+        begun = f"__import__('pathlib').Path({str(self) + '.begun'!r})"
+        ends = f"{begun}.touch() or __import__('os')._exit(3)"
+        return eval, (f"{path} if {begun}.exists() else {ends}",)
+
+
+def here(*_: object) -> None:
+    raise AssertionError("a file was read in this process, without limits")
+
+
+def test_a_reader_process_that_is_ended_once_costs_no_file(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = folder / "good.bvh"
+    jobs = [
+        (f"take{n}", DeadlyOnce(path) if n == 3 else path, None, folder, AddSettings())
+        for n in range(5)
+    ]
+    monkeypatch.setattr(file_reading, "_read_one", here)
+    assert [reading.problem for reading in read_all(jobs, 2)] == [""] * 5
+    assert (folder / "good.bvh.begun").exists()
+
+
+def test_after_an_idle_process_has_died_files_are_read_in_others(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    managers: list[PoolManager] = []
+
+    def start(manager: PoolManager) -> None:
+        managers.append(manager)
+        starts(manager)
+
+    starts = PoolManager.start
+    monkeypatch.setattr(PoolManager, "start", start)
+    monkeypatch.setattr(file_reading, "_read_one", here)
+    path = folder / "good.bvh"
+    jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(9)]
+    readings = read_all(jobs, 2)
+    first = next(readings)
+    (manager,) = managers
+    limit = time.monotonic() + 60
+    while manager.task_manager.tasks and time.monotonic() < limit:
+        time.sleep(0.02)
+    os.kill(next(iter(manager.worker_manager.workers)), signal.SIGKILL)
+    while manager.context.alive and time.monotonic() < limit:
+        time.sleep(0.02)
+    assert [reading.problem for reading in (first, *readings)] == [""] * 9
+    assert len(managers) == 2
 
 
 def test_numeric_options_have_ranges(tmp_path: Path, command: Callable[..., Any]) -> None:

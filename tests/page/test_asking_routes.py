@@ -43,6 +43,7 @@ def test_an_example_finds_itself_first(client: TestClient) -> None:
     facts = get(client, "/api/like", ref="capture:ana/long_1", start=2, end=4, limit=3)
     best = facts["matches"][0]
     assert (best["capture"], best["start"]) == ("ana/long_1", 2.0)
+    assert (best["place"], best["parts"]) == ("", [])  # nobody measured a place
 
 
 def test_a_wrong_ref_is_told(client: TestClient) -> None:

@@ -103,8 +103,28 @@ def test_a_text_that_cannot_be_read_is_an_answer_with_its_line(client: TestClien
 
 def test_text_and_diagram_exclude_each_other(client: TestClient) -> None:
     assert client.post("/api/board/check", json={}).status_code == 400
-    wrong = {"title": 'a"\nball A1', "players": []}
-    assert client.post("/api/board/check", json={"diagram": wrong}).status_code == 422
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"title": 'a"\nball A1'},
+        {"title": "a" * 201},
+        {"ball": "A 1"},
+        {"court": {"width": -1.0}},
+        {"players": [{"name": "A1", "team": "attack", "at": [0.0, 1001.0]}]},
+        {"elements": [{"kind": "shoot", "step": 0, "player": "A1"}]},
+    ],
+)
+def test_a_diagram_outside_the_limits_is_refused(client: TestClient, wrong: object) -> None:
+    diagram = {"title": "a", "players": []} | dict(wrong)  # type: ignore[call-overload]
+    assert client.post("/api/board/check", json={"diagram": diagram}).status_code == 422
+
+
+def test_a_text_outside_the_limits_of_requests_is_answered(client: TestClient) -> None:
+    text = f'diagram "{"long" * 60}"\nattack A1 at 0 2000\n1 shoot A1\n'
+    board = post(client, "/api/board/check", {"text": text})
+    assert board["diagram"]["players"][0]["at"] == [0.0, 2000.0]
 
 
 def test_a_board_is_saved_as_the_file_that_the_command_line_reads(
@@ -149,3 +169,11 @@ def test_a_link_in_the_folder_of_boards_is_not_followed(learned_copy: Path, serv
     refused(client, "/api/board", 404, name="link")
     assert client.put("/api/board", json={"name": "link", "text": DRILL}).status_code == 400
     assert secret.read_text() == "private"
+
+
+def test_an_unreadable_scene_does_not_hide_the_others(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+    folder = client.app.state.page.folder / "scenes" / "s0123456789"  # type: ignore[attr-defined]
+    folder.mkdir()
+    (folder / "facts.json").write_text("{}")
+    assert get(client, "/api/scenes") == {"scenes": []}

@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from page_serving import Serve, get, post, refused
+from page_serving import ADDRESS, Serve, get, post, refused
 from starlette.testclient import TestClient
 
 import motiondb
+from motiondb import MotionDB
+from motiondb.page.app import make_application
+from motiondb.page.settings import PageSettings
 
 NAME = "ana/walk_1"
 
@@ -168,3 +171,38 @@ def test_a_removed_capture_is_gone(learned_copy: Path, serve: Serve) -> None:
     assert client.delete("/api/capture", params={"name": NAME}).json() == {"removed": [NAME]}
     refused(client, "/api/capture", 404, name=NAME)
     refused(client, "/api/motion", 404, ref=f"capture:{NAME}")
+
+
+def test_a_folder_whose_name_is_no_text_is_shown(
+    learned_file: Path, serve: Serve, tmp_path: Path
+) -> None:
+    folder = tmp_path / "fold\udcff"
+    folder.mkdir()
+    client = serve(learned_file, folders=(folder,), read_only=True)
+    assert get(client, "/api/status")["folders"] == [{"root": 0, "name": "fold?"}]
+
+
+def test_a_row_has_what_the_table_shows(client: TestClient) -> None:
+    (row,) = get(client, "/api/captures", limit=1)["captures"]
+    assert set(row) == {
+        "ref", "name", "kind", "duration", "tags", "notes", "words", "learned", "copies"
+    }  # fmt: skip
+
+
+def test_a_fault_of_the_program_has_the_form_of_all_errors(
+    learned_file: Path, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_db: MotionDB) -> None:
+        raise KeyError("secret")
+
+    monkeypatch.setattr(MotionDB, "duplicates", fail)
+    application = make_application(PageSettings(learned_file, warm=False), tmp_path, bundle)
+    with TestClient(application, base_url=ADDRESS, raise_server_exceptions=False) as client:
+        answer = client.get("/api/duplicates")
+    assert answer.status_code == 500
+    assert answer.headers["x-frame-options"] == "DENY"
+    assert answer.json()["error"] == {
+        "kind": "ProgramError",
+        "message": "request: expected an answer, found a fault of the program (KeyError).",
+        "status": 500,
+    }

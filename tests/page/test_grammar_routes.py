@@ -28,7 +28,11 @@ def editor(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Iter
     with TestClient(application, base_url=ADDRESS) as client:
         body = {"captures": CAPTURES, "name": "play", "sentences": "captures"}
         job = ended(client, post(client, "/api/grammars", body))
-        assert job["result"] == {"grammar": "play", "no_longer_editable": []}
+        assert job["result"] == {
+            "kind": "grammar",
+            "grammar": "play",
+            "no_longer_editable": [],
+        }
         yield client
 
 

@@ -133,13 +133,3 @@ def test_deeply_nested_json_is_refused(asked: tuple[Any, TestClient]) -> None:
     headers = {"content-type": "application/json"}
     content = b'{"words": ' + b"[" * 100_000 + b"]" * 100_000 + b"}"
     assert client.post("/api/generate", content=content, headers=headers).status_code in (400, 422)
-
-
-def test_the_types_of_typescript_are_those_of_the_description(
-    asked: tuple[Any, TestClient],
-) -> None:
-    """Where this fails: ``python motiondb/page/web/typescript.py`` writes them again."""
-    from motiondb.page.web.typescript import TYPES, types_of
-
-    _, client = asked
-    assert TYPES.read_text() == types_of(client.get("/api/openapi.json").json())

@@ -166,6 +166,20 @@ def test_damage_in_any_table_and_in_the_indexes_of_names_is_told(filled: store.S
     assert len(missed) < total // 2
 
 
+def test_a_file_whose_end_was_free_is_whole(tmp_path: Path) -> None:
+    """DuckDB cuts free blocks off the end, and its head goes on counting them."""
+    path = tmp_path / "m.duckdb"
+    for change in ("CREATE TABLE big AS SELECT random() FROM range(1000000)", "DROP TABLE big"):
+        with store.open_store(path) as opened:
+            opened.connection.execute(change)
+    with store.open_store(path, read_only=True) as opened:
+        assert store.check_store(opened) == []
+        ((counted,),) = opened.connection.execute(
+            "SELECT block_size * total_blocks FROM pragma_database_size()"
+        ).fetchall()
+        assert counted > path.stat().st_size
+
+
 def test_a_missing_or_changed_table_is_told(filled: store.Store) -> None:
     filled.connection.execute("DROP TABLE relation")
     filled.connection.execute("ALTER TABLE synonym ADD COLUMN extra INTEGER")

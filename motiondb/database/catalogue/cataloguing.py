@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import files, store
-from motiondb.database.catalogue.file_reading import AddSettings, Reading, read_all
+from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -136,16 +136,16 @@ def _save(
 class _Chosen:
     """Readings that are new, those with known content, and those that cannot be saved."""
 
-    new: tuple[Reading, ...]
+    new: tuple[ReadFile, ...]
     known: tuple[tuple[str, str], ...]
     problems: tuple[str, ...]
 
 
-def _sort_readings(opened: store.Store, readings: Sequence[Reading]) -> _Chosen:
+def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen:
     """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
-    new: list[Reading] = []
+    new: list[ReadFile] = []
     known: list[tuple[str, str]] = []
     problems: list[str] = []
     for reading in readings:
@@ -241,7 +241,7 @@ def _tags(entry: SheetEntry | None) -> dict[str, str]:
 
 
 def _info(
-    reading: Reading, entry: SheetEntry | None, run_id: int, notes: list[str]
+    reading: ReadFile, entry: SheetEntry | None, run_id: int, notes: list[str]
 ) -> tuple[CaptureInfo, tuple[Caption, ...]]:
     duration = reading.n_frames / reading.fps
     captions = captions_within(reading.name, entry.captions if entry else (), duration, notes)

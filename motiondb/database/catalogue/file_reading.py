@@ -86,7 +86,7 @@ class AddSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class ReadFile:
     """A file that was read: everything to save, or why not."""
 
     name: str  # Name of the capture
@@ -102,7 +102,7 @@ class Reading:
 _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
-def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
+def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[ReadFile]:
     """Read files, in other processes if there are more than a few; readings in order of the jobs.
 
     A file that kills its process, or takes too long, becomes a problem; the others go on.
@@ -110,20 +110,30 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Reading]:
     if len(jobs) <= _FEW or n_jobs == 1:
         yield from (_read_one(*job) for job in jobs)
         return
+    n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
+    folder, running = _working_folder(), deque[tuple[_Job, Future[ReadFile] | None]]()
+    with _pool_of(n_jobs) as pool:
+        for job in jobs:
+            try:
+                future = _submit(pool, folder, job)
+            except (OSError, RuntimeError):  # it cannot start, or it is broken
+                future = None
+            running.append((job, future))
+            if len(running) == _AHEAD * n_jobs:
+                yield _result(folder, *running.popleft())
+        while running:
+            yield _result(folder, *running.popleft())
+
+
+@contextmanager
+def _pool_of(n_jobs: int) -> Iterator[ProcessPool]:
+    """Processes that read, which end with the block."""
     from pebble import ProcessPool
 
-    n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
     parent = (os.getpid(), is_main_thread())
     pool = ProcessPool(n_jobs, initializer=end_with_parent, initargs=parent, context=_context())
-    folder, running = _working_folder(), deque[tuple[_Job, Future[Reading] | None]]()
     try:
-        for job in jobs:
-            running.append((job, _submit(pool, folder, job)))
-            if len(running) == _AHEAD * n_jobs:
-                yield _result(*running.popleft())
-        while running:
-            yield _result(*running.popleft())
-        pool.close()
+        yield pool
     finally:
         with suppress(Exception):  # a pool that could not start has nothing to end
             pool.stop()  # files that are left belong to an error
@@ -140,36 +150,57 @@ def _context() -> LokyContext:
     return context
 
 
-def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[Reading] | None:
-    """Hand out a file, the first starts the processes; None where the system lets none start."""
+def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[ReadFile]:
+    """Hand out a file; the first starts the processes."""
     path, limits = job[1], job[-1].limits
     n_bytes = path.stat().st_size if path.is_file() else 0
     seconds = min(_GRACE * limits.seconds_for(n_bytes), threading.TIMEOUT_MAX)
     packed = pickle.dumps(job)  # a process that dies from it has then said that it has begun
-    try:
-        with _interrupts_wait():
-            return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
-    except (OSError, RuntimeError):
-        return None
+    with _interrupts_wait():
+        return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
 
 
-def _result(job: _Job, future: Future[Reading] | None) -> Reading:
-    """The reading of a file that was handed out; it is read here where there is no process."""
+def _result(folder: str, job: _Job, future: Future[ReadFile] | None) -> ReadFile:
+    """The result for a file that was handed out; it is read again if its process ended.
+
+    A process may end without fault of the file: the system ends one where memory is short, and the
+    pool breaks if a process ends that has no file.
+    """
     from pebble import ProcessExpired
 
-    name, path = job[0], job[1]
     try:
-        return _read_one(*job) if future is None else future.result()
-    except BrokenProcessPool:
-        return _read_one(*job)
-    except (ProcessExpired, TimeoutError):
-        return Reading(
-            name,
-            str(path),
-            problem=f"{path}: expected a file that can be read, found one that ends the process "
-            "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
-            "capture, or allow more with --memory-limit or --time-limit.",
-        )
+        return _read_alone(folder, job) if future is None else future.result()
+    except (BrokenProcessPool, ProcessExpired):
+        return _read_alone(folder, job)
+    except TimeoutError:
+        return _refused(job)
+
+
+def _read_alone(folder: str, job: _Job) -> ReadFile:
+    """Read a file in a process of its own, or in this one if the system lets none start."""
+    from pebble import ProcessExpired
+
+    with _pool_of(1) as pool:
+        try:
+            future = _submit(pool, folder, job)
+        except (OSError, RuntimeError):
+            return _read_one(*job)
+        try:
+            return future.result()
+        except (BrokenProcessPool, ProcessExpired, TimeoutError):
+            return _refused(job)
+
+
+def _refused(job: _Job) -> ReadFile:
+    """The result for a file that ends its process, or takes too long."""
+    name, path = job[0], job[1]
+    return ReadFile(
+        name,
+        str(path),
+        problem=f"{path}: expected a file that can be read, found one that ends the process "
+        "that reads it (too much memory or time, or a damaged file). Export it again, cut the "
+        "capture, or allow more with --memory-limit or --time-limit.",
+    )
 
 
 def _working_folder() -> str:
@@ -193,7 +224,7 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Reading:
+def _read_beside(folder: str, packed: bytes, n_bytes: int) -> ReadFile:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
     job: _Job = pickle.loads(packed)
@@ -203,7 +234,7 @@ def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Reading:
 
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> Reading:
+) -> ReadFile:
     """Read a file; an error becomes the problem of the reading."""
     try:
         n_bytes = path.stat().st_size if path.is_file() else 0
@@ -211,14 +242,14 @@ def _read_one(
             return _read_capture(name, path, entry, folder, settings)
     except MotionDBError as error:
         message = str(error)
-        return Reading(
+        return ReadFile(
             name, str(path), problem=message if str(path) in message else f"{path}: {message}"
         )
 
 
 def _read_capture(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> Reading:
+) -> ReadFile:
     """Read a file and its skeleton, and solve the canonical body."""
     options = capture.ReadOptions(
         fps=entry.fps if entry and entry.fps else settings.fps,
@@ -237,7 +268,7 @@ def _read_capture(
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
-    return Reading(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
+    return ReadFile(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
 
 
 def _skeleton(

@@ -242,11 +242,11 @@ def strip(material: Material, sequence: GrammarSequence) -> tuple[StripTerminal,
         StripTerminal(
             name,
             nonterminal,
-            start / MOTION_FPS,
-            end / MOTION_FPS,
+            round(start / MOTION_FPS, 3),
+            round(end / MOTION_FPS, 3),
             sources[int(terminals.takes[clip])].name,
-            float(terminals.starts[clip]) / MOTION_FPS,
-            float(terminals.ends[clip]) / MOTION_FPS,
+            round(float(terminals.starts[clip]) / MOTION_FPS, 3),
+            round(float(terminals.ends[clip]) / MOTION_FPS, 3),
         )
         for name, nonterminal, (start, end), clip in rows
     )

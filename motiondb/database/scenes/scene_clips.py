@@ -43,16 +43,7 @@ if TYPE_CHECKING:
     from motiondb.database.session import Session
 
 
-# ----------------------------------------------------------------------------
 # Replacement of words in a motion grammar's phrases that are in no caption by words that are.
-#
-# If no caption shows a terminal, the captures are searched again with replaced words. Words of its
-# phrases that are in no caption are replaced by known ones (:mod:`motiondb.search.unknown_words`):
-# by every known word whose probability is ``TAKEN`` or more, the bound that holds for questions
-# and for generated motion too. The commands name every word that was taken, since a scene plays
-# its clips without a probability. A word is not replaced by one in a phrase of another terminal,
-# because a grammar with both distinguishes them. Excluding phrases ("without") do not change: an
-# unknown word excludes nothing.
 
 
 Phrases = tuple[frozenset[str], ...]
@@ -73,7 +64,16 @@ def take_phrases(
     known: frozenset[str],
     table: NearbyTable,
 ) -> TakenPhrases:
-    """Take the words of phrases that no caption holds."""
+    """Take the words of phrases that no caption holds.
+
+    If no caption shows a terminal, the captures are searched again with replaced words. Words of
+    its phrases that are in no caption are replaced by known ones
+    (:mod:`motiondb.search.unknown_words`): by every known word whose probability is ``TAKEN`` or
+    more, the bound that holds for questions and for generated motion too. The commands name every
+    word that was taken, since a scene plays its clips without a probability. A word is not replaced
+    by one in a phrase of another terminal, because a grammar with both distinguishes them.
+    Excluding phrases ("without") do not change: an unknown word excludes nothing.
+    """
     phrases: dict[str, Phrases] = {}
     takings: dict[str, Taking] = {}
     for name in missing:
@@ -107,8 +107,6 @@ def _taken(
     ]
     return [frozenset(chosen) for chosen, _ in zip(product(*choices), range(MOST_PHRASES))]
 
-
-# ----------------------------------------------------------------------------
 
 THROW, BEFORE = "throw", "before"
 """Sections of a part of a capture: a throw, and what comes before it."""
@@ -265,18 +263,18 @@ def _all_show(
     )
 
 
-# ----------------------------------------------------------------------------
 # The clips of a motion grammar's terminals, from the captures of a database.
-#
-# The captions determine which parts of captures show an action (:mod:`.scene_clips`). The annotated
-# events, or else the motion, determine the time of its event and where it can be cut. The rest is
-# done by :mod:`motiondb.scene.clips.clips`. Making a library takes a second or two, so the session
-# keeps it until the database changes.
 
 
 @dataclass(frozen=True, eq=False)
 class SceneClips:
-    """The clips of a grammar, and the motions of their captures by name."""
+    """The clips of a grammar, and the motions of their captures by name.
+
+    The captions determine which parts of captures show an action (:func:`find_with_words`). The
+    annotated events, or else the motion, determine the time of its event and where it can be cut.
+    The rest is done by :mod:`motiondb.scene.clips.clips`. Making a library takes a second or two,
+    so the session keeps it until the database changes.
+    """
 
     library: ClipLibrary
     motions: Mapping[str, Motion]

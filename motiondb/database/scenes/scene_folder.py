@@ -48,15 +48,7 @@ from motiondb.scene.report.report_records import (
     PaceReport,
 )
 
-# ----------------------------------------------------------------------------
 # The report of a scene as text and as facts for JSON.
-#
-# Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
-# directions and frames for synchronisations. The threshold of a position, a line or a direction is
-# the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames; a
-# distance must be kept. All values are measured on the finished motions
-# (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one, or,
-# for throughout, those of its own actions and no others.
 
 
 _Span = tuple[int, int]
@@ -67,6 +59,13 @@ def report_facts(record: store.StoredScene) -> SceneAnswer:
 
     Every rule has the frames [``start``, ``end``) in which it was evaluated and their number
     ``frames``.
+
+    Values are metres for positions and lines, metres beyond the bounds for distances, degrees for
+    directions and frames for synchronisations. The threshold of a position, a line or a direction
+    is the weight of the rule, the deviation that costs 1; that of a synchronisation is two frames;
+    a distance must be kept. All values are measured on the finished motions
+    (:mod:`motiondb.scene.report.scene_report`), in the frames in which a rule is evaluated: one,
+    or, for throughout, those of its own actions and no others.
     """
     rest: dict[str, Any] = dict(record.report)
     del rest["rule_frames"]
@@ -237,11 +236,16 @@ def _limb_lines(record: store.StoredScene) -> list[str]:
 def _guard_lines(record: store.StoredScene) -> list[str]:
     guards = record.report.get("guards", [])
     return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
-        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {g['far']:g} m in"
+        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {_metres(g['far'])} m in"
         f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules use {g['n_frames']}), "
         f"farthest {g['farthest']:.1f} m at frame {g['frame']}"
         for g in guards
     ]
+
+
+def _metres(far: float | None) -> str:
+    """Return the largest distance of a rule; "inf" where it has none."""
+    return "inf" if far is None else f"{far:g}"
 
 
 def _feet_lines(record: store.StoredScene) -> list[str]:
@@ -298,8 +302,6 @@ def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
         for row in [columns, *rows]
     ]
 
-
-# ----------------------------------------------------------------------------
 
 RECORD = "scene.json"  # Name of the file with the record of a scene
 _LEFT_OUT = 2.0  # Frames of a capture between two frames of a scene, above which some were left out

@@ -21,7 +21,6 @@ from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.language.tactics_file import parse_diagram, read_diagram
 from motiondb.scene.services import casting
 
-# ----------------------------------------------------------------------------
 # Motion grammars and tactics diagrams from files, or the shipped ones by name.
 
 
@@ -82,9 +81,6 @@ def text_of(name: str | Path, ending: str) -> tuple[str, str]:
         ) from None
 
 
-# ----------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, eq=False)
 class SceneText:
     """A diagram and its grammar, with the texts that they were read from.
@@ -140,11 +136,7 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     return SceneText(read, grammar, text, grammar_text)
 
 
-# ----------------------------------------------------------------------------
 # Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
-#
-# A program with a board asks after every change. No exception is raised for a diagram that cannot
-# be played: every fault is returned with its line.
 
 WHERE = "board"  # Name of the diagram in messages
 _LINE = re.compile(rf"{WHERE}:(\d+)(?::\d+)?: ?")
@@ -182,7 +174,11 @@ class Board:
 
 
 def read_board(text: str) -> Board:
-    """Return the facts of the text of a diagram with a shipped grammar."""
+    """Return the facts of the text of a diagram with a shipped grammar.
+
+    A program with a board asks after every change. No exception is raised for a diagram that cannot
+    be played: every fault is returned with its line.
+    """
     if len(text) > LONGEST_TEXT:
         raise SceneError(
             f"{WHERE}: expected at most {LONGEST_TEXT} characters, found {len(text)}. Shorten it."

@@ -50,7 +50,8 @@ def read_points(data: bytes, path: object, limits: ReadLimits | None = None) -> 
         source, target = Path(folder, "copy.c3d"), Path(folder, "points.npz")
         source.write_bytes(data)
         costs = [str(CPU_SECONDS * max(1.0, len(data) / 1e7)), str(2.0 * limits.memory)]
-        command = [sys.executable, "-m", "motiondb.files.readers.c3d_points", *costs]
+        # -P: modules of the working folder must not replace those that are imported
+        command = [sys.executable, "-P", "-m", "motiondb.files.readers.c3d_points", *costs]
         command += [str(source), str(target), str(os.getpid()), str(int(is_main_thread()))]
         try:
             seconds = min(limits.seconds_for(len(data)), 1e6)

@@ -139,16 +139,16 @@ def _with_amounts(node: Node, bare: Node) -> Node:
     return node
 
 
-# ----------------------------------------------------------------------------
 # The parts of a question in order, collected from left to right.
-#
-# A chain receives one part after the other, each with the separator before it, and returns the
-# tree. The last connective of a list determines its meaning: with "or" all parts back to the last
-# "then" are alternatives.
 
 
 class Chain:
-    """Parts read so far."""
+    """Parts read so far.
+
+    A chain receives one part after the other, each with the separator before it, and returns the
+    tree. The last connective of a list determines its meaning: with "or" all parts back to the last
+    "then" are alternatives.
+    """
 
     def __init__(self) -> None:
         self.parts: list[Node] = []  # in order

@@ -62,8 +62,7 @@ from motiondb.language.question.tree import (
     without,
 )
 
-# ----------------------------------------------------------------------------
-# Pieces of a question: words, groups, exclusions; the lower rules of ``question.parse``.
+# Pieces of a question: words, groups, exclusions.
 
 
 MOST_PARENTHESES = 20
@@ -225,9 +224,6 @@ def _amount(node: Node, token: Token) -> Node:
     if token.kind == "duration":
         return Lasting(node, token.least, token.most)
     return Repeated(node, round(token.least), None if token.most is None else round(token.most))
-
-
-# ----------------------------------------------------------------------------
 
 
 def parse(

@@ -99,10 +99,7 @@ def _before_exclusion(node: Node) -> str:
     return say(node) if isinstance(node, InOrder) else _inside(node)
 
 
-# ----------------------------------------------------------------------------
 # A question's tree as a plain order of actions, for functions that accept only that.
-#
-# Generation and the search by symbols decode words in order; they support nothing else.
 
 
 def plain_actions(tree: Node) -> tuple[tuple[tuple[str, ...], ...], tuple[NotUsed, ...]]:
@@ -116,6 +113,8 @@ def plain_actions(tree: Node) -> tuple[tuple[tuple[str, ...], ...], tuple[NotUse
     >>> plain_actions(Without(AnyOf((walk, run)), (sit,)))[1]
     (NotUsed(text='not sit', reason='nothing can be excluded'), NotUsed(text='or run', \
 reason='only the first alternative is used'))
+
+    Generation and the search by symbols decode words in order; they support nothing else.
     """
     left: list[NotUsed] = []
     return tuple(_plain(tree, left)), tuple(dict.fromkeys(left))

@@ -35,11 +35,7 @@ from motiondb.language.question.manner import manner_of
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
-# ----------------------------------------------------------------------------
 # The words and signs that join, order, exclude and group the actions of a question.
-#
-# The first pattern of the table that matches at a position of the text counts, so longer phrases
-# come before the words that they begin with.
 
 
 _WORDS = (
@@ -109,6 +105,9 @@ def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
     >>> kind, found = match_connective("walk, but not run", 10)
     >>> kind, found.group()
     ('not', 'not')
+
+    The first pattern of the table that matches at a position of the text counts, so longer phrases
+    come before the words that they begin with.
     """
     for kind, pattern in PATTERNS:
         match = pattern.match(text, place)
@@ -116,8 +115,6 @@ def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
             return kind, match
     return None
 
-
-# ----------------------------------------------------------------------------
 
 MOST_CHARACTERS = 5_000  # Longest question; captions have some 100 characters
 MOST_TOKENS = 250  # Largest number of words and connectives of a question; captions have up to 40

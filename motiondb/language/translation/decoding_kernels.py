@@ -236,8 +236,6 @@ def _rounding(problem: Problem, length: int, pays: FloatArray, ends: FloatArray)
     return 4e-7 * (length + 2) * (latest + length * (costliest + most))
 
 
-# ----------------------------------------------------------------------------
-
 DIVES = 64
 """Number of nodes, expanded first, that are completed along their bound to find good sequences
 early.

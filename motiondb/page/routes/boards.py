@@ -26,7 +26,7 @@ from motiondb.database.scenes.scene_texts import (
     shipped,
     shipped_text,
 )
-from motiondb.page.diagrams import DiagramShape, diagram_of, diagram_shape
+from motiondb.page.diagrams import DiagramShape, RequestedDiagram, diagram_of, diagram_shape
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.routes.parameters import Body, Name
 from motiondb.page.state import Page
@@ -186,7 +186,7 @@ class BoardBody(Body):
     """A diagram as text or as JSON; exactly one of them is given."""
 
     text: Annotated[str, Field(max_length=LONGEST_TEXT)] | None = None
-    diagram: DiagramShape | None = None
+    diagram: RequestedDiagram | None = None
 
     def to_text(self) -> str:
         """Return the text of the diagram."""

@@ -18,6 +18,7 @@ from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, c
 from motiondb.page.routes.parameters import Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
 from motiondb.page.state import Page, WordEdit
+from motiondb.page.uploads import without_surrogates
 from motiondb.records import Caption
 from motiondb.search.copies import DuplicateGroup
 
@@ -317,7 +318,7 @@ def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
     return Status(
-        **vars(info) | {"database": page.settings.database.name},
+        **vars(info) | {"database": without_surrogates(page.settings.database.name)},
         version=VERSION,
         read_only=page.settings.read_only,
         revision=db.revision(),
@@ -330,6 +331,9 @@ def _status(page: Page, db: MotionDB) -> Status:
             limits.request_bytes,
             limits.files,
         ),
-        folders=[AllowedFolder(n, folder.name or str(folder)) for n, folder in enumerate(folders)],
+        folders=[
+            AllowedFolder(n, without_surrogates(folder.name or str(folder)))
+            for n, folder in enumerate(folders)
+        ],
         running_jobs=sum(not job.is_over for job in page.jobs.all()),
     )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import secrets
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 from fastapi import APIRouter
-from pydantic import Field, TypeAdapter
+from pydantic import Field, TypeAdapter, ValidationError
 
 from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
 from motiondb.database.scenes.scene_folder import report_facts
@@ -128,7 +129,10 @@ def _scene_routes(routes: APIRouter, page: Page) -> None:
     @routes.get("/api/scenes")
     def scenes() -> ScenesReply:
         """The scenes that this server made, and the scenes kept in the database."""
-        rows = [_listed(f"scene:{name}", _read(page, name).report) for name in page.scene_ids()]
+        rows = []
+        for name in page.scene_ids():
+            with suppress(OSError, ValidationError):  # one unreadable scene must not hide the rest
+                rows.append(_listed(f"scene:{name}", _read(page, name).report))
         with page.held.use() as db:
             rows += [
                 _listed(f"kept:{name}", report_facts(db.scenes.load(name)))

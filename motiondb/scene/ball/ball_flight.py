@@ -30,11 +30,7 @@ from motiondb.body import body, features, kinematics, pose_vectors, retarget, ro
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.ball.ball_acts import BallActs, Possession
 
-# ----------------------------------------------------------------------------
 # Hands: where they are, and how arms move them somewhere else.
-#
-# A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand
-# moves to its target as far as the arm reaches, with the elbow bent in its plane.
 
 
 PALM = 0.09  # Distance from wrist to palm, m: half the length of a hand
@@ -42,7 +38,11 @@ _I = body.INDEX
 
 
 def palms(positions: FloatArray) -> FloatArray:
-    """Return both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), m."""
+    """Return both palms: array (frames, 2, 3), left and right, from joints (frames, 21, 3), m.
+
+    A palm is a little beyond its wrist, along the forearm. Arms are chains of two bones. The hand
+    moves to its target as far as the arm reaches, with the elbow bent in its plane.
+    """
     wrists_and_palms = []
     for side in "lr":
         elbow, wrist = positions[:, _I[f"{side}_elbow"]], positions[:, _I[f"{side}_wrist"]]
@@ -82,7 +82,6 @@ def reach(motion: Motion, targets: FloatArray, weights: FloatArray) -> Motion:
     return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
 
 
-# ----------------------------------------------------------------------------
 # Where a held or dribbled ball is, and which hands are on it.
 
 HALF_WIDTH = 0.11
@@ -192,8 +191,6 @@ def _between(both: FloatArray, joints: FloatArray, heading: FloatArray) -> Float
     middle[:, 2] += below * np.maximum(LEAST_AHEAD - middle[:, 2], 0.0)
     return chest + rotation.rotate(heading, middle)
 
-
-# ----------------------------------------------------------------------------
 
 RADIUS, RIM, GRAVITY = BALL, 3.05, 9.81
 """Radius of the ball, m; height of the ring, m; gravity, m/s^2."""
@@ -350,16 +347,7 @@ def _gaps(
     return gaps
 
 
-# ----------------------------------------------------------------------------
 # Heads that follow the ball, as far as necks turn.
-#
-# Before a release the player looks at the target of the ball: the receiver or the ring. Neck and
-# head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped
-# and smoothed over a third of a second. Captures on the canonical body hold the head still, so
-# nothing is lost.
-#
-# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-# Forum 35 (2016), section 6: gaze is added when a scene is done.
 
 MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
 """Largest turns of neck and head together, rad: within what people turn without effort."""
@@ -371,6 +359,14 @@ def look(acts: BallActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Mo
     """Return every player's motion with the head turned to what they look at.
 
     Shapes: `ball` (frames, 3), m.
+
+    Before a release the player looks at the target of the ball: the receiver or the ring. Neck and
+    head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped
+    and smoothed over a third of a second. Captures on the canonical body hold the head still, so
+    nothing is lost.
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), section 6: gaze is added when a scene is done.
     """
     heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
     seen = [ball.copy() for _ in motions]

@@ -33,17 +33,7 @@ from motiondb.body.features import runs
 from motiondb.generate.contact import find_contacts
 from motiondb.records import MOTION_FPS, Event, FloatArray, Motion
 
-# ----------------------------------------------------------------------------
 # Places on the ground with a heading, and their composition.
-#
-# A place is (x, z, theta): metres and radians, theta from +z towards +x, so that ahead is (sin
-# theta, cos theta). As a transform it maps coordinates in its own frame (x to the left of a viewer
-# who looks along +z, z ahead) to the world::
-#
-#     a b = (a.x + b.x cos a.th + b.z sin a.th,  a.z - b.x sin a.th + b.z cos a.th,  a.th + b.th)
-#
-# This is the group SE(2) with the axes of the ground. A test compares it with a yaw rotation in
-# space.
 
 
 def compose(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -53,6 +43,15 @@ def compose(first: FloatArray, second: FloatArray) -> FloatArray:
 
     >>> compose(np.array([1.0, 0.0, np.pi / 2]), np.array([0.0, 2.0, 0.0])).round(6).tolist()
     [3.0, 0.0, 1.570796]
+
+    A place is (x, z, theta): metres and radians, theta from +z towards +x, so that ahead is (sin
+    theta, cos theta). As a transform it maps coordinates in its own frame (x to the left of a
+    viewer who looks along +z, z ahead) to the world::
+
+        a b = (a.x + b.x cos a.th + b.z sin a.th,  a.z - b.x sin a.th + b.z cos a.th,  a.th + b.th)
+
+    This is the group SE(2) with the axes of the ground. A test compares it with a yaw rotation in
+    space.
     """
     first, second = np.broadcast_arrays(np.asarray(first, float), np.asarray(second, float))
     c, s = np.cos(first[..., 2]), np.sin(first[..., 2])
@@ -85,20 +84,20 @@ def relative(places: FloatArray, to: FloatArray) -> FloatArray:
     return compose(inverse(to), places)
 
 
-# ----------------------------------------------------------------------------
 # A capture as scenes use it: the place of the body on the ground, and its pose relative to it.
-#
-# Each frame has the place (x, z, heading) of the pelvis on the ground, the joints in the frame of
-# that place (x left, y up, z ahead; the height of the root is kept), and their velocities.
-# Velocities are rotated into the same frame but include the travel of the body, so that running
-# and standing in the same pose are far apart.
 
 WRISTS = (body.INDEX["l_wrist"], body.INDEX["r_wrist"])  # Indices of the wrists among the 21 joints
 
 
 @dataclass(frozen=True, eq=False)
 class BodyFrames:
-    """A motion, frame by frame, seen from its own places on the ground."""
+    """A motion, frame by frame, seen from its own places on the ground.
+
+    Each frame has the place (x, z, heading) of the pelvis on the ground, the joints in the frame of
+    that place (x left, y up, z ahead; the height of the root is kept), and their velocities.
+    Velocities are rotated into the same frame but include the travel of the body, so that running
+    and standing in the same pose are far apart.
+    """
 
     places: FloatArray  # (frames, 3), m and rad: x, z and unwrapped heading in the world
     joints: FloatArray  # (frames, 21, 3), m: joints in the frame of the place
@@ -159,8 +158,6 @@ def body_frames(motion: Motion) -> BodyFrames:
         find_contacts(positions),
     )
 
-
-# ----------------------------------------------------------------------------
 
 WHOLE, START, MIDDLE, STOP = "whole", "start", "middle", "stop"
 """Kinds of pieces: an uncut action; from rest, in motion at both ends, and to rest."""
@@ -312,19 +309,7 @@ def _pelvis_speed(frames: BodyFrames, frame: int) -> float:
     return float(np.linalg.norm(frames.velocities[frame, 0, [0, 2]]))
 
 
-# ----------------------------------------------------------------------------
 # The frames in which a capture shows a throw, if its caption only says that there is one.
-#
-# "dribble, shoot" names two actions and no times. More evidence comes from the hands: before a ball
-# leaves them at frame r (where a wrist is farthest ahead and up), they come together around it, and
-# afterwards they sink. Within frames [start, end) the throw is [a, b)::
-#
-#     a   the first frame of the last interval before r in which the wrists are at most HELD apart
-#     b   the first frame after r + LANDED in which both wrists are below the chest
-#
-# with at most AROUND frames on either side of r. The frames before a show the actions that the
-# caption names before the throw. The method fails if an earlier action looks like a throw, as a
-# feigned shot does.
 
 HELD = 0.3
 """Largest distance between the wrists with a ball in both hands, m. Chosen by hand: a ball is 0.24
@@ -336,7 +321,19 @@ _CHEST = body.INDEX["chest"]
 
 
 def throw_frames(frames: BodyFrames, start: int, end: int) -> tuple[int, int]:
-    """Return the frames [a, b) of a throw within [start, end); see the module."""
+    """Return the frames [a, b) of a throw within [start, end); see the module.
+
+    "dribble, shoot" names two actions and no times. More evidence comes from the hands: before a
+    ball leaves them at frame r (where a wrist is farthest ahead and up), they come together around
+    it, and afterwards they sink. Within frames [start, end) the throw is [a, b)::
+
+        a   the first frame of the last interval before r in which the wrists are at most HELD apart
+        b   the first frame after r + LANDED in which both wrists are below the chest
+
+    with at most AROUND frames on either side of r. The frames before a show the actions that the
+    caption names before the throw. The method fails if an earlier action looks like a throw, as a
+    feigned shot does.
+    """
     release = farthest_up(frames, start, end)
     wrists = frames.joints[start:end, WRISTS]
     together = np.linalg.norm(wrists[:, 0] - wrists[:, 1], axis=1) <= HELD

@@ -41,19 +41,7 @@ from motiondb.scene.clips.clip_cutting import (
     travels,
 )
 
-# ----------------------------------------------------------------------------
 # Variants of clips: the path of a clip on the ground, bent and stretched.
-#
-# A capture follows its own path; a scene needs others. A variant of a clip has
-#
-#     heading'(t) = heading(t) + bend * t / n                     bend in radians, n frames
-#     step'(t)    = stretch * R(bend * (t + 1/2) / n) step(t)     the steps between frames
-#
-# so that its poses, relative to their places on the ground, are those of the clip. Feet slide by
-# the edit of the path; polishing removes this.
-#
-# Travelling clips are bent and stretched. Those that begin or end at rest may turn farther, because
-# people turn with their first step. Clips in place are turned a little.
 
 
 def _radians(*degrees: float) -> tuple[float, ...]:
@@ -65,6 +53,17 @@ class VariantSettings:
     """Which variants are made of every clip.
 
     The values were chosen by hand: bends and stretches beyond these look wrong in pictures.
+
+    A capture follows its own path; a scene needs others. A variant of a clip has
+
+        heading'(t) = heading(t) + bend * t / n                     bend in radians, n frames
+        step'(t)    = stretch * R(bend * (t + 1/2) / n) step(t)     the steps between frames
+
+    so that its poses, relative to their places on the ground, are those of the clip. Feet slide by
+    the edit of the path; polishing removes this.
+
+    Travelling clips are bent and stretched. Those that begin or end at rest may turn farther,
+    because people turn with their first step. Clips in place are turned a little.
     """
 
     bends: tuple[float, ...] = _radians(-40, -20, -10, 0, 10, 20, 40)  # Bends of clips that travel
@@ -132,20 +131,7 @@ def _edited(path: FloatArray, shares: FloatArray, edits: FloatArray) -> FloatArr
     return edited
 
 
-# ----------------------------------------------------------------------------
 # The cost of a seam: how badly one clip follows another.
-#
-# Notation: clip a ends in the frame after its last one, with joints x and velocities v seen from
-# its place on the ground. Clip b begins with x' and v'. The cost is 0 if b truly follows a in its
-# capture; otherwise
-#
-#     g(a, b) = mean_j |x_j - x'_j| / POSE_SCALE  +  mean_j |v_j - v'_j| / VELOCITY_SCALE
-#
-# over the 21 joints: 1 for joints that are 10 cm apart, or differ by 1 m/s, on average. The form is
-# that of
-# J. Lee, J. Chai, P. Reitsma, J. Hodgins and N. Pollard, "Interactive control of avatars animated
-# with human motion data" (SIGGRAPH 2002). The paper on motion grammars names pose and velocity and
-# gives no weights; ours were chosen by hand.
 
 POSE_SCALE = 0.10  # Distance of joints, m, that costs 1. Chosen by hand: a viewer sees the blend
 VELOCITY_SCALE = 1.0  # Difference of velocities, m/s, that costs 1
@@ -154,7 +140,19 @@ _BLOCK = 128  # Clips compared at once. It bounds the memory; the result does no
 
 @dataclass(frozen=True, eq=False)
 class SeamEnds:
-    """The beginnings and ends of clips."""
+    """The beginnings and ends of clips.
+
+    Notation: clip a ends in the frame after its last one, with joints x and velocities v seen from
+    its place on the ground. Clip b begins with x' and v'. The cost is 0 if b truly follows a in its
+    capture; otherwise
+
+        g(a, b) = mean_j |x_j - x'_j| / POSE_SCALE  +  mean_j |v_j - v'_j| / VELOCITY_SCALE
+
+    over the 21 joints: 1 for joints that are 10 cm apart, or differ by 1 m/s, on average. The form
+    is that of J. Lee, J. Chai, P. Reitsma, J. Hodgins and N. Pollard, "Interactive control of
+    avatars animated with human motion data" (SIGGRAPH 2002). The paper on motion grammars names
+    pose and velocity and gives no weights; ours were chosen by hand.
+    """
 
     captures: IntArray  # (clips,), int: a number per capture, and another one for its mirror image
     starts: IntArray  # (clips,), int: first frame in the capture
@@ -197,8 +195,6 @@ def rest_costs(clips: SeamEnds) -> Float32Array:
     speeds = np.linalg.norm(ends, axis=-1).mean(axis=-1)
     return np.asarray(speeds / VELOCITY_SCALE, dtype=np.float32)
 
-
-# ----------------------------------------------------------------------------
 
 Int32Array = NDArray[np.int32]
 
@@ -480,10 +476,7 @@ def _ends(clips: Sequence[_Clip]) -> SeamEnds:
     )
 
 
-# ----------------------------------------------------------------------------
 # The poses of a library entry: frames of its capture, mirrored, bent and stretched.
-#
-# Only polishing needs poses; sampling uses places alone.
 
 
 def source_frames(source: ClipSource, n_frames: int, before: int = 0, after: int = 0) -> IntArray:
@@ -492,6 +485,8 @@ def source_frames(source: ClipSource, n_frames: int, before: int = 0, after: int
     Before the beginning and after the end of the capture its first and last frames are repeated.
 
     Shapes: result (before + frames + after,), int.
+
+    Only polishing needs poses; sampling uses places alone.
     """
     frames = np.arange(source.start - before, source.end + after)
     return np.asarray(np.clip(frames, 0, n_frames - 1))

@@ -56,30 +56,7 @@ from motiondb.scene.language.semantic_rules import (
 from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
 from motiondb.scene.language.tactics import Diagram
 
-# ----------------------------------------------------------------------------
 # The semantic rules of a scene in one table of numbers for compiled code.
-#
-# A row is one rule f_k of a sequence of a player's actions. All players that it is about are
-# resolved to a player's number or a point on the ground::
-#
-#     kind      what is measured: POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE; UNMET if
-#               nobody fills a role: then f = 1
-#     player    whose rule it is; first, last: the actions, half-open
-#     moment    AT_START (first frame of the actions), AT_END (their last one), AT_EVENT (the event
-#               of the first action, or the middle of its clip), THROUGHOUT (mean over the frames),
-#               ON_THE_WAY (the frame at which ``fraction`` of the distance has been covered)
-#     target    a player, or POINT (x, z), or HEADING (theta in ``x``); other, other_x, other_z: the
-#               second end of a line
-#     near, far of a distance, metres; lag of a synchronisation, seconds, NaN for a ball's flight
-#     partner   of a synchronisation; its actions are ``partners[partner_first:partner_last]``; the
-#               action that fulfils the rule best counts
-#     weight    c_k: f_k / c_k is the row's part of -log P(Y)
-#
-# A table depends on the trees alone, not on clips and places. It is computed again when the
-# structure changes, and not when clips are exchanged.
-#
-# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-# Forum 35 (2016), section 3.1.
 
 
 POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET = range(6)
@@ -108,7 +85,30 @@ ROW = np.dtype(
 
 @dataclass(frozen=True, eq=False)
 class RuleTable:
-    """The rules of a scene."""
+    """The rules of a scene.
+
+    A row is one rule f_k of a sequence of a player's actions. All players that it is about are
+    resolved to a player's number or a point on the ground::
+
+      kind      what is measured: POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE; UNMET if
+                nobody fills a role: then f = 1
+      player    whose rule it is; first, last: the actions, half-open
+      moment    AT_START (first frame of the actions), AT_END (their last one), AT_EVENT (the event
+                of the first action, or the middle of its clip), THROUGHOUT (mean over the frames),
+                ON_THE_WAY (the frame at which ``fraction`` of the distance has been covered)
+      target    a player, or POINT (x, z), or HEADING (theta in ``x``); other, other_x, other_z: the
+                second end of a line
+      near, far of a distance, metres; lag of a synchronisation, seconds, NaN for a ball's flight
+      partner   of a synchronisation; its actions are ``partners[partner_first:partner_last]``; the
+                action that fulfils the rule best counts
+      weight    c_k: f_k / c_k is the row's part of -log P(Y)
+
+    A table depends on the trees alone, not on clips and places. It is computed again when the
+    structure changes, and not when clips are exchanged.
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), section 3.1.
+    """
 
     players: tuple[str, ...]  # Names in the order of the diagram; the rows hold their indices
     actions: tuple[tuple[str, ...], ...]  # The action string of every player
@@ -121,8 +121,6 @@ class RuleTable:
     items: IntArray
     stray: int = 0  # Number of actions of all players that belong to no class
 
-
-# ----------------------------------------------------------------------------
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
 _MOST_KEPT = 500  # Strings that a binder keeps; they take some megabytes

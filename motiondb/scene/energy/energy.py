@@ -46,12 +46,7 @@ from motiondb.scene.energy.scene_arrays import (
 )
 from motiondb.scene.language.semantic_rules import Weights
 
-# ----------------------------------------------------------------------------
 # Collisions: discs around the pelvis on the ground, compared at the points of a scene's time grid.
-#
-# g_collision of a scene is 1 if any two players touch who should not. Two players who are meant to
-# touch (a screen and the screened player) may come closer, without overlap, within half a second of
-# their contact.
 
 
 RADIUS = 0.25
@@ -70,7 +65,12 @@ _ROUNDING = 1.0 - 1e-9  # Makes the skipped time of :func:`overlaps` shorter tha
 
 @compiled
 def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: int) -> bool:
-    """Return whether two may touch at a frame: it is near the event of their contact."""
+    """Return whether two may touch at a frame: it is near the event of their contact.
+
+    g_collision of a scene is 1 if any two players touch who should not. Two players who are meant
+    to touch (a screen and the screened player) may come closer, without overlap, within half a
+    second of their contact.
+    """
     for n in range(len(scene.contacts)):
         one, k, other, m = scene.contacts[n]
         if (one == p and other == q) or (one == q and other == p):
@@ -116,8 +116,6 @@ def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
         g += 1
     return n_overlaps
 
-
-# ----------------------------------------------------------------------------
 
 TOTAL, RULES, SMOOTH, COLLISION, EFFORT = range(5)  # Indices into ``scene.total``
 

@@ -28,20 +28,20 @@ from motiondb.scene.energy.placement import (
 from motiondb.scene.language.expressions import Spans
 from motiondb.scene.language.semantic_rules import Weights
 
-# ----------------------------------------------------------------------------
 # The state of sampling: for every player a tree of actions, their clips, a place and a time.
-#
-# An instance Y of an action string plays one clip after the other. Where the first clip begins is
-# free (the origin, a ground transform), and so is when (the delay). Everything else follows from
-# the clips.
-#
-# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-# Forum 35 (2016), sections 3.1 and 5. The paper does not say where a string of clips begins.
 
 
 @dataclass(frozen=True, eq=False)
 class PlayerState:
-    """The sampled state of one player."""
+    """The sampled state of one player.
+
+    An instance Y of an action string plays one clip after the other. Where the first clip begins is
+    free (the origin, a ground transform), and so is when (the delay). Everything else follows from
+    the clips.
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), sections 3.1 and 5. The paper does not say where a string of clips begins.
+    """
 
     tree: Tree  # Derivation of the action string, which is its leaves
     entries: IntArray  # (actions,), int: entries of the library, one for each action
@@ -63,8 +63,6 @@ class SceneState:
         """The players' derivations."""
         return tuple(player.tree for player in self.players)
 
-
-# ----------------------------------------------------------------------------
 
 EVERY = 3
 """Frames between grid points while sampling; reports and tests may use all frames (1). Chosen by
@@ -218,7 +216,6 @@ def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
     return np.array(pairs, dtype=np.int64).reshape(-1, 2), ends.astype(np.int64)
 
 
-# ----------------------------------------------------------------------------
 # Where the players of a scene are: their clips, the seams between them, and the grid.
 
 

@@ -44,15 +44,7 @@ from motiondb.scene.language.semantic_rules import (
 )
 from motiondb.scene.language.tactics import FEINTS, MOVES, SHOTS, Diagram
 
-# ----------------------------------------------------------------------------
 # Smooth curves through points, used to draw and to interpret the moves of a diagram.
-#
-# A centripetal Catmull-Rom spline passes through its points without loops between them. The points
-# at both ends are mirrored, so that the curve starts towards the second point and arrives from the
-# last point but one.
-#
-# Source: P. J. Barry and R. N. Goldman, "A Recursive Evaluation Algorithm for a Class of
-# Catmull-Rom Splines", SIGGRAPH 1988.
 
 
 def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
@@ -67,6 +59,13 @@ def smooth_curve(points: FloatArray, per_part: int = 24) -> FloatArray:
 
     >>> smooth_curve(np.array([[0.0, 0.0], [2.0, 0.0]]), 2).round(6).tolist()
     [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
+
+    A centripetal Catmull-Rom spline passes through its points without loops between them. The
+    points at both ends are mirrored, so that the curve starts towards the second point and arrives
+    from the last point but one.
+
+    Source: P. J. Barry and R. N. Goldman, "A Recursive Evaluation Algorithm for a Class of
+    Catmull-Rom Splines", SIGGRAPH 1988.
     """
     points = np.asarray(points, dtype=float)
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9
@@ -105,8 +104,6 @@ def path_fractions(points: FloatArray) -> FloatArray:
     lengths = np.concatenate([[0.0], np.cumsum(steps.reshape(-1, per_part).sum(axis=1))])
     return np.asarray(lengths[np.cumsum(moved)] / max(float(lengths[-1]), 1e-12))
 
-
-# ----------------------------------------------------------------------------
 
 ONLY_ASKED = (
     *("hold", "catch", "pass", "shoot", "layup"),

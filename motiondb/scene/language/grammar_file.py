@@ -59,8 +59,7 @@ from motiondb.scene.language.semantic_rules import (
 from motiondb.scene.language.tactics import TEAMS
 from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
 
-# ----------------------------------------------------------------------------
-# Semantic rules in text: ``SYMBOLS in NONTERMINAL: rule, rule``; see :mod:`.grammar_file`.
+# Semantic rules in text: ``SYMBOLS in NONTERMINAL: rule, rule``.
 
 WEIGHT_UNITS: dict[str, str] = {
     "position": "length",
@@ -211,8 +210,6 @@ def read_weight(cursor: Cursor, kind: str) -> float:
         cursor.fail(f"a weight from {_LEAST:g} to {_MOST:g}", advice, token)
     return value
 
-
-# ----------------------------------------------------------------------------
 
 _SLACK = 0.02
 """Tolerance of sums of probabilities. Written probabilities are rounded: 0.33, three times, is

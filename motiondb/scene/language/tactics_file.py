@@ -43,10 +43,7 @@ from motiondb.scene.language.tactics import (
 )
 from motiondb.scene.language.tokens import Cursor, refuse, statements
 
-# ----------------------------------------------------------------------------
-# Writing tactics diagrams as text, which :func:`.tactics_file.read_diagram` reads again.
-#
-# Places are written to the centimetre: nobody draws more exactly.
+# Writing tactics diagrams as text, which :func:`read_diagram` reads again.
 
 
 _RIM = ("rim", Spot(0.0, 0.0))  # The place that every diagram has: the origin, below the rim
@@ -67,6 +64,8 @@ def format_diagram(diagram: Diagram) -> str:
     <BLANKLINE>
     1 layup A1
     <BLANKLINE>
+
+    Places are written to the centimetre: nobody draws more exactly.
     """
     head = [f'diagram "{diagram.name}"', f"grammar {diagram.grammar}", _court(diagram.court)]
     head += [f"place {name} at {_spot(at)}" for name, at in diagram.places if (name, at) != _RIM]
@@ -106,8 +105,6 @@ def _element(element: Element) -> str:
         text += f" via {', '.join(map(_spot, element.via))}"
     return text + (f" to {_spot(element.to)}" if element.to else "")
 
-
-# ----------------------------------------------------------------------------
 
 _KEYWORDS = ("diagram", "grammar", "court", "place", "ball", *TEAMS)
 _ONCE = ("diagram", "grammar", "court", "place", "ball")

@@ -44,11 +44,7 @@ from motiondb.scene.timing.timeline import (
     wanted_headings,
 )
 
-# ----------------------------------------------------------------------------
 # Discs on the ground: which players overlap, and how they are moved apart.
-#
-# Every player is a disc around the pelvis as in :mod:`motiondb.scene.energy.energy`. Players who
-# are meant to touch have smaller discs around their contact.
 
 
 COMFORT = 0.36  # Radius, m, that keeps arms, and a ball in the hands, away from other players
@@ -56,7 +52,11 @@ COMFORT = 0.36  # Radius, m, that keeps arms, and a ball in the hands, away from
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two players touch."""
+    """Two players touch.
+
+    Every player is a disc around the pelvis as in :mod:`motiondb.scene.energy.energy`. Players who
+    are meant to touch have smaller discs around their contact.
+    """
 
     first: int  # Index of a player
     second: int  # Index of the other
@@ -107,8 +107,6 @@ def pushes(
         yield p, frames, by
         yield q, frames, -by
 
-
-# ----------------------------------------------------------------------------
 
 WITHIN, BEYOND = 0.8, 0.95
 """Fractions of a rule's tolerance c_k: to which it is fulfilled, and from which on it is edited.

@@ -13,12 +13,7 @@ from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.scene.polish.splicing import Spliced
 from motiondb.scene.timing.scheduling import TimeMap
 
-# ----------------------------------------------------------------------------
 # Frames in which arms and heads were edited after the clips were spliced.
-#
-# Hands are moved to the ball and heads turned to it (:mod:`motiondb.scene.ball.ball_flight`,
-# :mod:`motiondb.scene.ball.ball_flight`). A frame counts as edited if a joint differs from the
-# spliced motion's by more than one degree.
 
 
 LEAST = math.radians(1.0)
@@ -40,6 +35,9 @@ def joint_edits(spliced: Motion, finished: Motion) -> dict[str, NDArray[np.bool_
     >>> looks = Motion(local.astype(np.float32), still.root_positions, 0.9)
     >>> {edit: frames.tolist() for edit, frames in joint_edits(still, looks).items()}
     {'hands brought to the ball': [False, False], 'head turned': [False, True]}
+
+    Hands are moved to the ball and heads turned to it (:mod:`motiondb.scene.ball.ball_flight`). A
+    frame counts as edited if a joint differs from the spliced motion's by more than one degree.
     """
     before, after = (m.local_rotations.astype(np.float64) for m in (spliced, finished))
     cosines = np.abs(np.sum(before * after, axis=2))  # of half the turn; q and -q are one rotation
@@ -48,9 +46,6 @@ def joint_edits(spliced: Motion, finished: Motion) -> dict[str, NDArray[np.bool_
         edit: turned[:, [body.INDEX[joint] for joint in joints]].any(axis=1)
         for edit, joints in _EDITS.items()
     }
-
-
-# ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,14 +27,7 @@ from motiondb.scene.clips.clip_cutting import compose, inverse, relative
 from motiondb.scene.clips.clips import ClipSource, clip_motion
 from motiondb.scene.timing.playing import Part
 
-# ----------------------------------------------------------------------------
 # Small steps in place: feet stay where they are until the body has turned or moved too far.
-#
-# A body that is turned or shifted over a clip of standing would drag its feet or twist its legs.
-# While a player waits, each foot has its own place. It stays there until it is 9 cm or 25 degrees
-# from where the clip would have it. Then, if the other foot is down, it is lifted and set down
-# within 0.3 s where the clip will have it. Before the wait ends, both feet step to where the next
-# clip has them.
 
 
 SWING = 9  # Frames of a step: 0.3 s
@@ -54,6 +47,12 @@ def footing(wanted: FloatArray, leading: bool) -> FloatArray:
     >>> still = np.zeros((40, 2, 4))
     >>> bool((footing(still, True) == 0.0).all())
     True
+
+    A body that is turned or shifted over a clip of standing would drag its feet or twist its legs.
+    While a player waits, each foot has its own place. It stays there until it is 9 cm or 25 degrees
+    from where the clip would have it. Then, if the other foot is down, it is lifted and set down
+    within 0.3 s where the clip will have it. Before the wait ends, both feet step to where the next
+    clip has them.
     """
     n_frames = len(wanted)
     positions = np.repeat(wanted[:1], n_frames, axis=0)
@@ -159,15 +158,7 @@ def _wanted(positions: FloatArray, world: FloatArray) -> FloatArray:
     return np.concatenate([feet, np.repeat(heading[:, None, None], 2, axis=1)], axis=2)
 
 
-# ----------------------------------------------------------------------------
 # Steps at seams: a foot that would slide from one place to another is lifted there.
-#
-# Where two clips are blended in which the feet stand differently, a foot moves from the place of
-# the one to that of the other within a few frames, on the ground. People take a step. So every
-# slide, a run of frames in which the foot moves without being lifted, becomes a step: the foot
-# stays where it was, is lifted, and is set down within 0.3 s where the next clip has it. If both
-# feet slide at once, the one that has farther to go steps first, and the other as soon as it is
-# down.
 
 LIFTED = 0.025  # Height, m, above which a foot is seen to be lifted
 SLIDE = 0.05  # Shortest slide that becomes a step, m: shorter ones are hardly visible
@@ -182,7 +173,15 @@ TOES = [body.INDEX["l_toe"], body.INDEX["r_toe"]]
 
 @dataclass(frozen=True)
 class Slide:
-    """A slide of a foot."""
+    """A slide of a foot.
+
+    Where two clips are blended in which the feet stand differently, a foot moves from the place of
+    the one to that of the other within a few frames, on the ground. People take a step. So every
+    slide, a run of frames in which the foot moves without being lifted, becomes a step: the foot
+    stays where it was, is lifted, and is set down within 0.3 s where the next clip has it. If both
+    feet slide at once, the one that has farther to go steps first, and the other as soon as it is
+    down.
+    """
 
     foot: int  # 0 for the left foot, 1 for the right
     start: int  # Last frame at the old place
@@ -263,8 +262,6 @@ def _lift(ankle: FloatArray, slide: Slide, start: int, end: int) -> None:
     ankle[frames, 0::2] = ankle[first, 0::2] + smooth * away
     ankle[frames, 1] += LIFT * min(1.0, slide.metres / APART) * np.sin(np.pi * share)
 
-
-# ----------------------------------------------------------------------------
 
 _MARGIN = 20
 """Frames of the capture around a clip that are used: for the blend, and for velocities at its

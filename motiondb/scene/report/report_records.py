@@ -118,7 +118,7 @@ class GuardReport:
     player: str
     target: str
     near: float  # Least distance of the rule
-    far: float  # Largest distance of the rule
+    far: float | None  # Largest distance of the rule; None where it has none
     n_frames: int  # Frames in which the rule looks
     # Fraction of all frames of the scene in which the distance is outside these bounds
     outside: float

@@ -35,14 +35,7 @@ from motiondb.scene.timing.playing import ON_GUARD
 from motiondb.scene.timing.scheduling import SLOWEST
 from motiondb.scene.timing.timeline import Timeline, moment_frames
 
-# ----------------------------------------------------------------------------
 # The distance between the limbs of two bodies: the nearest bones, as segments between joints.
-#
-# For segments a + s (b - a) and c + t (d - c) with s, t in [0, 1] the squared distance is a convex
-# quadratic in s and t. Its minimum is that of the two lines if both s and t are inside; otherwise
-# it is at an end of one of the segments.
-#
-# Source: C. Ericson, "Real-Time Collision Detection" (2005), section 5.1.9.
 
 
 REACH = 2.4
@@ -57,6 +50,12 @@ def limb_distances(first: FloatArray, second: FloatArray) -> FloatArray:
     It is infinite if the bodies are out of each other's reach.
 
     Shapes: `first`, `second` (frames, 21, 3), m.
+
+    For segments a + s (b - a) and c + t (d - c) with s, t in [0, 1] the squared distance is a
+    convex quadratic in s and t. Its minimum is that of the two lines if both s and t are inside;
+    otherwise it is at an end of one of the segments.
+
+    Source: C. Ericson, "Real-Time Collision Detection" (2005), section 5.1.9.
     """
     nearest = np.full(len(first), np.inf)
     near = np.flatnonzero(np.linalg.norm(first[:, 0] - second[:, 0], axis=1) < REACH)
@@ -97,12 +96,9 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(np.sum(a * b, axis=-1))
 
 
-# ----------------------------------------------------------------------------
-# How people stand, step and travel: feet in the air, steps, speed, jumps of planted feet.
-#
-# All functions take joints of one body: array (frames, 21, 3), m, on the canonical body with the
-# ground at y = 0. The natural range of an action is measured on the captures that show it, with the
-# same functions (:class:`GaitRange`).
+# How people stand, step and travel: feet in the air, steps, speed, jumps of planted feet. All
+# functions take joints of one body: array (frames, 21, 3), m, on the canonical body with the ground
+# at y = 0.
 
 SPEED_FRAMES = 15
 """Frames over which speed is averaged: half a second, so that one step does not count as fast."""
@@ -114,7 +110,7 @@ Slower displacements are slides, which are measured by the mean speed of feet on
 
 @dataclass(frozen=True)
 class GaitRange:
-    """The most that captures of an action show."""
+    """The most that captures of an action show, measured by the functions that measure scenes."""
 
     airborne: int = 0  # Longest time with both feet in the air
     step: float = 0.0  # Largest horizontal distance between the ankles
@@ -237,8 +233,6 @@ def _moved(places: FloatArray, later: int) -> FloatArray:
     away = places[later:] - places[:-later]
     return np.asarray(np.hypot(away[:, 0], away[:, 2]))
 
-
-# ----------------------------------------------------------------------------
 
 WAITING = "waiting"  # Name of the time between the actions of a player
 STANDING = GaitRange(airborne=0, step=0.8, speed=0.8)
@@ -447,7 +441,7 @@ def guard_distances(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
             table.players[player],
             table.players[target],
             near,
-            far,
+            far if math.isfinite(far) else None,
             len(looked),
             float(((apart < near) | (apart > far)).mean()),
             float(apart[frame]),

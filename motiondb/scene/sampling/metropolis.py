@@ -44,7 +44,6 @@ from motiondb.scene.sampling.clip_choice import (
     variant_entry,
 )
 
-# ----------------------------------------------------------------------------
 # Places, times and random numbers that the steps of the inner loop are made of, compiled.
 
 
@@ -100,8 +99,6 @@ def lateness(scene: SceneArrays, library: ClipArrays, r: int) -> int:
         lag = math.hypot(px - x, pz - z) / PASS_SPEED
     return round(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)
 
-
-# ----------------------------------------------------------------------------
 
 EXCHANGE, SMOOTH, VARIANT, PLACE, DELAY, MEET = range(6)
 KINDS = ("exchange", "smooth", "variant", "place", "delay", "meet")

@@ -56,15 +56,15 @@ from motiondb.scene.sampling.tree_growth import (
     tree_shape,
 )
 
-# ----------------------------------------------------------------------------
 # A scene with everything that its derivations determine, and its best assignment of actions.
-#
-# The actions of a string can fit the items of the player's expression in several ways; see
-# :func:`motiondb.scene.language.expressions.assignments`.
 
 
 class Structure(NamedTuple):
-    """A scene with everything that its derivations determine."""
+    """A scene with everything that its derivations determine.
+
+    The actions of a string can fit the items of the player's expression in several ways; see
+    :func:`motiondb.scene.language.expressions.assignments`.
+    """
 
     scene: SceneArrays
     trees: list[Tree]
@@ -96,8 +96,6 @@ def least_error(
     assert best is not None  # a tree of a chain fits its player's expression
     return best
 
-
-# ----------------------------------------------------------------------------
 
 AROUND = 3
 """Clips before and after an inserted or removed link that the following inner steps favour."""

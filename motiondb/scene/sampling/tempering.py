@@ -44,15 +44,15 @@ from motiondb.scene.sampling.play import Play, Prices
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
 
-# ----------------------------------------------------------------------------
 # The first scene: derivations that satisfy the diagram, with random clips.
-#
-# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-# Forum 35 (2016), section 5, "Bootstrapping".
 
 
 def bootstrap(play: Play, rng: np.random.Generator) -> SceneState:
-    """Return a random scene with g_user = 0: random strings and clips, best origins and delays."""
+    """Return a random scene with g_user = 0: random strings and clips, best origins and delays.
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), section 5, "Bootstrapping".
+    """
     players = []
     for player, (one, derivations) in enumerate(
         zip(play.binder.diagram.players, play.derivations, strict=True)
@@ -82,8 +82,6 @@ def first_derivation(derivations: Derivations, rng: np.random.Generator, most: i
         " draws. Allow more actions, or ask for fewer things."
     )
 
-
-# ----------------------------------------------------------------------------
 
 USUAL = Prices(delay=1 / 150, duration=1 / 90, action=0.25, stray=1.0, excess=2.0)
 """Usual prices. 90 frames of a scene, 150 frames of a delay, or 4 actions cost as much as a rule at
@@ -303,17 +301,7 @@ def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], cool
     )
 
 
-# ----------------------------------------------------------------------------
 # From the scene of one diagram to a first scene of a changed diagram.
-#
-# A player whose string still satisfies the changed diagram keeps it, with its clips, and begins
-# at the same place, moved with the player's circle. Any other player is derived again under the
-# condition that the string fits (:mod:`.random_subtrees`); actions that were there before, in the
-# same order, keep their clips. Sampling then continues from there (:data:`WARM`).
-#
-# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-# Forum 35 (2016), section 6 ("The optimization performance ... depends heavily on the choice of the
-# initial configuration").
 
 WARM = SamplerSettings(
     temperatures=(0.15,),
@@ -336,6 +324,15 @@ def warm_start(
     """Return a first scene with g_user = 0 for ``play``'s diagram from a scene of ``before``.
 
     Players are identified by their names.
+
+    A player whose string still satisfies the changed diagram keeps it, with its clips, and begins
+    at the same place, moved with the player's circle. Any other player is derived again under the
+    condition that the string fits (:mod:`.random_subtrees`); actions that were there before, in the
+    same order, keep their clips. Sampling then continues from there (:data:`WARM`).
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), section 6 ("The optimization performance ... depends heavily on the choice of
+    the initial configuration").
     """
     old = {
         player.name: (player, player_before)

@@ -33,22 +33,7 @@ from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.sampling.random_subtrees import Derivations
 
-# ----------------------------------------------------------------------------
 # Derivations as lists of rules, where a subtree is a slice; and the error of each subtree.
-#
-# A tree is the list of its rules in preorder
-# (:func:`motiondb.grammar.cfg.context_free.choices_of`). The subtree of a nonterminal is a slice
-# of this list, and derives a slice of the action string. Exchanging a subtree is exchanging both
-# slices.
-#
-# The error of a subtree is the paper's geometric mean, with leaf errors of at least 1 (1 + a clip's
-# share of -log P(Y); with the printed errors, one flawless clip would make the error of all its
-# ancestors 0):
-#
-#     E(T) = (product of E(children)) ^ (1 / (n + 1)),    1 if it derives nothing               (10)
-#
-# Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-# Forum 35 (2016), section 5.
 
 
 LEAF = -1  # Marks an action among the numbers of children
@@ -56,7 +41,22 @@ LEAF = -1  # Marks an action among the numbers of children
 
 @dataclass(frozen=True, eq=False)
 class TreeShape:
-    """A derivation tree of one player."""
+    """A derivation tree of one player.
+
+    A tree is the list of its rules in preorder
+    (:func:`motiondb.grammar.cfg.context_free.choices_of`). The subtree of a nonterminal is a slice
+    of this list, and derives a slice of the action string. Exchanging a subtree is exchanging both
+    slices.
+
+    The error of a subtree is the paper's geometric mean, with leaf errors of at least 1 (1 + a
+    clip's share of -log P(Y); with the printed errors, one flawless clip would make the error of
+    all its ancestors 0):
+
+        E(T) = (product of E(children)) ^ (1 / (n + 1)),    1 if it derives nothing             (10)
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), section 5.
+    """
 
     rules: tuple[int, ...]  # Numbers of the rules in preorder, one for each nonterminal node
     actions: tuple[str, ...]
@@ -147,9 +147,6 @@ def subtree_errors(children: IntArray, errors: FloatArray, output: FloatArray) -
         node -= 1
         output[node] = np.exp(stack[top - 1])
     return n_nodes
-
-
-# ----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

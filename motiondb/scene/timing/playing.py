@@ -133,13 +133,7 @@ def part_of(source: ClipSource, start: int, end: int) -> ClipSource:
     )
 
 
-# ----------------------------------------------------------------------------
 # Clips for waiting players: before the first action, between two actions, and after the last.
-#
-# A string of clips begins when its delay is over, and may end before others do. Meanwhile the
-# player plays a clip in place: the entry of the grammar's standing actions whose poses are most
-# like those before and after it. A player who would begin or end in the middle of a run takes a
-# first step from rest before it, or a last one to rest after it.
 
 IDLE, HOLDING = "idle", "hold"  # Actions for waiting: without the ball, and with it
 BALL_BEFORE = (
@@ -190,7 +184,10 @@ def may_pause(library: ClipLibrary, entries: IntArray) -> IntArray:
 
 
 def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
-    """Return the entry that is played in a pause after a clip; -1 if the grammar has none."""
+    """Return the entry that is played in a pause after a clip; -1 if the grammar has none.
+
+    It is the entry of the standing actions whose poses are most like those before and after it.
+    """
     played = _played(library, entries)
     action = HOLDING if played[behind] in BALL_BEHIND else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)
@@ -203,7 +200,11 @@ def pause_entry(library: ClipLibrary, entries: IntArray, behind: int) -> int:
 
 
 def lead_in(library: ClipLibrary, entries: IntArray, n_frames: int) -> tuple[Part, ...]:
-    """Return the clips for ``n_frames`` before a string; () if nothing fits."""
+    """Return the clips for ``n_frames`` before a string; () if nothing fits.
+
+    A string begins when its delay is over. A player who would begin in the middle of a run takes a
+    first step from rest before it.
+    """
     played, kinds = _played(library, entries), np.asarray(library.seam_class)
     action = HOLDING if played[0] in BALL_BEFORE else IDLE
     standing = _standing(library, ON_GUARD if ON_GUARD in played else action)

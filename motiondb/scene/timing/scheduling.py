@@ -27,24 +27,7 @@ import numpy as np
 
 from motiondb.records import FloatArray, IntArray
 
-# ----------------------------------------------------------------------------
 # Editing of time so that synchronisations hold.
-#
-# Every player's time is a piecewise linear function from source frames s (0 at the first frame of
-# the first clip) to frames T(s) of the scene. Its knots are where clips begin, at instants of
-# synchronisations, and at the end. Over all players together, with intervals ds and dT between
-# neighbouring knots,
-#
-#     minimise     sum (dT - ds)^2 / ds  +  w sum (T(0) - delay)^2
-#     subject to  T_partner - T_own = lag of every synchronisation,   dT / ds in [0.8, 1.25],   T >=
-#     0.
-#
-# Slopes are bounds, and synchronisations are equations of great weight. If both cannot hold, the
-# bounds do, and the error is shared among the equations and shown in the report. Time for which
-# everybody waits at first is left out: one player begins at 0.
-#
-# Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
-# Transactions on Graphics 28 (2009): interactions in time are kept by bending time.
 
 
 SLOWEST = 1.25
@@ -102,6 +85,22 @@ def edit_times(
     >>> maps = edit_times(knots, [0, 4], [Meeting(0, 10, 1, 10, 4.0)])
     >>> [round(float(m.frame_of(10.0)), 6) for m in maps]
     [10.0, 14.0]
+
+    Every player's time is a piecewise linear function from source frames s (0 at the first frame of
+    the first clip) to frames T(s) of the scene. Its knots are where clips begin, at instants of
+    synchronisations, and at the end. Over all players together, with intervals ds and dT between
+    neighbouring knots,
+
+        minimise     sum (dT - ds)^2 / ds  +  w sum (T(0) - delay)^2
+        subject to   T_partner - T_own = lag of every synchronisation,
+                     dT / ds in [0.8, 1.25],   T >= 0.
+
+    Slopes are bounds, and synchronisations are equations of great weight. If both cannot hold, the
+    bounds do, and the error is shared among the equations and shown in the report. Time for which
+    everybody waits at first is left out: one player begins at 0.
+
+    Source: M. Kim, K. Hyun, J. Kim and J. Lee, "Synchronized Multi-Character Motion Editing", ACM
+    Transactions on Graphics 28 (2009): interactions in time are kept by bending time.
     """
     from scipy.optimize import lsq_linear
 
@@ -139,8 +138,6 @@ def _with_meetings(knots: FloatArray, player: int, meetings: Sequence[Meeting]) 
     frames += [m.theirs for m in meetings if m.partner == player]
     return np.unique(np.concatenate([np.asarray(knots, dtype=float), frames]))
 
-
-# ----------------------------------------------------------------------------
 
 SHORTEST_PAUSE = 12  # Shortest pause, frames: the transitions into it and out of it take ten
 _PACE, _MEET, _PAUSE, _CUT = 4.0, 50.0, 0.05, 0.02

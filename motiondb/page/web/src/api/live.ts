@@ -1,7 +1,7 @@
 /** News from the server: the database changed, a job went on. */
 
 import { get } from "./client.ts";
-import type { JobReply } from "./types.ts";
+import type { JobReply, JobsReply } from "./types.ts";
 
 export type News =
   | { kind: "revision"; revision: number }
@@ -35,7 +35,7 @@ export function openLive(): Live {
     source.addEventListener("job", (event) => learn(JSON.parse(event.data) as JobReply));
     source.addEventListener("open", () => {
       tell({ kind: "connection", open: true });
-      get<{ jobs: JobReply[] }>("/api/jobs").then(
+      get<JobsReply>("/api/jobs").then(
         (answer) => answer.jobs.forEach(learn),
         () => undefined, // the next opening asks again
       );

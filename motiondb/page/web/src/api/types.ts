@@ -44,6 +44,18 @@ export interface AddBody {
   skip_bad_frames?: boolean;
 }
 
+export interface AddResult {
+  kind: "add";
+  added: number;
+  known: number;
+  captures: string[];
+  problems: string[];
+  notes: string[];
+  new_words: string[];
+  counted: number;
+  seconds: number;
+}
+
 export interface AllowedFolder {
   root: number;
   name: string;
@@ -171,22 +183,13 @@ export interface CapturePage {
 }
 
 export interface CaptureRow {
-  capture_id: number;
+  ref: string;
   name: string;
-  sha256: string;
-  format: string;
   kind: string;
-  fps: number;
-  n_frames: number;
   duration: number;
-  motion_frames: number;
-  leg_length: number;
-  path: string;
-  run_id: number;
   tags: Record<string, string>;
   notes: string[];
   words: Caption[];
-  ref: string;
   learned: boolean;
   copies: number;
 }
@@ -366,6 +369,12 @@ export interface GenerateReply {
   variants: MadeReply[];
 }
 
+export interface GrammarLearned {
+  kind: "grammar";
+  grammar: string;
+  no_longer_editable: string[];
+}
+
 export interface GrammarRemoved {
   removed: string;
   no_longer_editable: string[];
@@ -400,7 +409,7 @@ export interface GuardReport {
   player: string;
   target: string;
   near: number;
-  far: number;
+  far: number | null;
   n_frames: number;
   outside: number;
   farthest: number;
@@ -432,7 +441,7 @@ export interface JobReply {
   seconds: number;
   message: string | null;
   error_kind: string | null;
-  result: Record<string, unknown> | null;
+  result: AddResult | LearnResult | GrammarLearned | SceneMade | null;
   curve: [number, number][];
 }
 
@@ -475,6 +484,17 @@ export interface LearnBody {
   shortest?: number;
   longest?: number;
   seed?: number;
+}
+
+export interface LearnResult {
+  captures: number;
+  segments: number;
+  symbols: number;
+  clusters: number;
+  dimensions: number;
+  words: number;
+  run: number;
+  kind: "learn";
 }
 
 export interface LearnedTake {
@@ -778,6 +798,12 @@ export interface SceneBody {
 }
 
 export interface SceneKept {
+  ref: string;
+}
+
+export interface SceneMade {
+  kind: "scene";
+  scene: string;
   ref: string;
 }
 

@@ -10,19 +10,19 @@ const isActive = (job: JobReply): boolean => job.state === "running" || job.stat
 
 /** One sentence on what a job did. */
 export function outcome(job: JobReply): string {
-  const result = job.result ?? {};
+  const { result } = job;
   if (job.state === "failed") return job.message ?? "It failed.";
   if (job.state === "cancelled") return "Cancelled. The database stays as it was.";
-  if (job.kind === "add") {
-    const problems = (result["problems"] as unknown[] | undefined)?.length ?? 0;
+  if (result?.kind === "add") {
+    const problems = result.problems.length;
     const broken = problems ? `, ${problems} ${problems === 1 ? "problem" : "problems"}` : "";
-    return `${result["added"]} added, ${result["known"]} already there${broken}.`;
+    return `${result.added} added, ${result.known} already there${broken}.`;
   }
-  if (job.kind === "learn") {
-    return `${result["captures"]} captures, ${result["segments"]} segments, ${result["symbols"]} symbols, ${result["words"]} words.`;
+  if (result?.kind === "learn") {
+    return `${result.captures} captures, ${result.segments} segments, ${result.symbols} symbols, ${result.words} words.`;
   }
-  if (job.kind === "grammar" && job.state === "done") {
-    const lost = (result["no_longer_editable"] as string[] | undefined) ?? [];
+  if (result?.kind === "grammar") {
+    const lost = result.no_longer_editable;
     const gone = lost.length ? ` No longer editable: ${lost.join(", ")}.` : "";
     return `Learned.${gone}`;
   }
@@ -30,9 +30,9 @@ export function outcome(job: JobReply): string {
 }
 
 function problemList(job: JobReply): HTMLElement | null {
-  const problems = (job.result?.["problems"] as { file: string; message: string }[] | undefined) ?? [];
+  const problems = job.result?.kind === "add" ? job.result.problems : [];
   if (problems.length === 0) return null;
-  const items = problems.map(({ file, message }) => h("li", {}, h("b", {}, file), " ", message));
+  const items = problems.map((problem) => h("li", {}, problem));
   return h("details", {}, h("summary", {}, "Problems"), h("ul", { class: "plain" }, items));
 }
 

@@ -5,11 +5,7 @@ import { fill, h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { saveBlob } from "../../parts/download.ts";
 import type { Context } from "../view.ts";
-import type { BoardReply } from "../../api/types.ts";
-
-interface Listed {
-  boards: { name: string; title: string; shipped: boolean }[];
-}
+import type { BoardFile, BoardReply, BoardsReply } from "../../api/types.ts";
 
 export interface FileActions {
   /** Open a board by its name; "" begins a new one. */
@@ -124,8 +120,8 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       button("Text…", editText),
     ),
     async list(chosen) {
-      const { boards } = await get<Listed>("/api/boards");
-      const option = (one: Listed["boards"][number]): HTMLElement =>
+      const { boards } = await get<BoardsReply>("/api/boards");
+      const option = (one: BoardFile): HTMLElement =>
         h("option", { value: one.name, selected: one.name === chosen }, one.title);
       const own = boards.filter((one) => !one.shipped);
       fill(

@@ -1,7 +1,6 @@
 /** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
 import { get, messageOf, post, remove } from "../../api/client.ts";
-import type { JobReply } from "../../api/types.ts";
 import type { Track } from "../../api/container.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download } from "../../parts/download.ts";
@@ -11,7 +10,7 @@ import { makePlayer } from "../../player/player.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
 import { ruleReport } from "./rules.ts";
-import type { DiagramShape, SceneReply } from "../../api/types.ts";
+import type { DiagramShape, JobReply, SceneKept, SceneReply } from "../../api/types.ts";
 
 export interface Making {
   readonly element: HTMLElement;
@@ -74,10 +73,9 @@ export function makeMaking(
   function ended(job: JobReply): void {
     stop();
     went({ job: null });
-    const ref = job.result?.["ref"];
-    if (job.state === "done" && typeof ref === "string") {
+    if (job.result?.kind === "scene") {
       state.replaceChildren();
-      void show(ref);
+      void show(job.result.ref);
     } else if (job.state === "failed") {
       fill(state, faultState(job.message ?? "The scene could not be made."));
     } else if (job.kind === "scene") {
@@ -169,7 +167,7 @@ export function makeMaking(
     const form = h("form", { class: "row" }, name, h("button", { class: "button", type: "submit" }, "Keep"));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      post<{ ref: string }>("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
+      post<SceneKept>("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
         context.notify(`Kept as ${name.value.trim()}.`);
         showButtons(ref);
       }, context.fail);

@@ -1,21 +1,13 @@
 /** Add captures: drop or choose files or a folder, or name a folder of the server's computer. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { JobReply, UploadReply } from "../../api/types.ts";
+import type { FolderReply, JobReply, UploadReply } from "../../api/types.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
 import { fromList, onDrop, type NamedFile } from "../../parts/dropping.ts";
 import { bytesText, plural } from "../../parts/text.ts";
 import { sortFiles, upload } from "../../parts/upload.ts";
 import type { Context } from "../view.ts";
-
-interface FolderListing {
-  root: number;
-  path: string;
-  folders: string[];
-  captures: number;
-  sheets: string[];
-}
 
 /** Open the dialog; files that were dropped on the page are taken at once. */
 export function openAdding(context: Context, dropped: readonly NamedFile[] = []): void {
@@ -115,7 +107,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   async function browse(into: HTMLElement, root: number, path: string): Promise<void> {
     try {
-      const listing = await get<FolderListing>("/api/folders", { root, path });
+      const listing = await get<FolderReply>("/api/folders", { root, path });
       const up = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
       const name = folders.find((one) => one.root === root)?.name ?? "";
       fill(

@@ -1,7 +1,7 @@
 /** The catalogue: all captures with moving figures, filters, words, and one capture beside them. */
 
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
-import type { Caption, CaptureRow } from "../../api/types.ts";
+import type { Caption, CaptureRow, UndoState } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
@@ -157,7 +157,7 @@ function open(host: HTMLElement, context: Context): OpenView {
 
   async function refreshUndo(): Promise<void> {
     try {
-      undo.disabled = (await get<{ left: number }>("/api/undo")).left === 0;
+      undo.disabled = (await get<UndoState>("/api/undo")).left === 0;
     } catch {
       undo.disabled = true;
     }

@@ -1,7 +1,7 @@
 /** Groups of captures that are copies, cuts or mirror images of one another. */
 
 import { get, messageOf } from "../../api/client.ts";
-import type { DuplicateGroup } from "../../api/types.ts";
+import type { DuplicatesReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { interval, plural } from "../../parts/text.ts";
@@ -16,7 +16,7 @@ const KINDS: Record<string, string> = {
 export async function showDuplicates(host: HTMLElement): Promise<void> {
   fill(host, h("p", { class: "muted" }, "Searching for copies…"));
   try {
-    const { groups } = await get<{ groups: DuplicateGroup[] }>("/api/duplicates");
+    const { groups } = await get<DuplicatesReply>("/api/duplicates");
     if (groups.length === 0) {
       fill(
         host,

@@ -1,7 +1,7 @@
 /** Values to filter by, with how many captures have each. */
 
 import { get } from "../../api/client.ts";
-import type { FacetRow } from "../../api/types.ts";
+import type { FacetRow, FacetsReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { combine, type Pick } from "./filter.ts";
 
@@ -76,7 +76,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     async load(typed, picks) {
       asked += 1;
       const mine = asked;
-      const ask = (without = ""): Promise<{ facets: FacetRow[] }> =>
+      const ask = (without = ""): Promise<FacetsReply> =>
         get("/api/facets", { where: combine(typed, picks, without) });
       // A column with picks shows how many captures its other values have: its facets are requested
       // without its picks.

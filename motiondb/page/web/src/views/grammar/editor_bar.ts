@@ -9,7 +9,7 @@ import { sourceList } from "../../parts/sources.ts";
 import { plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import type { SequenceReply } from "../../api/types.ts";
+import type { Saved, SequenceReply } from "../../api/types.ts";
 
 export interface EditorBar {
   readonly element: HTMLElement;
@@ -62,7 +62,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
     const one = sequence;
     if (!one) return;
     const send = async (name: string): Promise<void> => {
-      const { capture } = await post<{ capture: string }>("/api/sequences/save", { id: one.id, name });
+      const { capture } = await post<Saved>("/api/sequences/save", { id: one.id, name });
       if (sequence?.id === one.id) showSaved(capture);
       context.notify(`Kept as ${capture}.`);
     };

@@ -12,7 +12,7 @@ import { makeFacts, summaryOf } from "./facts.ts";
 import { openGrammarLearning } from "./learn.ts";
 import { grammarList, jobState } from "./list.ts";
 import { makeMaker } from "./maker.ts";
-import type { GrammarReply, ListedGrammar, SequenceReply } from "../../api/types.ts";
+import type { GrammarReply, GrammarsReply, SequenceReply } from "../../api/types.ts";
 import type { Wish } from "./selection.ts";
 
 function open(host: HTMLElement, context: Context): OpenView {
@@ -57,7 +57,7 @@ function open(host: HTMLElement, context: Context): OpenView {
     loads += 1;
     const mine = loads;
     try {
-      const { grammars } = await get<{ grammars: ListedGrammar[] }>("/api/grammars");
+      const { grammars } = await get<GrammarsReply>("/api/grammars");
       if (mine === loads) fill(list, grammarList(context, grammars, learn));
     } catch (fault) {
       if (mine === loads) fill(list, faultState(messageOf(fault)));
@@ -172,9 +172,10 @@ function open(host: HTMLElement, context: Context): OpenView {
       if (news.kind === "revision" && facts) void load(facts.grammar);
       if (news.kind !== "job" || news.job.kind !== "grammar") return;
       jobState(job, context);
-      if (news.job.id !== learning || news.job.state !== "done") return;
+      const { result } = news.job;
+      if (news.job.id !== learning || result?.kind !== "grammar") return;
       learning = "";
-      go(routeTo("grammar", { name: String(news.job.result?.["grammar"]) }));
+      go(routeTo("grammar", { name: result.grammar }));
     },
     close() {
       loads += 1;

@@ -31,7 +31,7 @@ export function makeAnswers(
   }
 
   function verdict(answer: Answer): HTMLElement {
-    const took = `${Math.max(Math.round((answer.took ?? 0) * 1000), 1)} ms`;
+    const took = answer.took === null ? "" : ` in ${Math.max(Math.round(answer.took * 1000), 1)} ms`;
     if (answer.matches_anything === false) {
       return h(
         "div",
@@ -49,7 +49,7 @@ export function makeAnswers(
     return h(
       "p",
       { class: "verdict muted", role: "status" },
-      `${plural(answer.matches.length, "answer")} in ${took}`,
+      `${plural(answer.matches.length, "answer")}${took}`,
       answer.not_yet_learned > 0 ? ` · ${plural(answer.not_yet_learned, "capture")} not learned yet` : "",
     );
   }
