@@ -304,9 +304,15 @@ def test_a_tree_of_three_hundred_levels_is_shown(grammar_server, new_page):
         facts["nodes"] = []
         for n in range(levels):
             parent = 2 * n - 2 if n else -1
-            node = {"symbol": "X", "parent": parent, "start": n, "end": levels, "terminal": False}
+            node = {
+                "symbol": "X",
+                "parent": parent,
+                "start": n,
+                "end": levels,
+                "is_terminal": False,
+            }
             leaf = {"symbol": item["terminal"], "parent": 2 * n, "start": n, "end": n + 1}
-            facts["nodes"] += [node, leaf | {"terminal": True}]
+            facts["nodes"] += [node, leaf | {"is_terminal": True}]
         route.fulfill(body=json.dumps(facts), content_type="application/json")
 
     page.route("**/api/sequence?*", deepen)
