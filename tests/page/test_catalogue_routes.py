@@ -196,7 +196,9 @@ def test_a_fault_of_the_program_has_the_form_of_all_errors(
         raise KeyError("secret")
 
     monkeypatch.setattr(MotionDB, "duplicates", fail)
-    application = make_application(PageSettings(learned_file, warm=False), tmp_path, bundle)
+    application = make_application(
+        PageSettings(learned_file, read_only=True, warm=False), tmp_path, bundle
+    )
     with TestClient(application, base_url=ADDRESS, raise_server_exceptions=False) as client:
         answer = client.get("/api/duplicates")
     assert answer.status_code == 500
