@@ -392,15 +392,7 @@ class Captures:
         QueryError
             When there is no such capture, no word, or the part lies outside the capture.
         """
-        with store.transaction(self.store):
-            info = store.load_capture(self.store, name)
-            _check_caption(info, Caption(words, start, end))
-            number = info.capture_id
-            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
-            parameters = {"name": info.name, "words": words}
-            with updating.changing(self.store, "words", parameters, [number]) as change:
-                store.save_captions(self.store, number, [*old, Caption(words, start, end)])
-        return change
+        return self._save_captions(name, [Caption(words, start, end)], keep)
 
     def set_captions(self, name: str, captions: Iterable[Caption]) -> updating.Change:
         """Replace all captions of a capture, and count them.
@@ -418,14 +410,19 @@ class Captures:
             When there is no such capture, a caption has no word, or its interval lies outside the
             capture.
         """
-        new = list(captions)
+        return self._save_captions(name, list(captions), keep=False)
+
+    def _save_captions(self, name: str, new: list[Caption], keep: bool) -> updating.Change:
+        """Save captions of a capture, in place of those there, or after them (``keep``)."""
         with store.transaction(self.store):
             info = store.load_capture(self.store, name)
             for caption in new:
                 _check_caption(info, caption)
+            number = info.capture_id
+            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
             parameters = {"name": info.name, "words": "; ".join(c.words for c in new)}
-            with updating.changing(self.store, "words", parameters, [info.capture_id]) as change:
-                store.save_captions(self.store, info.capture_id, new)
+            with updating.changing(self.store, "words", parameters, [number]) as change:
+                store.save_captions(self.store, number, [*old, *new])
         return change
 
     def events(self, name: str) -> tuple[Event, ...]:

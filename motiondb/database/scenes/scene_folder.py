@@ -14,9 +14,10 @@ import json
 import os
 import shutil
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from motiondb.answers.making import Source
 from motiondb.answers.scenes import MeasuredRule, SceneAnswer
 from motiondb.body import body, retarget
 from motiondb.database.catalogue.parts import write_bytes
+from motiondb.database.generated_files import sources_of
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json
 from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
@@ -277,21 +279,10 @@ def _source_lines(record: store.StoredScene) -> list[str]:
 
 def source_list(provenances: Sequence[store.Provenance]) -> list[dict[str, Any]]:
     """Return the captures that a scene's frames come from, each once, with licence and frames."""
-    frames: dict[store.SourceCapture, int] = {}
-    for one in provenances:
-        for number, source in enumerate(one.sources):
-            count = int((np.asarray(one.source_numbers) == number).sum())
-            frames[source] = frames.get(source, 0) + count
-    return [
-        {
-            "capture": source.name,
-            "licence": source.licence or "unknown",
-            "sha256": source.sha256,
-            "frames": count,
-        }
-        for source, count in sorted(frames.items(), key=lambda pair: pair[0].name)
-        if count
-    ]
+    frames: Counter[tuple[str, str, str]] = Counter()
+    for source in (source for one in provenances for source in sources_of(one)):
+        frames[source.capture, source.licence, source.sha256] += source.frames
+    return [asdict(Source(*key, count)) for key, count in sorted(frames.items()) if count]
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:
@@ -325,7 +316,7 @@ def fill_scene_folder(
             "player": name,
             "seed": made.settings.seed,
             "actions": list(made.state.players[_number(made, name)].tree.leaves()),
-            "sources": source_facts(provenance[name]),
+            "sources": [asdict(source) for source in sources_of(provenance[name])],
             "frames": action_runs(player.clips, made, name, provenance[name]),
         }
         _write(folder / f"{name}.provenance.json", json.dumps(facts, indent=1))
@@ -384,19 +375,6 @@ def _draw(
     progress("drawing", 0.6, record.error)
     pictures.draw_scene_animation(diagram, motions, part / "scene.gif", ball)
     progress("drawing", 1.0, record.error)
-
-
-def source_facts(provenance: store.Provenance) -> list[dict[str, Any]]:
-    """Return the captures that frames come from, with licence, digest and number of frames."""
-    return [
-        {
-            "capture": source.name,
-            "licence": source.licence or "unknown",
-            "sha256": source.sha256,
-            "frames": int((provenance.source_numbers == number).sum()),
-        }
-        for number, source in enumerate(provenance.sources)
-    ]
 
 
 def action_runs(
