@@ -12,19 +12,20 @@ import typer
 
 import motiondb
 from motiondb.cli import (
-    asking,
     cataloguing,
     generation,
     grammars,
     keeping,
     learning,
+    options,
+    printing,
     scenes,
+    search,
     serving,
     words,
 )
-from motiondb.cli.options import Commands
 
-app = Commands(
+app = options.Commands(
     name="motiondb",
     help="A motion-capture database that understands what is in it.",
     no_args_is_help=True,
@@ -36,7 +37,7 @@ app = Commands(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"motiondb {motiondb.__version__}")
+        printing.say(f"motiondb {motiondb.__version__}")
         raise typer.Exit()
 
 
@@ -56,7 +57,7 @@ _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
 for module in (
     cataloguing,
     learning,
-    asking,
+    search,
     generation,
     words,
     keeping,
@@ -97,7 +98,7 @@ def _run() -> int:
         if error.filename is not None or error.errno not in _NO_OUTPUT:
             raise
         reason = (error.strerror or "an error").lower()
-        typer.echo(f"error: output: expected to write all of it, found: {reason}.", err=True)
+        printing.warn(f"error: output: expected to write all of it, found: {reason}.")
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0
@@ -105,7 +106,7 @@ def _run() -> int:
 
 def _tell(error: Exception) -> None:
     """Print the message of an error, even if a file name in it is not valid text."""
-    typer.echo(f"error: {error}".encode("utf-8", "backslashreplace").decode(), err=True)
+    printing.warn(f"error: {error}".encode("utf-8", "backslashreplace").decode())
 
 
 def _run_command() -> None:
@@ -143,8 +144,8 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 def _end_interrupted() -> NoReturn:
     """Print a message and end at once, so that threads do not outlive their data."""
     if motiondb.changes_saved():
-        typer.echo("interrupted: complete changes up to then are saved, and nothing else", err=True)
+        printing.warn("interrupted: complete changes up to then are saved, and nothing else")
     else:
-        typer.echo("interrupted: the database is unchanged", err=True)
+        printing.warn("interrupted: the database is unchanged")
     sys.stdout.flush()
     os._exit(INTERRUPTED)

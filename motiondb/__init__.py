@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motiondb.answers.asking import like_answer, search_answer, words_over_time
     from motiondb.answers.catalogue import listed_capture, shown_event
     from motiondb.answers.grammars import GrammarAnswer
     from motiondb.answers.learning import learned_summary
     from motiondb.answers.making import Source
     from motiondb.answers.plain import to_json
+    from motiondb.answers.questions import like_answer, search_answer, words_over_time
     from motiondb.answers.scenes import scene_row
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
     from motiondb.database.grammars.grammars import Grammars
-    from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
+    from motiondb.database.learn.start import load_knowledge, shipped_starts
     from motiondb.database.learned_grammar import LearnedGrammar
     from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
+    from motiondb.grammar.derivation.plan import Plan
     from motiondb.language.question.known import KnownQuestion
     from motiondb.language.question.tree import NotUsed
     from motiondb.learn.drift import Drift
@@ -120,6 +121,7 @@ __all__ = [
     "NotUsed",
     "PageSettings",
     "ParsedMotion",
+    "Plan",
     "QueryError",
     "ReadLimits",
     "Relation",
@@ -169,7 +171,7 @@ __all__ = [
 __version__ = "0.1.0"
 
 _PLACES = {
-    "motiondb.answers.asking": "like_answer search_answer words_over_time",
+    "motiondb.answers.questions": "like_answer search_answer words_over_time",
     "motiondb.answers.catalogue": "listed_capture shown_event",
     "motiondb.answers.grammars": "GrammarAnswer",
     "motiondb.answers.learning": "learned_summary",
@@ -187,7 +189,7 @@ _PLACES = {
     "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
     "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
     "motiondb.database.grammars.grammars": "Grammars",
-    "motiondb.database.learn.knowledge": "load_knowledge shipped_starts",
+    "motiondb.database.learn.start": "load_knowledge shipped_starts",
     "motiondb.database.generating": "Generated",
     "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
@@ -197,6 +199,7 @@ _PLACES = {
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
+    "motiondb.grammar.derivation.plan": "Plan",
     "motiondb.search.by_example": "ExampleAnswer",
     "motiondb.search.explained_answer": "ExplainedWord Explanation",
     "motiondb.search.by_words": "WordAnswer",

@@ -48,6 +48,7 @@ def test_the_contract_of_the_commands_names_every_room() -> None:
     contracts = PROJECT["tool"]["importlinter"]["contracts"]
     (contract,) = [c for c in contracts if c.get("source_modules") == ["motiondb.cli"]]
     rooms = {p.parent.name for p in ROOT.glob("motiondb/*/__init__.py")} | {"schema"}
+    rooms -= {"answers"}  # what commands print is what programs read
     rooms |= {p.stem for p in ROOT.glob("motiondb/*.py") if p.stem != "__init__"}
     assert set(contract["forbidden_modules"]) == {f"motiondb.{room}" for room in rooms}
 

@@ -9,7 +9,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from motiondb.answers.asking import (
+from motiondb.answers.catalogue import (
+    ListedCapture,
+    ShownActivity,
+    ShownEvent,
+    ShownSegment,
+    listed_capture,
+    shown_event,
+)
+from motiondb.answers.grammars import SequenceAnswer
+from motiondb.answers.making import GeneratedAnswer, Source
+from motiondb.answers.questions import (
     ExplainedMatch,
     LikeAnswer,
     SearchAnswer,
@@ -21,16 +31,6 @@ from motiondb.answers.asking import (
     understood_question,
     words_over_time,
 )
-from motiondb.answers.catalogue import (
-    ListedCapture,
-    ShownActivity,
-    ShownEvent,
-    ShownSegment,
-    listed_capture,
-    shown_event,
-)
-from motiondb.answers.grammars import SequenceAnswer
-from motiondb.answers.making import GeneratedAnswer, Source
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
@@ -197,8 +197,8 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
     if row.info.kind == "generated":
         provenance, shown = db.provenance(name), db.show(name)
         made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
-        if "string" in shown:
-            made |= {"grammar": shown["grammar"], "string": tuple(shown["string"].split())}
+        if shown.string is not None:
+            made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
     words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
         **vars(listed_capture(row.info, row.captions)),

@@ -133,7 +133,7 @@ class StandalonePage:
         QueryError
             No capture has this name.
         """
-        motion, full = db.motion(name), db.show(name)["capture"]
+        motion, full = db.motion(name), db.show(name).capture
         row = db.browsed(full)
         assert row is not None
         ref = f"capture:{full}"

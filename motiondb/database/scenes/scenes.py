@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from motiondb.database.scenes.scene_clips import (
     find_with_words,
     scene_clips,
 )
-from motiondb.database.scenes.scene_facts import action_captions, report_details
+from motiondb.database.scenes.scene_facts import action_captions, scene_details
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
     source_list,
@@ -171,12 +171,9 @@ class Scenes:
             player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
             for player in made.polished.players
         }
-        facts: dict[str, Any] = {
-            **report_details(made),
-            "sources": source_list(list(provenance.values())),
-        }
+        details = scene_details(made, source_list(list(provenance.values())))
         digests = {n: info.sha256 for n, info in infos.items()}
-        return Scene(made, scene_record(made, name, digests, facts), provenance)
+        return Scene(made, scene_record(made, name, digests, details), provenance)
 
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
@@ -561,8 +558,8 @@ class Scenes:
     def remarks(scene: store.StoredScene) -> list[str]:
         """Return one line for a sampling that was cut short, and for every impossible motion."""
         return [
-            *scene_folder.cut_short_lines(scene),
-            *scene_folder.impossible_lines(scene.report),
+            *scene_folder.cut_short_lines(scene_folder.report_facts(scene)),
+            *scene_folder.impossible_lines(scene_folder.report_facts(scene)),
         ]
 
 
