@@ -47,7 +47,8 @@ SPELLINGS = {
         Shoulder_R UpperArm_R LowerArm_R Hand_R UpperLeg_L LowerLeg_L Foot_L Toes_L UpperLeg_R
         LowerLeg_R Foot_R Toes_R""",
     "SMPL": """
-        m_avg_Pelvis m_avg_L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot R_Foot
+        m_avg_Pelvis m_avg_L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot
+        R_Foot
         Neck L_Collar R_Collar Head L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist R_Wrist""",
     "DeepMimic": """root chest neck right_hip right_knee right_ankle right_shoulder right_elbow
         left_hip left_knee left_ankle left_shoulder left_elbow end:neck end:right_ankle
