@@ -349,7 +349,7 @@ def fetch_cmu(
     import motiondb
     from motiondb import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings
 
-    printing.warn(CMU_TERMS)
+    printing.warn(*CMU_TERMS.split("\n"))
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]

@@ -174,7 +174,7 @@ def show(
     if printing.as_json(shared, facts):
         return
     printing.say(summary(size))
-    printing.say(facts.text_with_loops)
+    printing.say(*facts.text_with_loops.split("\n"))
     rows = [
         [
             t.terminal,

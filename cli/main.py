@@ -74,6 +74,7 @@ def main() -> None:
     sys.unraisablehook = _end_lost_interrupt
     if before[1] is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
+    printing.accept_any_text()
     try:
         sys.exit(_run())
     except KeyboardInterrupt:  # while ending or importing
@@ -101,12 +102,20 @@ def _run() -> int:
         printing.warn(f"error: output: expected to write all of it, found: {reason}.")
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
+    except MemoryError:
+        printing.warn(
+            "error: memory: expected enough for this command, found that it ran out. Nothing is "
+            "half written. Close other programs, allow more (ulimit -v), or do it in smaller "
+            "parts, such as fewer captures or --jobs 1."
+        )
+        return 1
     return 0
 
 
 def _tell(error: Exception) -> None:
     """Print the message of an error, even if a file name in it is not valid text."""
-    printing.warn(f"error: {error}".encode("utf-8", "backslashreplace").decode())
+    text = f"error: {error}".encode("utf-8", "backslashreplace").decode()
+    printing.warn(*text.split("\n"))
 
 
 def _run_command() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
 from functools import wraps
 from inspect import Parameter, signature
@@ -121,13 +121,26 @@ Wait = Annotated[
 ]
 
 
+def database_name(path: Path | None) -> Path | None:
+    """Check that the name of the database is not that of a folder."""
+    with suppress(OSError):  # a name that the system cannot have is refused when it is opened
+        if path is not None and path.is_dir():
+            from motiondb import QueryError
+
+            raise QueryError(
+                f"{path}: expected a database of motiondb, found a folder. Name a file with --db."
+            )
+    return path
+
+
 @dataclass(frozen=True)
 class Shared:
     """The options of every command on a database; :class:`Commands` adds them to its function."""
 
-    db: Annotated[Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.")] = Path(
-        "motions.duckdb"
-    )
+    db: Annotated[
+        Path,
+        typer.Option("--db", envvar="MOTIONDB", callback=database_name, help="The database file."),
+    ] = Path("motions.duckdb")
     json: Json = False
     wait: Wait = DEFAULT_WAIT
 
@@ -147,7 +160,11 @@ class SharedOfClips:
 
     db: Annotated[
         Path | None,
-        typer.Option("--db", help="Also list the clips of this database for every action."),
+        typer.Option(
+            "--db",
+            callback=database_name,
+            help="Also list the clips of this database for every action.",
+        ),
     ] = None
     json: Json = False
     wait: Wait = DEFAULT_WAIT

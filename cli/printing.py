@@ -1,9 +1,17 @@
-"""Output of the commands: JSON, tables, progress, notes, problems."""
+r"""Output of the commands: JSON, tables, progress, notes, problems. No other module prints.
+
+Names, captions and licences come from files of others. A terminal obeys the control characters in
+them, which may set its title or the clipboard; bidirectional overrides reorder what is read. All of
+these are printed as escapes, such as ``\x1b``, and so are line ends within a text.
+"""
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,14 +36,38 @@ if TYPE_CHECKING:
     from motiondb.cli.options import Shared, SharedOfClips
 
 
-def say(text: str) -> None:
-    """Print text on standard output."""
-    typer.echo(text)
+_CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
+_BIDIRECTIONAL = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
+_VISIBLE = {n: chr(n).encode("unicode_escape").decode() for n in _CONTROLS + _BIDIRECTIONAL}
+_IN_JSON = {n: f"\\u{n:04x}" for n in _VISIBLE if n >= 0x20}
 
 
-def warn(text: str) -> None:
-    """Print text on standard error."""
-    typer.echo(text, err=True)
+def visible(text: str) -> str:
+    r"""Return a text in which control characters are escapes.
+
+    >>> visible("walk" + chr(27) + "[2J")
+    'walk\\x1b[2J'
+    """
+    return text.translate(_VISIBLE)
+
+
+def say(*lines: str) -> None:
+    """Print lines on standard output."""
+    for line in lines:
+        print(visible(line), flush=True)
+
+
+def warn(*lines: str) -> None:
+    """Print lines on standard error."""
+    for line in lines:
+        print(visible(line), file=sys.stderr, flush=True)
+
+
+def accept_any_text() -> None:
+    """Let characters that the encoding of the output lacks be printed as escapes."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def note_unlearned(db: MotionDB) -> None:
@@ -141,7 +173,10 @@ def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
     if shared.json:
         from motiondb import to_json
 
-        say(json.dumps(to_json(answer), indent=2, ensure_ascii=False))
+        encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+        plain = codecs.lookup(encoding).name != "utf-8"
+        text = json.dumps(to_json(answer), indent=2, ensure_ascii=plain)
+        say(*text.translate(_IN_JSON).split("\n"))
     return shared.json
 
 
@@ -165,7 +200,7 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
         )
         table.add_column(column, justify="right" if right else "left", overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(visible, row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
@@ -235,7 +270,7 @@ def print_notes(notes: Sequence[str]) -> None:
 def print_problems(problems: Sequence[str]) -> None:
     """Print problems on standard error."""
     for problem in problems:
-        warn("\n".join(f"  {line}" for line in problem.splitlines()))
+        warn(*(f"  {line}" for line in problem.split("\n")))
 
 
 def refuse(problems: Sequence[str]) -> None:

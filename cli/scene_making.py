@@ -187,7 +187,7 @@ def report(shared: options.Shared, place: Place, png: options.Png = None) -> Non
             if png:
                 base.scenes.draw(place, png)
     if not printing.as_json(shared, extended(DrawnScene, Scenes.facts(record), picture=png)):
-        printing.say(Scenes.report(record))
+        printing.say(*Scenes.report(record).split("\n"))
     _refuse_impossible(record)
 
 

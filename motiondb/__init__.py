@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.learn.start import load_knowledge, shipped_starts
     from motiondb.database.learned_grammar import LearnedGrammar
-    from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
     from motiondb.database.scenes.scenes import Scene, Scenes
@@ -72,6 +71,7 @@ if TYPE_CHECKING:
         MotionSymbols,
         Relation,
     )
+    from motiondb.scene.clips.caption_actions import ShownAction
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
     from motiondb.search.asked_words import WrittenWord
@@ -191,7 +191,6 @@ _PLACES = {
     "motiondb.database.grammars.grammars": "Grammars",
     "motiondb.database.learn.start": "load_knowledge shipped_starts",
     "motiondb.database.generating": "Generated",
-    "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",
@@ -213,6 +212,7 @@ _PLACES = {
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.search.asked_words": "WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
+    "motiondb.scene.clips.caption_actions": "ShownAction",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize StoredScene",
@@ -269,7 +269,9 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
         When another process holds the file, or it is not a database of motiondb.
     """
     from motiondb import store
+    from motiondb.files.safe_files import check_file_name
 
+    check_file_name(Path(path))
     return store.compact(Path(path), wait=wait)
 
 

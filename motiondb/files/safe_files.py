@@ -153,6 +153,10 @@ def plain_name(path: Path) -> str:
 
 def check_file_name(path: Path) -> None:
     """Refuse the name of a database that the system cannot have."""
+    if not path.name:  # "", "." and "/"
+        raise StoreError(
+            f"{path}: expected a database of motiondb, found a folder. Name another file with --db."
+        )
     try:
         str(path).encode("utf-8")
     except UnicodeEncodeError:

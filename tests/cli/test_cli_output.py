@@ -1,11 +1,15 @@
-"""What commands write never takes the place of a database, and output that is full is told."""
+"""What commands print and write: nothing that a terminal obeys, no database overwritten."""
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
 import subprocess
 import sys
+import unicodedata
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -39,3 +43,40 @@ def test_output_that_is_full_is_told(learned_file: Path) -> None:
     assert ended.stderr == (
         "error: output: expected to write all of it, found: no space left on device.\n"
     )
+
+
+HOSTILE = "bow \x1b]0;title\x07 \x9b2J\x7f\u202e\u2028 caf\u00e9 \u4e2d\nnext"
+
+
+def test_control_characters_are_printed_as_escapes(command: Any, some: Path) -> None:
+    Path("sheet.tsv").write_text(f'file\tperformer\tlicence\nana/bow_1\t"{HOSTILE}"\t"{HOSTILE}"\n')
+    command("add", some)
+    for words in (
+        ("words", "import", "sheet.tsv"), ("words", "set", "ana/bow_1", HOSTILE),
+        ("list",), ("show", "ana/bow_1"), ("show", HOSTILE), ("info",),
+    ):  # fmt: skip
+        for more in ((), ("--json",)):
+            ended = command(*words, *more)
+            text = (ended.out + ended.err).replace("\n", "")
+            assert not [c for c in text if unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp")]
+    shown = command("show", "ana/bow_1")
+    assert (
+        "words:        bow \\x1b]0;title\\x07 \\x9b2J\\x7f\\u202e\\u2028 café 中\\nnext"
+        in shown.out
+    )
+    assert json.loads(command("show", "ana/bow_1", "--json").out)["words"] == [HOSTILE]
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "ascii"])
+def test_output_in_another_encoding(command: Any, some: Path, encoding: str) -> None:
+    command("add", some)
+    command("words", "set", "ana/bow_1", "bow 中 café")
+    for words in (["list"], ["show", "ana/bow_1"], ["show", "ana/bow_1", "--json"]):
+        ended = subprocess.run(
+            [*PROGRAM, *words], capture_output=True, check=False,
+            env={**os.environ, "PYTHONIOENCODING": encoding},
+        )  # fmt: skip
+        assert (ended.returncode, ended.stderr) == (0, b"")
+        text = ended.stdout.decode(encoding)
+        assert "\\u4e2d" in text
+    assert json.loads(text)["words"] == ["bow 中 café"]

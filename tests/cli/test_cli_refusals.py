@@ -55,6 +55,9 @@ def test_questions_before_learning(command: Any, some: Path) -> None:
         (("generate", "walk"), "Missing option"),
         (("search", "walk", "--limit", "0"), "--limit"),
         (("bogus",), "No such command 'bogus'"),
+        (("list", "--db", ""), ".: expected a database of motiondb, found a folder"),
+        (("add", ".", "--db", "."), ".: expected a database of motiondb, found a folder"),
+        (("check", "--db", "/"), "/: expected a database of motiondb, found a folder"),
         (("search",), "Missing argument"),
     ],
 )

@@ -49,7 +49,7 @@ def test_the_samples_have_clips_for_every_action(learned_file: Path) -> None:
     import motiondb
 
     with motiondb.open(learned_file, read_only=True) as db:
-        actual = find_actions(db.session, read_grammar("basketball"))
+        actual = find_actions(db.session, read_grammar("basketball")).parts
     assert min(len(parts) for parts in actual.values()) >= 2
     whole = {part.capture for part in actual["dribble"] if part.start is None}
     assert whole == {"chidi/dribble_1", "fatou/dribble_1", "goran/dribble_1"}

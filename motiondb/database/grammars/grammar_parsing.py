@@ -81,8 +81,11 @@ class ParsedMotion:
             share_unlike=self.share_unlike,
             is_unlike=self.is_unlike,
             sentences=[ParsedSentence(tree.leaves(), str(tree)) for tree in self.trees],
-            fault=fault
-            and ParseFault(fault.position, fault.symbol, fault.expected, fault.may_end, str(fault)),
+            fault=None
+            if fault is None
+            else ParseFault(
+                fault.position, fault.symbol, fault.expected, fault.may_end, str(fault)
+            ),
         )
 
     @property

@@ -21,12 +21,7 @@ from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes import scene_folder, scene_texts
-from motiondb.database.scenes.scene_clips import (
-    ShownAction,
-    find_actions,
-    find_with_words,
-    scene_clips,
-)
+from motiondb.database.scenes.scene_clips import find_actions, scene_clips
 from motiondb.database.scenes.scene_facts import action_captions, scene_details
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
@@ -44,6 +39,7 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.errors import QueryError, suggestion
 from motiondb.files.safe_files import is_folder
+from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
@@ -287,7 +283,7 @@ class Scenes:
             Whether words that no caption holds match nothing rather than being taken as known ones.
         """
         with self._session.reading():
-            return find_actions(self._session, self.read_grammar(grammar), exact)
+            return dict(find_actions(self._session, self.read_grammar(grammar), exact).parts)
 
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds.
@@ -298,7 +294,7 @@ class Scenes:
             A motion grammar.
         """
         with self._session.reading():
-            return dict(find_with_words(self._session, self.read_grammar(grammar)).takings)
+            return dict(find_actions(self._session, self.read_grammar(grammar)).takings)
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""
