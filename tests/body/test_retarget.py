@@ -245,3 +245,16 @@ def test_sample_captures_keep_their_joints(name: str) -> None:
     assert (
         np.abs(actual[:, I["head"]] - points[:, I["head"]] + points[0, 0] * [1, 0, 1]).max() < 0.15
     )
+
+
+def test_a_joint_of_the_solved_body_that_leaps_is_noted() -> None:
+    rest, _ = kinematics.forward(
+        body.PARENTS, body.OFFSETS, np.tile(rotation.IDENTITY, (3, 21, 1)), np.zeros((3, 3))
+    )
+    elbow, wrist = body.INDEX["l_elbow"], body.INDEX["l_wrist"]
+    forearm = np.linalg.norm(body.OFFSETS[wrist])
+    points = rest.copy()
+    points[:, wrist] = points[:, elbow] + [[0.002, 0, 0], [-0.002, 0, 0], [0.002, 0, 0]]
+    (note,) = retarget.motion_from_positions(points, 30.0).notes  # the points move at 0.12 m/s
+    assert note.startswith(f"l_wrist moves at {2 * forearm * 30:.3g} m/s, 0.00 s after the start")
+    assert retarget.motion_from_positions(rest, 30.0).notes == ()
