@@ -16,7 +16,7 @@ from motiondb.learn.symbol_fitting import (
     segment_table,
 )
 from motiondb.meaning import by_words, score_vectors
-from motiondb.meaning.movement import block_sizes
+from motiondb.meaning.score_vectors import block_sizes
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols import acquisition, feature_space
@@ -89,7 +89,7 @@ def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
     """All captures known, by the same symbols, with the first blocks of movement alone.
 
     n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm
-        (``motiondb.meaning.movement``).
+        (``motiondb.meaning.score_vectors``).
     """
     n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
     table = replace(seen.table, movement=seen.table.movement[:, :n_columns])

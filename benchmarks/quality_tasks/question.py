@@ -30,8 +30,7 @@ from motiondb.meaning import calibration as certainty
 from motiondb.meaning.asked_certainty import fit_certainties
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.calibration import Certainties
-from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
-from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.score_vectors import N_POSTURE, N_TRAVEL, unit
 from motiondb.records import FloatArray
 from motiondb.search.chances import chances_of_kind
 from quality_protocol import baselines as base

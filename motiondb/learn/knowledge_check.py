@@ -14,7 +14,7 @@ import numpy as np
 from motiondb.body.features import N_FEATURES
 from motiondb.learn.codec import DeclaredArray, declared_arrays, square
 from motiondb.learn.knowledge import Knowledge
-from motiondb.meaning.movement import block_sizes
+from motiondb.meaning.score_vectors import block_sizes
 from motiondb.records import LARGEST, FloatArray
 
 MOST_SYMBOLS, MOST_STATES, MOST_DIMENSIONS = 1_000, 64, 64

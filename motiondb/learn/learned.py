@@ -19,9 +19,8 @@ from motiondb.language.translation import explanation, transition
 from motiondb.learn.checking import checked_words
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.learn.performers import performers_of
-from motiondb.meaning import by_words, calibration, caption_evidence, movement
+from motiondb.meaning import by_words, calibration, caption_evidence, score_vectors
 from motiondb.meaning.bounds import TakeExtremes, take_extremes
-from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
 from motiondb.meaning.description_map import DescriptionMap
 from motiondb.meaning.motion_judge import said_words
@@ -32,7 +31,7 @@ from motiondb.meaning.place_fitting import (
     unplaced_evidence,
 )
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, meaning_space
-from motiondb.meaning.word_map import WordMap
+from motiondb.meaning.word_map import CaptionMap, WordMap, solve_caption_map
 from motiondb.records import (
     Association,
     Caption,
@@ -67,7 +66,7 @@ class Learned(LearnedModel):
     def n_posture_and_travel(self) -> int:
         """Number of the last columns of score vectors that are posture and travel."""
         columns = len(self.score_space.mean) - self.symbols.n_symbols
-        return movement.count_posture_and_travel(columns)
+        return score_vectors.count_posture_and_travel(columns)
 
     @property
     def word_map(self) -> WordMap:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
-from motiondb.meaning import movement
+from motiondb.meaning import score_vectors
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols.settings import AcquisitionSettings, SegmentationSettings
 
@@ -143,9 +143,9 @@ def describe_segments(
     Shapes: `frames` (frames, dimensions), float32; `features` (frames, 130), float32; `starts`,
     `ends` (segments,).
     """
-    moving = movement.describe_movement(frames, starts, ends)
+    moving = score_vectors.describe_movement(frames, starts, ends)
     return np.concatenate(
-        [moving, movement.describe_posture_and_travel(features, starts, ends)], axis=1
+        [moving, score_vectors.describe_posture_and_travel(features, starts, ends)], axis=1
     )
 
 

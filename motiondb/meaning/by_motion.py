@@ -31,8 +31,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.meaning import alignment, extents
-from motiondb.meaning.pooled_map import statistics_of_intervals
-from motiondb.meaning.resemblance import MeaningSpace, resemblance, with_feedback
+from motiondb.meaning.resemblance import (
+    MeaningSpace,
+    resemblance,
+    statistics_of_intervals,
+    with_feedback,
+)
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.records import Float32Array, FloatArray, IntArray
 

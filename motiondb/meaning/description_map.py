@@ -7,7 +7,7 @@ described intervals. The predicted caption is
     f(v) = sum over j of a_j k(v, v_j) + b,    k(v, v') = v . v' + BETA exp((v . v' - 1) / TAU),
 
 by kernel ridge regression: it minimises sum over i of omega_i |t_i - f(v_i)|^2 + RIDGE |f|^2. The
-first term of the kernel is the linear map of :mod:`motiondb.meaning.caption_map`. The second
+first term of the kernel is the linear map of :mod:`motiondb.meaning.word_map`. The second
 is
 local: it lets captions of movements that are nearly the same speak for themselves, while the ridge
 of the linear term can be large. omega_i = n_p(i)^(-1/2), scaled to a mean of 1, so that a performer

@@ -39,7 +39,7 @@ from motiondb.meaning.place_map import spreads_of
 from motiondb.records import Float32Array, FloatArray
 
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
-"""Levels of whitened features, in standard deviations; those of ``motiondb.meaning.movement``."""
+"""Levels of whitened features, in standard deviations; those of ``motiondb.meaning.score_vectors``."""
 SOFTNESS = 0.25  # Width of the logistic function, in standard deviations
 REACH = 3  # Feature frames (0.2 s) before and after a frame between which change is measured
 RIDGE = 150.0

@@ -1,7 +1,7 @@
 """The captures that answer a question in words, best first, with reasons and certainty.
 
 A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
-caption that the motion of a capture suggests (:mod:`motiondb.meaning.caption_map`). The
+caption that the motion of a capture suggests (:mod:`motiondb.meaning.word_map`). The
 likeness is a sum over the question's words. It is taken relative to its mean over all captures of
 the database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the
 answers. It does not use order and place, and is not part of the probability of an answer.

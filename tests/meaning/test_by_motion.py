@@ -10,8 +10,7 @@ import pytest
 from motiondb.body import features, retarget
 from motiondb.files import read_capture
 from motiondb.meaning import alignment, by_motion, score_vectors
-from motiondb.meaning.pooled_map import fit_pooled_map, pooled_statistics
-from motiondb.meaning.resemblance import meaning_space
+from motiondb.meaning.resemblance import fit_pooled_map, meaning_space, pooled_statistics
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols.feature_space import fit_feature_space

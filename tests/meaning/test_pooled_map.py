@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning.pooled_map import (
+from motiondb.meaning.resemblance import (
     RIDGE,
     fit_pooled_map,
     pooled_statistics,
