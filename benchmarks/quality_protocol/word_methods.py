@@ -22,7 +22,7 @@ from motiondb.meaning.description_map import (
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import solve_caption_map, word_moments
 from motiondb.records import FloatArray
-from motiondb.search.ranking import CAPTION_WEIGHT
+from motiondb.search.by_words import CAPTION_WEIGHT
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised

@@ -16,7 +16,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.learn import drift, joining
 from motiondb.learn.knowledge import Started
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.symbol_fitting import (
+from motiondb.learn.recognition import (
     FeaturePool,
     LearnSettings,
     Progress,

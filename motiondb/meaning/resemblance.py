@@ -24,7 +24,7 @@ only the example, and two performers of one action are found through a third.
 Source: Rocchio, Relevance feedback in information retrieval (1971), with the first answers taken as
 right ("pseudo relevance feedback").
 
-**A linear map from pooled statistics of an interval to its caption: a second opinion on its words.**
+**A second opinion on the words of an interval: a linear map from its pooled statistics.**
 
 Notation: x_t the whitened features of frame t (D dimensions), s the mean, the standard deviation
 and the 10th, 50th and 90th percentile of x over the frames of an interval (5 D values), p the

@@ -7,7 +7,7 @@ weighted by their duration inside the interval, scaled to length 1. Unlike the b
 keeps the similarity of a new performer to *several* symbols. On real captures no other choice had a
 larger effect.
 
-The columns of :mod:`motiondb.meaning.score_vectors` follow, standardised and clipped in the same way.
+The columns of movement (below) follow, standardised and clipped in the same way.
 Each of their five blocks is scaled to the weight of all symbols together, travel to one and a half
 times that.
 
@@ -45,6 +45,7 @@ out of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -52,7 +53,7 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
-from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, Within
+from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, SegmentTable, Within
 
 
 def unit(vectors: FloatArray) -> FloatArray:
@@ -233,3 +234,19 @@ def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) ->
         products = frames[start:end].T @ frames[start:end] / np.float32(end - start)
         row[:] = np.concatenate([means[:n_places], products[first, second], means[n_places:]])
     return rows
+
+
+def whole_vectors(
+    standardised: FloatArray, table: SegmentTable, rows: Mapping[int, slice]
+) -> FloatArray:
+    """Score vectors of whole captures, in their order: array (captures, columns).
+
+    Shapes: `standardised` (segments, columns).
+    """
+    starts, ends, zero = table.starts, table.ends, np.zeros(1)
+    return np.vstack(
+        [
+            interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
+            for r in rows.values()
+        ]
+    )
