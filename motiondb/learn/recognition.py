@@ -1,5 +1,4 @@
-"""Motion symbols from the features of all captures, and motions recognised by them.
-"""
+"""Motion symbols from the features of all captures, and motions recognised by them."""
 
 from __future__ import annotations
 

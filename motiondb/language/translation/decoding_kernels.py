@@ -4,13 +4,14 @@ Notation as in :mod:`motiondb.language.translation.decoding`. Symbols whose rows
 equal (those of one cluster) form a *row*, so that the dynamic programs run over rows, not symbols.
 The symbols of each word are split into those that *say* it and the rest, see below.
 
-**The A* search, and its two upper bounds on the log-probability of a sequence.** Both bounds follow from log x <= log q + x / q - 1. The first applies it to every word; its q are
-found by Frank-Wolfe steps, and the sequences of these steps are first candidates. This bound is
-loose for words that no symbol of a sequence gives a sizeable probability. The second bound
-therefore splits the symbols of each word into those that *say* it (give it a large probability)
-and the rest, and its dynamic program carries the set of words not yet said as a bit mask: the
-probability of a word never said is bounded by the most that the remaining symbols can give it.
-Where there are more than ``TRACKED`` words, only those with the widest split are tracked.
+**The A* search, and its two upper bounds on the log-probability of a sequence.** Both bounds follow
+from log x <= log q + x / q - 1. The first applies it to every word; its q are found by Frank-Wolfe
+steps, and the sequences of these steps are first candidates. This bound is loose for words that no
+symbol of a sequence gives a sizeable probability. The second bound therefore splits the symbols of
+each word into those that *say* it (give it a large probability) and the rest, and its dynamic
+program carries the set of words not yet said as a bit mask: the probability of a word never said is
+bounded by the most that the remaining symbols can give it. Where there are more than ``TRACKED``
+words, only those with the widest split are tracked.
 
 A node of the search holds the first k symbols of a sequence of length l, their log-probability so
 far, and the set of words that they have not said.
