@@ -2,7 +2,7 @@
 
 A text is split into *actions* (at commas, full stops, "then", "and"), and each action into words.
 Compounds are split (CamelCase, run/jog, 90-degree), numbers and stop words are left out, and every
-other word is replaced by its lemma (:mod:`.lemmas`) and by the user's canonical synonym. Words of
+other word is replaced by its lemma (:func:`lemma`) and by the user's canonical synonym. Words of
 direction and body parts are kept; a piece of text with no other words belongs to the action before
 it: "walks forward and backward" is one action. "X while Y" is one action, "X after Y" is Y, then X.
 A topic before a dash belongs to the first action.
