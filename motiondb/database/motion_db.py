@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
-    from motiondb.learn.symbol_fitting import LearnSettings, Progress
+    from motiondb.learn.recognition import LearnSettings, Progress
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.described import Description
 
@@ -144,7 +144,7 @@ class MotionDB(Captures):
             When there is no such knowledge.
         """
         from motiondb.database.learn import learn_run
-        from motiondb.learn.symbol_fitting import LearnSettings
+        from motiondb.learn.recognition import LearnSettings
 
         return learn_run.learn(self.store, settings or LearnSettings(), progress, start)
 
