@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
+from motiondb.cli import printing
+
 if TYPE_CHECKING:
     from motiondb import MotionDB
 
@@ -186,7 +188,9 @@ def _opened(
     from motiondb import MotionDB
 
     with MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
+        printing.note(db.log_note)
         yield db
+    printing.note(db.log_note)
 
 
 class Commands(typer.Typer):

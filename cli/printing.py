@@ -149,10 +149,10 @@ def say_word(word: str, probability: float | None) -> str:
     return word if probability is None else f"{word} {probability:.2f}"
 
 
-def note_unchecked(reason: str) -> None:
-    """Print on standard error why answers carry no probabilities, where there is a reason."""
-    if reason:
-        warn(f"note: {reason}")
+def note(text: str) -> None:
+    """Print a note, if there is one, on standard error."""
+    if text:
+        warn(f"note: {text}")
 
 
 def note_sources(sources: Sequence[WordSource]) -> None:

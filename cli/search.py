@@ -92,7 +92,7 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
         printing.warn(written.sentence())
     if not silent:
         printing.note_sources(answer.sources)
-    printing.note_unchecked(answer.unchecked)
+    printing.note(answer.unchecked)
 
 
 def like(
@@ -133,7 +133,7 @@ def like(
             from motiondb import StandalonePage
 
             printing.write_html(html, StandalonePage.of_like(base, answer, example, start, end))
-    printing.note_unchecked(answer.unchecked)
+    printing.note(answer.unchecked)
     if printing.as_json(shared, like_answer(answer)):
         return
     _print_answer(answer, reasons=any(m.reason for m in answer))
@@ -197,7 +197,7 @@ def describe(
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
         unchecked = base.why_unchecked(word for d in answer for word, p in d.words if p is None)
     printing.note_sources(sources)
-    printing.note_unchecked(unchecked)
+    printing.note(unchecked)
     if printing.as_json(shared, words_over_time(answer)):
         return
     rows = [
