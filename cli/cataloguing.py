@@ -231,7 +231,13 @@ def show(
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
     png: options.Png = None,
     gif: Annotated[
-        Path | None, typer.Option("--gif", help="Write an animation to this file (.gif).")
+        Path | None,
+        typer.Option(
+            "--gif",
+            callback=options.output_name,
+            help="Write an animation to this file (.gif).",
+        ),
+        options.WRITTEN,
     ] = None,
     start: options.From = None,
     end: options.To = None,
@@ -290,7 +296,7 @@ def _flat(value: dict[str, object]) -> str:
 def export(
     shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    output: options.Output,
     start: options.From = None,
     end: options.To = None,
     canonical: Annotated[

@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
 def generate(
     shared: options.Shared,
     words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
-    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    output: options.Output,
     seed: options.Seed = 0,
     method: Annotated[str, typer.Option("--method", help="stitched or trajectory.")] = "stitched",
     exact: options.Exact = False,
@@ -61,8 +61,6 @@ def generate(
         facts = []
         for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
             facts.append(replace(made.write(path), capture=name))
-            if name is not None:
-                base.save_generated(name, words, made, made.seed)
             if picture is not None:
                 made.draw(picture)
             if html is not None:
@@ -70,6 +68,8 @@ def generate(
 
                 page = html if variants == 1 else options.numbered(html, number)
                 printing.write_html(page, StandalonePage.of_generated(base, made, name or ""))
+            if name is not None:  # last, so that nothing is saved if a file cannot be written
+                base.save_generated(name, words, made, made.seed)
     printing.note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
     printing.note_sources(motions[0].sources)
     _print_generated(shared, motions, facts, variants)

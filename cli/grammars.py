@@ -153,6 +153,7 @@ def show(
             callback=options.picture_name,
             help="Draw the trees of the sentences into this file (.png).",
         ),
+        options.WRITTEN,
     ] = None,
     strings: Annotated[
         Path | None,
@@ -161,6 +162,7 @@ def show(
             callback=options.picture_name,
             help="Draw terminals, and captures as strings, into this file (.png).",
         ),
+        options.WRITTEN,
     ] = None,
 ) -> None:
     """Show a grammar: rules, terminals with their words, and description length in bits."""

@@ -6,6 +6,7 @@ import errno
 import os
 import signal
 import sys
+from contextvars import copy_context
 from typing import Annotated, NoReturn
 
 import typer
@@ -76,7 +77,7 @@ def main() -> None:
         signal.signal(signal.SIGINT, _interrupt)
     printing.accept_any_text()
     try:
-        sys.exit(_run())
+        sys.exit(copy_context().run(_run))  # whatever a command sets ends with it
     except KeyboardInterrupt:  # while ending or importing
         _end_interrupted()
     finally:

@@ -55,6 +55,9 @@ To = Annotated[
 ]
 
 
+WRITTEN = "written"  # Marks a parameter with a file that is written; its command has --force
+
+
 def numbered(path: Path, number: int) -> Path:
     """Return the path of one of several files: NAME-NUMBER with the same ending."""
     return path.with_name(f"{path.stem}-{number}{path.suffix}")
@@ -69,12 +72,22 @@ def picture_name(path: Path | None) -> Path | None:
             f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
             "Pictures are written as PNG."
         )
+    return output_name(path)
+
+
+def output_name(path: Path | None) -> Path | None:
+    """Check that a file of others would not be overwritten, before anything is computed."""
+    if path is not None:
+        from motiondb import check_overwriting
+
+        check_overwriting(path)
     return path
 
 
 Png = Annotated[
     Path | None,
     typer.Option("--png", callback=picture_name, help="Draw a picture into this file (.png)."),
+    WRITTEN,
 ]
 
 
@@ -89,7 +102,7 @@ def html_name(path: Path | None) -> Path | None:
             f"{path}: expected a name that ends in .html, found {path.suffix or 'no ending'!r}."
         )
     StandalonePage.check()
-    return path
+    return output_name(path)
 
 
 Html = Annotated[
@@ -98,6 +111,26 @@ Html = Annotated[
         "--html",
         callback=html_name,
         help="Write a page with the answer and a player into this file (.html).",
+    ),
+    WRITTEN,
+]
+Output = Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf."), WRITTEN]
+
+
+def protect(forced: bool) -> None:
+    """Protect files of others, unless --force is given; an eager option comes first."""
+    from motiondb import protect_others
+
+    protect_others(not forced)
+
+
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        is_eager=True,
+        callback=protect,
+        help="Also overwrite files that motiondb did not write, or that were changed since.",
     ),
 ]
 Seed = Annotated[
@@ -212,25 +245,23 @@ def _with_options(
 
     def decorate(function: Function) -> Function:
         known = dict(signature(function, eval_str=True).parameters)
+        writes = any(WRITTEN in getattr(p.annotation, "__metadata__", ()) for p in known.values())
         shared = known.pop("shared", None)
         if shared is None:
             register(function)
             return function
         kind = shared.annotation
+        hints = get_type_hints(kind, include_extras=True)
+        added = [(field.name, field.default, hints[field.name]) for field in fields(kind)]
+        for name, default, hint in added + [("force", False, Force)] * writes:
+            known[name] = Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
         @wraps(function)
         def command(*args: Any, **values: Any) -> Any:
+            values.pop("force", None)  # its callback has heard it
             own = {field.name: values.pop(field.name) for field in fields(kind)}
             return function(*args, shared=kind(**own), **values)
 
-        hints = get_type_hints(kind, include_extras=True)
-        for field in fields(kind):
-            known[field.name] = Parameter(
-                field.name,
-                Parameter.KEYWORD_ONLY,
-                default=field.default,
-                annotation=hints[field.name],
-            )
         described: Any = command
         described.__signature__ = signature(function).replace(parameters=list(known.values()))
         described.__annotations__ = {name: each.annotation for name, each in known.items()}

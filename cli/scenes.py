@@ -182,7 +182,11 @@ def draw(
     file: Annotated[
         str, typer.Argument(metavar="DIAGRAM", help="A tactics file, or one like give-and-go.")
     ],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Draw into this PNG.")],
+    out: Annotated[
+        Path,
+        typer.Option("--out", "-o", callback=options.output_name, help="Draw into this PNG."),
+        options.WRITTEN,
+    ],
 ) -> None:
     """Draw a tactics diagram, and list the actions that it requires of each player."""
     from motiondb import Scenes

@@ -20,6 +20,7 @@ TreesPng = Annotated[
     typer.Option(
         "--png", callback=options.picture_name, help="Draw the trees of the alternatives."
     ),
+    options.WRITTEN,
 ]
 
 
@@ -32,7 +33,7 @@ def register(group: typer.Typer) -> None:
 def generate(
     shared: options.Shared,
     name: options.GrammarName,
-    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
+    output: options.Output,
     seed: options.Seed = 0,
     length: Annotated[
         int | None,
@@ -123,6 +124,7 @@ def edit(
         typer.Option(
             "-o", "--output", help="File for the chosen alternative; without --choose one for each."
         ),
+        options.WRITTEN,
     ] = None,
     save: Annotated[
         str | None,

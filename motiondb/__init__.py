@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files import ReadLimits, read_capture, unit_from_name
+    from motiondb.files.own_files import check_overwriting, protect_others
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
     from motiondb.grammar.derivation.plan import Plan
@@ -146,6 +147,7 @@ __all__ = [
     "__version__",
     "changes_saved",
     "check_file",
+    "check_overwriting",
     "compact",
     "fetch_cmu",
     "grammar_row",
@@ -154,6 +156,7 @@ __all__ = [
     "listed_capture",
     "load_knowledge",
     "open",
+    "protect_others",
     "read_capture",
     "read_joint_map",
     "rescue",
@@ -180,6 +183,7 @@ _PLACES = {
     "motiondb.answers.scenes": "scene_row",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
+    "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.checking": "check_file",
     "motiondb.database.learned_grammar": "LearnedGrammar",

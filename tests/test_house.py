@@ -49,7 +49,7 @@ OPENERS = {
     "motiondb/files/readers/amass.py": "members of an archive",
     "motiondb/store/connection/opening.py": "of the system",
     "motiondb/store/connection/migrations.py": "the package's own",
-    "motiondb/database/learn/knowledge.py": "the package's own",
+    "motiondb/database/learn/start.py": "the package's own",
     "motiondb/database/session.py": "the package's own",
     "motiondb/database/scenes/scene_texts.py": "the package's own",
     "motiondb/store/catalogue/cache.py": "writes",

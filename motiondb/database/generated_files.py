@@ -17,6 +17,7 @@ from motiondb.answers.plain import to_json
 from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.files import to_bvh
+from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
 
 
@@ -36,9 +37,12 @@ def write_with_provenance(made: Made, facts: object, path: Path) -> dict[str, st
     """Write a motion, and beside it ``NAME.provenance.json``; the names of both files."""
     said = to_json(facts).items()
     kept = {k: v for k, v in said if k != "question" and (k != "words_from" or v)}
-    beside = path.with_name(f"{path.stem}.provenance.json")
+    beside = provenance_path(path)
+    check_overwriting(beside)
     write_clip(to_clip(made.motion), path)
-    write_bytes(beside, json.dumps({**kept, "frames": frame_runs(made)}, indent=1).encode())
+    written = {"written_by": WRITER, "sha256": digest_of(path)}
+    runs = {"frames": frame_runs(made)}
+    write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
     return {"output": str(path), "provenance": str(beside)}
 
 

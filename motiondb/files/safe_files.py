@@ -23,8 +23,9 @@ import re
 import stat
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
@@ -111,6 +112,11 @@ def check_output(path: Path) -> None:
         _refuse_other_kinds(path.stat().st_mode, False)
 
 
+check_replacing: ContextVar[Callable[[Path, Path], None]] = ContextVar(
+    "called with a file and the draft that would replace it", default=lambda _path, _draft: None
+)
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
@@ -125,6 +131,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
     try:
         yield draft
+        check_replacing.get()(path, draft)
         draft.replace(path)
     finally:
         delete_all(draft)

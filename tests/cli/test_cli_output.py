@@ -80,3 +80,35 @@ def test_output_in_another_encoding(command: Any, some: Path, encoding: str) -> 
         text = ended.stdout.decode(encoding)
         assert "\\u4e2d" in text
     assert json.loads(text)["words"] == ["bow 中 café"]
+
+
+def test_files_of_others_are_overwritten_only_by_force(
+    command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch, samples_folder: Path
+) -> None:
+    monkeypatch.setenv("MOTIONDB", str(learned_file))
+    writers: list[tuple[str, tuple[str, ...]]] = [
+        ("take.bvh", ("generate", "kick", "-o", "take.bvh")),
+        ("take.glb", ("export", "ana/walk_1", "-o", "take.glb")),
+        ("take.bvh", ("export", "ana/walk_1", "-o", "take.bvh", "--to", "1")),
+        ("take.png", ("symbols", "--png", "take.png")),
+        ("take.gif", ("show", "ana/walk_1", "--to", "0.2", "--gif", "take.gif")),
+        ("take.knowledge", ("knowledge", "export", "take.knowledge")),
+        ("take.png", ("scene", "draw", "give-and-go", "-o", "take.png")),
+    ]  # fmt: skip
+    capture = (samples_folder / "ana/bow_1.bvh").read_bytes()
+    for name, words in writers:
+        Path(name).write_bytes(capture)
+        ended = command(*words)
+        assert ended.code == 2, words
+        assert f"error: {name}: expected a new file, or one that motiondb wrote" in ended.err
+        assert Path(name).read_bytes() == capture
+        assert [path.name for path in Path().iterdir()] == [name]
+        assert command(*words, "--force").code == 0
+        assert command(*words).code == 0  # its own, written again
+        Path(name).unlink()
+        Path("take.provenance.json").unlink(missing_ok=True)
+    assert command("generate", "kick", "-o", "take.bvh").code == 0
+    assert command("generate", "kick", "-o", "take.bvh", "--seed", "1").code == 0
+    with Path("take.bvh").open("a") as file:
+        file.write("\n")  # edited by hand
+    assert command("generate", "kick", "-o", "take.bvh").code == 2
