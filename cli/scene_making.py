@@ -86,9 +86,10 @@ def make(
         shared.database(writing=bool(name)) as base,
         printing.scene_progress(shared) as tell,
     ):
+        text = base.scenes.read_diagram(file)
         if name:
-            base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
-        printing.note_phrases(base.scenes, base.scenes.read_diagram(file).grammar, exact)
+            base.scenes.check_new(name, text, settings)
+        printing.note_phrases(base.scenes, text.grammar, exact)
         scene = base.scenes.make(file, settings, tell, name)
         base.scenes.write(scene, out, tell, drawn, kept=bool(name))
         if html:

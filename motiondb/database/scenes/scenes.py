@@ -8,7 +8,7 @@ motion is then a capture, ``NAME/PLAYER``, with the origin of its frames.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -72,6 +72,10 @@ class Scene:
     def broken(self) -> tuple[store.SceneRule, ...]:
         """The rules that do not hold."""
         return tuple(rule for rule in self.record.rules if not rule.kept)
+
+
+_CHANGING = ("add", "remove", "words", "events")
+"""Kinds of runs after which the same diagram, seed and settings may give another scene."""
 
 
 def _quiet(_what: str, _share: float, _error: float) -> None:
@@ -198,7 +202,7 @@ class Scenes:
         scene : Scene
             The scene.
         folder : str | Path
-            The folder.
+            Its folder.
         progress : SceneProgress
             Called with the progress of drawing.
         drawn : bool
@@ -231,6 +235,8 @@ class Scenes:
         database, name = self._session.store, scene.record.name
         made = scene.made
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
+        if made.cut_at[2] != made.settings.rounds:  # it began with an earlier scene
+            parameters["updated"] = True
         with store.transaction(database):
             if name in store.load_scene_names(database):
                 self.remove(name)
@@ -248,6 +254,41 @@ class Scenes:
             store.save_scene(database, record, run_id)
             store.finish_run(database, run_id)
         return record
+
+    def check_new(self, name: str, text: SceneText, settings: SceneSettings) -> None:
+        """Refuse, before a scene is made, a name under which it could not be kept.
+
+        Parameters
+        ----------
+        name : str
+            The name.
+        text : SceneText
+            Its diagram.
+        settings : SceneSettings
+            Settings of the scene.
+
+        Raises
+        ------
+        QueryError
+            As for :meth:`check_name`, or this very scene is kept under another name.
+        """
+        self.check_name(name, text.diagram.player)
+        database = self._session.store
+        runs = {run.run_id: run for run in store.load_runs(database)}
+        changed = max((n for n, run in runs.items() if run.kind in _CHANGING), default=0)
+        asked = (text.diagram_text, text.grammar_text, asdict(settings))
+        for other in store.load_scene_names(database):
+            kept = store.load_scene(database, other)
+            same = asked == (kept.diagram, kept.grammar, dict(kept.settings))
+            if other == name or not same or kept.run_id < changed:
+                continue
+            if kept.report["cut_short"] or "updated" in runs[kept.run_id].parameters:
+                continue  # the seed alone does not determine it
+            raise QueryError(
+                f"{name}: expected a scene that is not kept yet, found the same diagram, seed and "
+                f"settings kept as {other}. Give another --seed, or remove that one first: motiondb"
+                f" scene remove {other}."
+            )
 
     def check_name(self, name: str, players: Iterable[str]) -> None:
         """Refuse a name under which a scene with these players cannot be kept.
@@ -553,10 +594,8 @@ class Scenes:
     @staticmethod
     def remarks(scene: store.StoredScene) -> list[str]:
         """Return one line for a sampling that was cut short, and for every impossible motion."""
-        return [
-            *scene_folder.cut_short_lines(scene_folder.report_facts(scene)),
-            *scene_folder.impossible_lines(scene_folder.report_facts(scene)),
-        ]
+        facts = scene_folder.report_facts(scene)
+        return scene_folder.cut_short_lines(facts) + scene_folder.impossible_lines(facts)
 
 
 def _names(actions: str | Sequence[str]) -> list[str]:
