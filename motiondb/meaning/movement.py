@@ -138,6 +138,7 @@ def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) ->
     rows = np.empty((len(starts), each.shape[1] + len(first)), dtype=np.float32)
     for row, start, end in zip(rows, starts, ends):
         means = each[start:end].mean(axis=0)
-        products = frames[start:end].T @ frames[start:end] / np.float32(end - start)
+        inside = frames[start:end].astype(np.float64)  # BLAS rounds differently between processors
+        products = inside.T @ inside / (end - start)
         row[:] = np.concatenate([means[:n_places], products[first, second], means[n_places:]])
     return rows
