@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from machines import OTHER
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -69,13 +70,14 @@ def on_machine(environment: dict[str, str]) -> list[dict[str, list[float]]]:
     return json.loads(ended.stdout)
 
 
+@pytest.mark.slow
 def test_another_processor_makes_the_same_choices() -> None:
     """But for the kernels of numba, whose code for another processor takes minutes to compile."""
     other = {name: value for name, value in OTHER.items() if not name.startswith("NUMBA")}
     (chosen, numbers), (chosen_there, numbers_there) = on_machine({}), on_machine(other)
     assert chosen_there == chosen
     for name, values in numbers.items():
-        np.testing.assert_allclose(numbers_there[name], values, rtol=1e-9, err_msg=name)
+        np.testing.assert_allclose(numbers_there[name], values, rtol=1e-7, err_msg=name)
 
 
 if __name__ == "__main__":
