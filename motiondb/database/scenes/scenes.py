@@ -302,11 +302,8 @@ class Scenes:
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
         store.check_new_name(name, "scene")
         database = self._session.store
-        replaced = (
-            store.load_scene_captures(database, name)
-            if name in store.load_scene_names(database)
-            else ()
-        )
+        is_kept = name in store.load_scene_names(database)
+        replaced = store.load_scene_captures(database, name) if is_kept else ()
         for player in players:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
