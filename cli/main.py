@@ -85,32 +85,45 @@ def main() -> None:
         signal.signal(signal.SIGINT, before[1])
 
 
+_MEMORY = "Out of Memory", "failed to map segment", "can't start new thread", "allocate memory"
+"""What libraries say where Python would raise a MemoryError."""
+
+
 def _run() -> int:
     from motiondb import MotionDBError, NotLearnedError, QueryError
 
     try:
         _run_command()
-    except (QueryError, NotLearnedError) as error:
-        _tell(error)
-        return 2
-    except MotionDBError as error:
-        _tell(error)
-        return 1
-    except OSError as error:
-        if error.filename is not None or error.errno not in _NO_OUTPUT:
+    except Exception as error:
+        if _is_memory_short(error):
+            printing.warn(
+                "error: memory: expected enough for this command, found that it ran out. Nothing "
+                "is half written. Close other programs, allow more (ulimit -v), or do it in "
+                "smaller parts, such as fewer captures or --jobs 1."
+            )
+            return 1
+        if isinstance(error, MotionDBError):
+            _tell(error)
+            return 2 if isinstance(error, QueryError | NotLearnedError) else 1
+        if (
+            not isinstance(error, OSError)
+            or error.filename is not None
+            or error.errno not in _NO_OUTPUT
+        ):
             raise
         reason = (error.strerror or "an error").lower()
         printing.warn(f"error: output: expected to write all of it, found: {reason}.")
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
-    except MemoryError:
-        printing.warn(
-            "error: memory: expected enough for this command, found that it ran out. Nothing is "
-            "half written. Close other programs, allow more (ulimit -v), or do it in smaller "
-            "parts, such as fewer captures or --jobs 1."
-        )
-        return 1
     return 0
+
+
+def _is_memory_short(error: BaseException | None) -> bool:
+    """Whether an error, or one that it follows from, is that memory ran out."""
+    if error is None:
+        return False
+    found = isinstance(error, MemoryError) or any(said in str(error) for said in _MEMORY)
+    return found or _is_memory_short(error.__context__)
 
 
 def _tell(error: Exception) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+import motiondb
 from motiondb.cli.main import app
 
 PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
@@ -112,3 +113,22 @@ def test_files_of_others_are_overwritten_only_by_force(
     with Path("take.bvh").open("a") as file:
         file.write("\n")  # edited by hand
     assert command("generate", "kick", "-o", "take.bvh").code == 2
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        MemoryError(), RuntimeError("can't start new thread"),
+        motiondb.StoreError("found: Out of Memory Error: Failed to allocate block"),
+    ],
+)  # fmt: skip
+def test_memory_that_runs_out_is_told(
+    command: Any, monkeypatch: pytest.MonkeyPatch, fault: Exception
+) -> None:
+    def run_out() -> None:
+        raise fault
+
+    monkeypatch.setattr("motiondb.cli.main.app", run_out)
+    ended = command("list")
+    assert (ended.code, ended.out, ended.err.count("\n")) == (1, "", 1)
+    assert "memory: expected enough for this command, found that it ran out." in ended.err
