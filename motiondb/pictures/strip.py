@@ -96,15 +96,10 @@ def strip_figure(
 
     The axes of a row are those of the figures, then one for each timeline, then that of time.
     """
-    from matplotlib.figure import Figure as MplFigure
-
     view = view_motion(motion)
     layout = _layout(view, timelines, n_figures, seconds_per_row)
     with style.drawing():
-        figure = MplFigure(figsize=(_WIDTH, layout.height), facecolor="white")
-        if title:
-            y = 1.0 - 0.24 / layout.height
-            figure.text(_LEFT / _WIDTH, y, title, fontsize=11, va="center", fontweight="bold")
+        figure = style.new_page(_WIDTH, layout.height, title, (_LEFT, 0.24))
         for row in range(len(layout.rows)):
             _draw_row(figure, view, layout, row)
     return figure
@@ -153,8 +148,7 @@ def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
     def add_axes(name: str, high: float) -> Axes:
         nonlocal low
         low -= high
-        box = (_LEFT / _WIDTH, low / layout.height, layout.inner / _WIDTH, high / layout.height)
-        return figure.add_axes(box, label=f"{name} {row}")
+        return style.add_axes(figure, _LEFT, low, layout.inner, high, f"{name} {row}")
 
     axes = add_axes("figures", _FIGURES)
     axes.set_xlim(0.0, layout.metres_wide)
@@ -252,33 +246,13 @@ def draw_timeline(
 
     letter = 0.075 * seconds_per_inch
     for (left, right, label, key), lane in zip(timeline.spans, lanes(timeline.spans)):
-        axes.add_patch(
-            Rectangle(
-                (left, lane + 0.08),
-                right - left,
-                0.84,
-                facecolor=style.tint(key),
-                edgecolor="white",
-                linewidth=0.8,
-                gid="span",
-            )
-        )
+        look = {"facecolor": style.tint(key), "edgecolor": "white", "linewidth": 0.8}
+        axes.add_patch(Rectangle((left, lane + 0.08), right - left, 0.84, gid="span", **look))
         text = fit_label(label, right - left - 0.5 * letter, letter)
         if text:
-            middle = (left + right) / 2.0
-            axes.text(
-                middle, lane + 0.52, text, ha="center", va="center", fontsize=7.5, gid="label"
-            )
+            style.write(axes, (left + right) / 2.0, lane + 0.52, text, 7.5, gid="label")
     axes.set_ylim(n_lanes(timeline), 0)
     axes.set_xlim(start, end)
     axes.set_axis_off()
-    axes.text(
-        -0.008,
-        0.5,
-        timeline.name,
-        transform=axes.transAxes,
-        ha="right",
-        va="center",
-        fontsize=8,
-        color=style.FAINT,
-    )
+    look = {"ha": "right", "color": style.FAINT, "transform": axes.transAxes}
+    style.write(axes, -0.008, 0.5, timeline.name, 8, **look)
