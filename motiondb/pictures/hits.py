@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,25 +21,13 @@ _WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
 _ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1  # Inches
 
 
-def draw_hits(
-    hits: Sequence[tuple[Match, Motion]],
-    path: str | Path,
-    *,
-    title: str = "",
-    query: tuple[str, Motion] | None = None,
-    n_figures: int = 7,
-) -> Path:
-    """Draw the answer of a search as PNG, one row a hit, and return its path."""
-    return style.save_png(hits_figure(hits, title, query, n_figures), path)
-
-
 def hits_figure(
     hits: Sequence[tuple[Match, Motion]],
     title: str = "",
     query: tuple[str, Motion] | None = None,
     n_figures: int = 7,
 ) -> Figure:
-    """Draw the answer of a search as a figure; parameters as in :func:`draw_hits`.
+    """Draw the answer of a search, one row a hit.
 
     The first axes are those of the example, if there is one.
     """

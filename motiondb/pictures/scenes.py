@@ -315,16 +315,6 @@ def performer_colours(diagram: Diagram) -> dict[str, str]:
     return colours
 
 
-def draw_scene_paths(
-    diagram: Diagram,
-    performers: Mapping[str, Motion],
-    path: str | Path,
-    ball: FloatArray | None = None,
-) -> Path:
-    """Write the paths over the diagram as PNG; return the file's path; `ball` (frames, 3), m."""
-    return style.save_png(scene_paths_figure(diagram, performers, ball), path)
-
-
 def check_performers(diagram: Diagram, performers: Mapping[str, Motion]) -> None:
     """Refuse no characters, and names that are not in the diagram."""
     if not performers:

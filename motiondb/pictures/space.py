@@ -13,7 +13,6 @@ of least overlap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,17 +34,10 @@ _MAX_LEGEND = 24  # clusters in the legend; more would not fit below the panels
 _CROWD = 80  # More symbols than this are labelled in smaller type
 
 
-def draw_symbol_space(
-    space: SymbolSpace, labels: Sequence[str], path: str | Path, *, title: str = "Symbol space"
-) -> Path:
-    """Draw the symbol space as PNG and return its path."""
-    return style.save_png(space_figure(space, labels, title), path)
-
-
 def space_figure(
     space: SymbolSpace, labels: Sequence[str] = (), title: str = "Symbol space"
 ) -> Figure:
-    """Draw the symbol space as a figure; parameters as in :func:`draw_symbol_space`.
+    """Draw the symbol space.
 
     The first axes are those of the large panel.
     """

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb.errors import MotionDBError
@@ -53,13 +52,6 @@ class StringBar:
     seconds: float  # Duration of the take
     # The terminals, and further timelines such as the sentences; times in seconds
     timelines: Sequence[Timeline]
-
-
-def draw_strings(
-    cards: Sequence[TerminalCard], bars: Sequence[StringBar], path: str | Path, title: str = ""
-) -> Path:
-    """Draw terminals and strings as PNG."""
-    return style.save_png(strings_figure(cards, bars, title), path)
 
 
 def strings_figure(

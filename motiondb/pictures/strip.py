@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -66,25 +65,6 @@ class _Layout:
         return self.metres_high * self.inner / _FIGURES
 
 
-def draw_strip(
-    motion: Motion,
-    path: str | Path,
-    *,
-    title: str = "",
-    timelines: Sequence[Timeline] = (),
-    n_figures: int | None = None,
-    seconds_per_row: float | None = None,
-) -> Path:
-    """Draw a strip of stick figures with timelines below as PNG, and return its path.
-
-    `n_figures`: Figures in a row. None: as many as fit without overlap, from 3 to 24.
-
-    `seconds_per_row`: Seconds in a row. None: 12 s, or more where that would give over 10 rows;
-    whole seconds if there are several rows.
-    """
-    return style.save_png(strip_figure(motion, title, timelines, n_figures, seconds_per_row), path)
-
-
 def strip_figure(
     motion: Motion,
     title: str = "",
@@ -92,7 +72,12 @@ def strip_figure(
     n_figures: int | None = None,
     seconds_per_row: float | None = None,
 ) -> Figure:
-    """Draw the strip as a figure; parameters as in :func:`draw_strip`.
+    """Draw a strip of stick figures with timelines below.
+
+    `n_figures`: Figures in a row. None: as many as fit without overlap, from 3 to 24.
+
+    `seconds_per_row`: Seconds in a row. None: 12 s, or more where that would give over 10 rows;
+    whole seconds if there are several rows.
 
     The axes of a row are those of the figures, then one for each timeline, then that of time.
     """

@@ -10,7 +10,6 @@ player who is guarded or whose shot is blocked. Numbers are the steps. Court lin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,11 +38,6 @@ class _Stroke:
 
     points: FloatArray
     step: int
-
-
-def draw_tactics(diagram: Diagram, path: str | Path) -> Path:
-    """Write a diagram as PNG; return its path."""
-    return style.save_png(tactics_figure(diagram), path)
 
 
 def tactics_figure(diagram: Diagram) -> Figure:

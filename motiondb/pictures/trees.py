@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError
@@ -56,19 +55,6 @@ class _Placed:
     height: float
     left: float = 0.0  # Distance from the left edge of the page, in inches
     top: float = 0.0  # Distance from the top of the page below the title, in inches
-
-
-def draw_trees(
-    trees: Sequence[TreePicture],
-    path: str | Path,
-    title: str = "",
-    colours: Mapping[str, int] | None = None,
-) -> Path:
-    """Draw derivation trees as PNG, and return the path.
-
-    `colours`: Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
-    """
-    return style.save_png(trees_figure(trees, title, colours), path)
 
 
 def trees_figure(

@@ -17,8 +17,7 @@ from motiondb.pictures import (
     TerminalCard,
     Timeline,
     TreePicture,
-    draw_strings,
-    draw_trees,
+    save_png,
     style,
 )
 from motiondb.pictures.strings import strings_figure
@@ -80,13 +79,13 @@ def test_equal_terminals_have_equal_colours() -> None:
 
 def test_trees_are_written_and_many_stand_on_shelves(tmp_path: Path) -> None:
     trees = [TreePicture(f"sentence {n}", FULL) for n in range(7)]
-    path = draw_trees(trees, tmp_path / "trees.png", "many")
+    path = save_png(trees_figure(trees, "many"), tmp_path / "trees.png")
     with Image.open(path) as picture:
         assert picture.size[0] == pytest.approx(12 * style.DOTS_PER_INCH, abs=2)
     tops = [round(axes.get_position().y1, 6) for axes in trees_figure(trees).axes]
     assert len(set(tops)) > 1
     with pytest.raises(MotionDBError, match="expected at least one tree to draw, found none"):
-        draw_trees([], tmp_path / "none.png")
+        trees_figure([])
 
 
 def test_strings_show_cards_bars_and_times(tmp_path: Path) -> None:
@@ -109,9 +108,9 @@ def test_strings_show_cards_bars_and_times(tmp_path: Path) -> None:
     assert [t for t in written if t.endswith(" s")] == [
         "0 s", "5 s", "10 s", "15 s", "20 s", "20 s", "0 s", "5 s"
     ]  # fmt: skip
-    assert draw_strings(cards, bars, tmp_path / "s.png").stat().st_size > 1000
+    assert save_png(strings_figure(cards, bars), tmp_path / "s.png").stat().st_size > 1000
     with pytest.raises(MotionDBError, match="expected terminals or strings to draw, found none"):
-        draw_strings([], [], tmp_path / "none.png")
+        strings_figure([], [])
 
 
 @pytest.mark.parametrize("motion", [hand_made.rest(20), hand_made.swing(20)], ids=["wide", "slim"])

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from motiondb.errors import MotionDBError
-from motiondb.pictures import draw_animation, draw_hits
+from motiondb.pictures import draw_animation, save_png
 from motiondb.pictures.animation import animation_images
 from motiondb.pictures.hits import comparison_figure, cut_motion, hit_label, hits_figure
 from motiondb.records import Match
@@ -65,7 +65,7 @@ def test_no_hits_no_rows_no_figures() -> None:
 def test_pictures_are_the_same_each_time(tmp_path) -> None:
     motion = hand_made.swing(60)
     for name in ("a", "b"):
-        draw_hits([(HIT, motion)], tmp_path / f"{name}.png", title="walk")
+        save_png(hits_figure([(HIT, motion)], "walk"), tmp_path / f"{name}.png")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert len(list(tmp_path.iterdir())) == 2
 

@@ -11,7 +11,7 @@ from PIL import Image
 from motiondb.body import pose_vectors, rotation
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import MotionDBError
-from motiondb.pictures import draw_scene_animation, draw_scene_paths
+from motiondb.pictures import draw_scene_animation, save_png
 from motiondb.pictures.scenes import performer_colours, scene_images, scene_paths_figure
 from motiondb.records import Motion
 
@@ -54,7 +54,7 @@ def test_a_ball_that_flies_is_dashed_where_it_flies() -> None:
 
 
 def test_the_page_is_a_png(tmp_path: Path) -> None:
-    with Image.open(draw_scene_paths(DIAGRAM, people(), tmp_path / "p.png")) as image:
+    with Image.open(save_png(scene_paths_figure(DIAGRAM, people()), tmp_path / "p.png")) as image:
         assert image.width > 600
 
 
@@ -94,7 +94,7 @@ def test_a_gif_runs_in_real_time(tmp_path: Path) -> None:
 
 def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(MotionDBError, match="expected at least 1 character"):
-        draw_scene_paths(DIAGRAM, {}, tmp_path / "p.png")
+        scene_paths_figure(DIAGRAM, {})
     with pytest.raises(MotionDBError, match=r"Z9: expected a player of the diagram \(A1, A2"):
         draw_scene_animation(DIAGRAM, {"Z9": standing(0, 0, 0)}, tmp_path / "p.gif")
     with pytest.raises(MotionDBError, match=r"ends in \.gif"):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from matplotlib.patches import Ellipse
 
 from motiondb.errors import MotionDBError
-from motiondb.pictures import draw_symbol_space
+from motiondb.pictures import save_png
 from motiondb.pictures.space import cluster_look, place_labels, space_figure
 from motiondb.records import SymbolSpace
 
@@ -77,8 +77,8 @@ def test_clusters_keep_apart_where_colours_begin_again() -> None:
 
 
 def test_the_picture_is_the_same_each_time(tmp_path) -> None:
-    first = draw_symbol_space(space(30, 3, 12), ["walk"] * 30, tmp_path / "a.png")
-    second = draw_symbol_space(space(30, 3, 12), ["walk"] * 30, tmp_path / "b.png")
+    first = save_png(space_figure(space(30, 3, 12), ["walk"] * 30), tmp_path / "a.png")
+    second = save_png(space_figure(space(30, 3, 12), ["walk"] * 30), tmp_path / "b.png")
     assert first.read_bytes() == second.read_bytes()
 
 

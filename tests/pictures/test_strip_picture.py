@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from motiondb.errors import MotionDBError
-from motiondb.pictures import Timeline, draw_strip, style
+from motiondb.pictures import Timeline, save_png, style
 from motiondb.pictures.strip import lanes, n_lanes, strip_figure
 
 SYMBOLS = Timeline("symbols", [(0.0, 1.0, "17", 17), (1.0, 3.0, "4", 4)])
@@ -91,8 +91,8 @@ def test_a_single_frame_is_one_figure() -> None:
 def test_the_picture_is_written_whole_and_the_same_each_time(tmp_path) -> None:
     motion = hand_made.swing(45)
     timelines = [SYMBOLS, Timeline("words", [(0.0, 1.5, "$5 歩く_{x", "walk")])]
-    first = draw_strip(motion, tmp_path / "a.png", title="$a_b$", timelines=timelines)
-    second = draw_strip(motion, tmp_path / "b.png", title="$a_b$", timelines=timelines)
+    first = save_png(strip_figure(motion, "$a_b$", timelines), tmp_path / "a.png")
+    second = save_png(strip_figure(motion, "$a_b$", timelines), tmp_path / "b.png")
     assert first.read_bytes() == second.read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
     with Image.open(first) as image:
@@ -103,7 +103,7 @@ def test_the_picture_is_written_whole_and_the_same_each_time(tmp_path) -> None:
 def test_a_folder_that_is_not_there(tmp_path) -> None:
     path = tmp_path / "no" / "a.png"
     with pytest.raises(MotionDBError) as caught:
-        draw_strip(hand_made.rest(2), path)
+        save_png(strip_figure(hand_made.rest(2)), path)
     assert str(caught.value) == (
         f"{path}: expected a file that can be written, found: No such file or directory. "
         "Check the folder and the room on its disk."
@@ -125,7 +125,7 @@ def test_a_folder_that_is_not_there(tmp_path) -> None:
 )
 def test_numbers_that_make_no_picture(options, message, tmp_path) -> None:
     with pytest.raises(MotionDBError) as caught:
-        draw_strip(hand_made.rest(2), tmp_path / "a.png", **options)
+        strip_figure(hand_made.rest(2), **options)
     assert str(caught.value) == message
     assert list(tmp_path.iterdir()) == []
 
