@@ -16,7 +16,7 @@ import socket
 import subprocess
 import threading
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ from motiondb.files.safe_files import (
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.turns import announced
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -144,18 +145,21 @@ def connect(
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
-    while True:
-        try:
-            return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
-        except duckdb.Error as error:
-            left = deadline - time.monotonic()
-            is_other_mode = "different configuration" in str(error)
-            if left <= 0.0 or not (is_lock(error) or is_other_mode):
-                held = HeldError if is_lock(error) else StoreError
-                kind = OtherModeError if is_other_mode else held
-                raise kind(_unreadable(named or path, error, wait)) from error
-        time.sleep(min(pause, left))
-        pause = min(2.0 * pause, _LONGEST_PAUSE)
+    with ExitStack() as waiting:
+        while True:
+            try:
+                return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+            except duckdb.Error as error:
+                left = deadline - time.monotonic()
+                is_other_mode = "different configuration" in str(error)
+                if left <= 0.0 or not (is_lock(error) or is_other_mode):
+                    held = HeldError if is_lock(error) else StoreError
+                    kind = OtherModeError if is_other_mode else held
+                    raise kind(_unreadable(named or path, error, wait)) from error
+            if pause == _FIRST_PAUSE:
+                waiting.enter_context(announced(path))
+            time.sleep(min(pause, left))
+            pause = min(2.0 * pause, _LONGEST_PAUSE)
 
 
 def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
