@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter
 from pydantic import Field, TypeAdapter, ValidationError
 
+from motiondb.answers.plain import fields_of
 from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_texts import TACTICS, read_board
@@ -187,7 +188,7 @@ def _read(page: Page, name: str) -> SceneReply:
 
 
 def _listed(ref: str, report: SceneAnswer) -> ListedScene:
-    return ListedScene(**vars(scene_row(report)), ref=ref)
+    return ListedScene(**fields_of(scene_row(report)), ref=ref)
 
 
 def _title(text: str) -> str:
