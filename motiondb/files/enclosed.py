@@ -20,10 +20,14 @@ def leads_out(path: Path, folder: Path) -> bool:
     return not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
-def open_inside(path: Path, folder: Path) -> int:
-    """Open a file that lies in a folder, also when links are followed, and return its descriptor.
+def check_inside(path: Path, folder: Path) -> None:
+    """Refuse a path that leads out of a folder (CaptureError)."""
+    if leads_out(path, folder):
+        raise _outside(path)
 
-    A pipe is not waited for: the caller must look at what was opened.
+
+def open_inside(path: Path, folder: Path, flags: int = os.O_RDONLY) -> int:
+    """Open a file that lies in a folder, also when links are followed, and return its descriptor.
 
     Raises
     ------
@@ -32,17 +36,14 @@ def open_inside(path: Path, folder: Path) -> int:
     OSError
         There is no such file, or it cannot be read.
     """
-    root = os.path.realpath(folder)
-    real = Path(os.path.realpath(path, strict=True))
-    if not real.is_relative_to(root):
-        raise _outside(path)
-    no_link = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    check_inside(path, folder)
+    root, real = os.path.realpath(folder), os.path.realpath(path)
     if os.open not in os.supports_dir_fd:  # Windows
-        return os.open(real, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        return os.open(real, flags)
     descriptor = os.open(root, os.O_RDONLY)
-    for part in real.relative_to(root).parts:
+    for part in Path(real).relative_to(root).parts:
         try:
-            below = os.open(part, os.O_RDONLY | no_link, dir_fd=descriptor)
+            below = os.open(part, flags | os.O_NOFOLLOW, dir_fd=descriptor)
         except OSError as error:
             raise (_outside(path) if error.errno in _IS_LINK else error) from None
         finally:
