@@ -36,14 +36,21 @@ def private_folder() -> Iterator[Path]:
     A server locks its folder as long as it runs. Folders without a lock were left by servers that
     were killed, and are removed.
     """
-    for left in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
-        with _locked(left) as is_unused:
+    try:
+        lefts = [*Path(tempfile.gettempdir()).glob(f"{_PREFIX}*")]
+    except OSError as error:
+        raise _no_folder(error) from None
+    for left in lefts:
+        with _locked(left, fcntl.LOCK_NB if fcntl else 0) as is_unused:
             if is_unused:
                 shutil.rmtree(left, ignore_errors=True)
     while True:
-        folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
-        with _locked(folder) as is_mine:
-            if not is_mine and fcntl is not None:
+        try:
+            folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
+        except OSError as error:
+            raise _no_folder(error) from None
+        with _locked(folder):
+            if not folder.exists():
                 continue  # another server has just taken it for one that was left
             try:
                 yield folder
@@ -52,9 +59,16 @@ def private_folder() -> Iterator[Path]:
             return
 
 
+def _no_folder(error: OSError) -> MotionDBError:
+    return MotionDBError(
+        f"serve: expected a folder for temporary files, found: {error.strerror or error}. Set"
+        " TMPDIR to one that has room and can be written."
+    )
+
+
 @contextmanager
-def _locked(folder: Path) -> Iterator[bool]:
-    """Lock a folder of this user while the block runs; gives whether no other process has."""
+def _locked(folder: Path, how: int = 0) -> Iterator[bool]:
+    """Lock a folder of this user while the block runs; gives whether that could be done."""
     try:
         descriptor = os.open(folder, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
     except OSError:
@@ -64,8 +78,8 @@ def _locked(folder: Path) -> Iterator[bool]:
     try:
         with suppress(OSError):
             if fcntl is not None and os.fstat(descriptor).st_uid == os.getuid():
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                is_locked = folder.exists()
+                fcntl.flock(descriptor, fcntl.LOCK_EX | how)
+                is_locked = True
         yield is_locked
     finally:
         os.close(descriptor)
