@@ -84,7 +84,8 @@ def _draw_panel(
         colour, marker = cluster_look(cluster)
         _draw_ellipses(axes, means[cluster], _block(space.covars[cluster], pair), colour)
         look: Any = {"color": colour, "marker": marker, "edgecolor": "white", "linewidth": 0.7}
-        axes.scatter(*points[chosen].T, s=46 if labels is not None else 20, zorder=4, **look)
+        x, y = points[chosen].T
+        axes.scatter(x, y, s=46 if labels is not None else 20, zorder=4, **look)
     texts = [
         f"{n} {labels[n]}".strip() if labels is not None else str(n) for n in range(len(points))
     ]
@@ -163,7 +164,7 @@ def _write_labels(
     ):
         if offset.max() > 2.0 * gap:
             axes.plot(*zip(point, place), color=style.FAINT, lw=0.5, zorder=2)
-        style.write(axes, *place, text, size, zorder=5, gid="label")
+        style.write(axes, place[0], place[1], text, size, zorder=5, gid="label")
 
 
 def _draw_legend(figure: Figure, space: SymbolSpace, left: float) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -231,8 +231,8 @@ def draw_timeline(
 
     letter = 0.075 * seconds_per_inch
     for (left, right, label, key), lane in zip(timeline.spans, lanes(timeline.spans)):
-        look = {"facecolor": style.tint(key), "edgecolor": "white", "linewidth": 0.8}
-        axes.add_patch(Rectangle((left, lane + 0.08), right - left, 0.84, gid="span", **look))
+        colours: Any = {"facecolor": style.tint(key), "edgecolor": "white", "linewidth": 0.8}
+        axes.add_patch(Rectangle((left, lane + 0.08), right - left, 0.84, gid="span", **colours))
         text = fit_label(label, right - left - 0.5 * letter, letter)
         if text:
             style.write(axes, (left + right) / 2.0, lane + 0.52, text, 7.5, gid="label")

@@ -111,7 +111,8 @@ def add_axes(
 
 def write(where: Axes | Figure, x: float, y: float, text: str, size: float, **look: Any) -> None:  # noqa: ANN401
     """Write a text around a point; `look`: what matplotlib's text takes besides."""
-    where.text(x, y, text, **{"fontsize": size, "ha": "center", "va": "center"} | look)
+    centred: dict[str, Any] = {"fontsize": size, "ha": "center", "va": "center"}
+    where.text(x, y, text, **centred | look)
 
 
 def tint(key: int | str) -> str:

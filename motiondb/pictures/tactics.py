@@ -304,4 +304,4 @@ def _number(axes: Axes, strokes: list[_Stroke], diagram: Diagram) -> None:
     every = np.concatenate([pixels, taken])
     places = place_labels(every, sizes, 4.0, low, high)[: len(pixels)]
     for stroke, place in zip(strokes, to_pixels.inverted().transform(places), strict=True):
-        style.write(axes, *place, str(stroke.step), 8, zorder=7, gid="step")
+        style.write(axes, place[0], place[1], str(stroke.step), 8, zorder=7, gid="step")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter
 from pydantic import Field
@@ -154,11 +154,8 @@ def router(page: Page) -> APIRouter:
         page.check_writable()
         if body.from_symbols and body.terminals is not None:
             raise PageError("terminals: expected no number beside from_symbols, found one.")
-        settings: dict[str, Any] = {
-            key: getattr(body, key)
-            for key in ("from_symbols", "sentences", "seed", "shortest", "longest")
-        }
-        settings["n_terminals"] = body.terminals
+        same = {"from_symbols", "sentences", "seed", "shortest", "longest"}
+        settings = body.model_dump(include=same) | {"n_terminals": body.terminals}
         parameters = {"captures": body.captures, "name": body.name, "settings": settings}
         title = f"grammar {body.name or body.captures[0]}"
         return page.jobs.start("grammar", title, parameters).reply()

@@ -81,15 +81,9 @@ def router(page: Page) -> APIRouter:
         if body.unit:
             unit_from_name(body.unit)
         folder, words, within = _places(page, body)
-        parameters = {
-            "folder": str(folder),
-            "words": str(words) if words else None,
-            "within": str(within) if within else None,
-            "unit": body.unit,
-            "fps": body.fps,
-            "keep_implausible": body.keep_implausible,
-            "skip_bad_frames": body.skip_bad_frames,
-        }
+        places = {"folder": folder, "words": words, "within": within}
+        parameters = body.model_dump(include={"unit", "fps", "keep_implausible", "skip_bad_frames"})
+        parameters |= {name: str(place) if place else None for name, place in places.items()}
         return page.jobs.start("add", "add captures", parameters).reply()
 
     @routes.post("/api/learn", status_code=202)

@@ -95,9 +95,7 @@ def router(page: Page) -> APIRouter:
             text = read_board_text(page.settings.boards_folder, body.board)[0]
         else:
             text = body.to_text()
-        settings = {
-            key: getattr(body, key) for key in ("seed", "rounds", "minutes", "chains", "gaze")
-        }
+        settings = body.model_dump(include={"seed", "rounds", "minutes", "chains", "gaze"})
         parameters = _new_scene(page, text) | {"settings": settings}
         return page.jobs.start("scene", f"scene of {_title(text)}", parameters).reply()
 
@@ -114,8 +112,7 @@ def router(page: Page) -> APIRouter:
                 find_kept(db, ref.name)
         else:
             raise _no_scene(ref)
-        known = {"seed": body.seed, "minutes": body.minutes}
-        settings = {key: value for key, value in known.items() if value is not None}
+        settings = body.model_dump(include={"seed", "minutes"}, exclude_none=True)
         parameters = _new_scene(page, text) | {"earlier": earlier, "settings": settings}
         page.jobs.drop_waiting("scene-update")
         return page.jobs.start("scene-update", f"update of {_title(text)}", parameters).reply()
