@@ -18,7 +18,7 @@ The rest is a zlib stream of the data: the arrays one after another, in C order,
 float32. The same knowledge gives the same bytes with the same version of zlib.
 
 Reading bounds every size before it allocates, and checks the numbers
-(:mod:`motiondb.learn.knowledge_check`). A digest shows damage, not who wrote the file.
+(:mod:`motiondb.learn.knowledge`). A digest shows damage, not who wrote the file.
 """
 
 from __future__ import annotations
@@ -36,8 +36,7 @@ from motiondb.errors import KnowledgeError
 from motiondb.files.json_text import JSONError, parse_json, to_record
 from motiondb.files.safe_files import read_bounded, whole_file
 from motiondb.learn.codec import from_values, to_values
-from motiondb.learn.knowledge import Knowledge, Origin
-from motiondb.learn.knowledge_check import APART, MOST_WORDS, array_faults
+from motiondb.learn.knowledge import APART, MOST_WORDS, Knowledge, Origin, array_faults
 from motiondb.records import FloatArray
 
 HEADING = b"motiondb knowledge 1\n"

@@ -89,6 +89,11 @@ def link_target(path: Path) -> Path:
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
+def log_of(path: Path) -> Path:
+    """Return the log that DuckDB keeps beside a database."""
+    return path.with_name(f"{path.name}.wal")
+
+
 def check_one_name(path: Path) -> None:
     """Raise OSError for a file with several names (hard links): only one would be replaced."""
     with suppress(FileNotFoundError):
@@ -96,8 +101,8 @@ def check_one_name(path: Path) -> None:
         if stat.S_ISREG(status.st_mode) and status.st_nlink > 1:
             raise OSError(
                 errno.EMLINK,
-                f"a file with {status.st_nlink} names (hard links), of which only this one would "
-                "be replaced; delete this name first, or name another file",
+                f"a file with {status.st_nlink} names (hard links), of which only one would be "
+                "replaced; remove names until it has one, or name another file",
             )
 
 
@@ -254,6 +259,11 @@ def check_file_name(path: Path) -> None:
         path.exists()
         draft = f".{path.name}.new-{os.getpid()}-{threading.get_ident()}.wal"
         path.with_name(draft).exists()  # the longest name of a file made beside it
+    except PermissionError:
+        raise StoreError(
+            f"{path}: expected a file in a folder that this user may read, found: permission "
+            "denied. Get the right to read the folder."
+        ) from None
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise StoreError(

@@ -26,7 +26,7 @@ from motiondb.files.knowledge_file import (
     write_knowledge,
 )
 from motiondb.learn.codec import to_values
-from motiondb.learn.knowledge_check import APART
+from motiondb.learn.knowledge import APART
 
 GOOD = to_bytes(small_knowledge())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motiondb.errors import SheetError
-from motiondb.language.synonyms import parse_synonyms
+from motiondb.language.vocabulary import parse_synonyms
 
 
 def letters(number: int) -> str:

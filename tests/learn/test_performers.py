@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from motiondb.learn.performers import family_of, group_performers
+from motiondb.learn.learned import family_of, group_performers
 
 
 def test_captures_of_one_folder_are_one_performer() -> None:

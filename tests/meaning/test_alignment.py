@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning import alignment
+from motiondb.meaning import by_motion
 from motiondb.records import FloatArray, IntArray
 
 APART = np.array([[0.0, 2, 2, 2], [2, 0, 2, 2], [2, 2, 0, 2], [2, 2, 2, 0]])
@@ -61,35 +61,35 @@ def random_problem(seed: int) -> tuple[IntArray, FloatArray, IntArray, FloatArra
 
 def test_a_perfect_match_scores_one_where_it_stands() -> None:
     query, thirds = np.array([0, 1, 2]), np.full(3, 1 / 3)
-    actual = alignment.align(query, thirds, np.array([3, 3, 0, 1, 2, 3]), APART, 2.0)
+    actual = by_motion.align(query, thirds, np.array([3, 3, 0, 1, 2, 3]), APART, 2.0)
     assert actual == (pytest.approx(1.0), 2, 5)
 
 
 def test_a_gap_costs_half_its_share_by_hand() -> None:
     query, weights = np.array([0, 1, 2]), np.array([0.5, 0.25, 0.25])
-    score, first, last = alignment.align(query, weights, np.array([0, 2]), APART, 1.0)
+    score, first, last = by_motion.align(query, weights, np.array([0, 2]), APART, 1.0)
     assert (score, first, last) == (pytest.approx(0.5 - 0.5 * 0.25 + 0.25), 0, 2)
 
 
 def test_longer_segments_weigh_more() -> None:
     query, weights = np.array([0, 1]), np.array([0.9, 0.1])
-    score, first, last = alignment.align(query, weights, np.array([1, 3, 0]), APART, 1.0)
+    score, first, last = by_motion.align(query, weights, np.array([1, 3, 0]), APART, 1.0)
     assert (score, first, last) == (pytest.approx(0.9), 2, 3)
 
 
 def test_nothing_alike_scores_nothing() -> None:
-    assert alignment.align(np.array([0]), np.ones(1), np.array([1, 2]), APART, 1.0)[0] == 0.0
+    assert by_motion.align(np.array([0]), np.ones(1), np.array([1, 2]), APART, 1.0)[0] == 0.0
 
 
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 10**6))
 def test_score_and_place_equal_plain_python(seed: int) -> None:
     query, weights, symbols, distances = random_problem(seed)
-    score, first, last = alignment.align(query, weights, symbols, distances, 2.0)
+    score, first, last = by_motion.align(query, weights, symbols, distances, 2.0)
     pairs = (1.0 - distances[np.ix_(query, symbols)] / 2.0) * weights[:, None]
-    assert score == pytest.approx(best_by_recursion(pairs, alignment.GAP * weights))
+    assert score == pytest.approx(best_by_recursion(pairs, by_motion.GAP * weights))
     if score > 0:
-        inside = global_score(pairs[:, first:last], alignment.GAP * weights)
+        inside = global_score(pairs[:, first:last], by_motion.GAP * weights)
         assert inside == pytest.approx(score)
 
 
@@ -97,13 +97,13 @@ def test_score_and_place_equal_plain_python(seed: int) -> None:
 @given(st.integers(0, 10**6))
 def test_scores_lie_between_nothing_and_perfect(seed: int) -> None:
     query, weights, symbols, distances = random_problem(seed)
-    assert 0.0 <= alignment.align(query, weights, symbols, distances, 2.0)[0] <= 1.0 + 1e-12
+    assert 0.0 <= by_motion.align(query, weights, symbols, distances, 2.0)[0] <= 1.0 + 1e-12
     around = np.concatenate([symbols, query, symbols])
-    assert alignment.align(query, weights, around, distances, 2.0)[0] == pytest.approx(1.0)
+    assert by_motion.align(query, weights, around, distances, 2.0)[0] == pytest.approx(1.0)
 
 
 def test_the_scale_is_the_median_distance() -> None:
     distances = np.array([[0.0, 1, 5], [1, 0, 3], [5, 3, 0]])
-    assert alignment.distance_scale(distances) == 3.0
-    assert alignment.distance_scale(np.zeros((1, 1))) == 1.0
-    assert alignment.distance_scale(np.zeros((2, 2))) > 0.0
+    assert by_motion.distance_scale(distances) == 3.0
+    assert by_motion.distance_scale(np.zeros((1, 1))) == 1.0
+    assert by_motion.distance_scale(np.zeros((2, 2))) > 0.0

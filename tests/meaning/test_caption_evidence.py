@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.meaning.caption_evidence import map_descriptions
 from motiondb.meaning.counting import described_intervals
-from motiondb.meaning.description_map import fit_description_map
+from motiondb.meaning.description_map import fit_description_map, map_descriptions
 from motiondb.meaning.score_vectors import fit_score_space, unit
 from motiondb.records import Caption, SegmentTable
 

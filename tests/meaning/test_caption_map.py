@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import WordMoments, word_moments
+from motiondb.meaning.word_map import CaptionMap, WordMoments, solve_caption_map, word_moments
 
 
 def made_up(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

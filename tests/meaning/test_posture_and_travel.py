@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.body.features import N_FEATURES
-from motiondb.meaning import movement, score_vectors
+from motiondb.meaning import score_vectors
 
 SPREAD = 2.0 / 3.0 * np.array([0.3, 0.3, 0.6, 0.9])
 """One spread of the four weighted velocities: 2 * (m/s or rad/s) * a third of a second."""
@@ -33,8 +33,8 @@ def slow_twin(features: np.ndarray, start: int, end: int) -> list[float]:
 def test_columns_equal_a_loop_over_frames() -> None:
     features = np.random.default_rng(0).normal(size=(47, N_FEATURES)).astype(np.float32)
     starts, ends = np.array([0, 20]), np.array([20, 47])
-    actual = movement.describe_posture_and_travel(features, starts, ends)
-    assert actual.shape == (2, movement.N_POSTURE + movement.N_TRAVEL) == (2, 87)
+    actual = score_vectors.describe_posture_and_travel(features, starts, ends)
+    assert actual.shape == (2, score_vectors.N_POSTURE + score_vectors.N_TRAVEL) == (2, 87)
     for row, start, end in zip(actual, starts, ends):
         np.testing.assert_allclose(row, slow_twin(features, start, end), atol=1e-5)
 
@@ -42,7 +42,7 @@ def test_columns_equal_a_loop_over_frames() -> None:
 def test_spreads_are_velocities() -> None:
     """0.3 m/s and 0.9 rad/s, as the features weigh them, are one spread."""
     root = 2.0 / 3.0 * np.array([[0.3, -0.3, 0.6, 0.9]])
-    actual = movement.travel(root.astype(np.float32))[0]
+    actual = score_vectors.travel(root.astype(np.float32))[0]
     np.testing.assert_allclose(actual[20:], 1.0, rtol=1e-6)
     np.testing.assert_allclose(actual[[12, 5, 14, 15]], 1 / (1 + np.exp([-1.0, 1.0, -1.0, -1.0])))
 
@@ -51,8 +51,8 @@ def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:
     root = np.zeros((40, 4), dtype=np.float32)
     root[:, 3] = SPREAD[3]
     left, right = (
-        movement.travel(root).mean(axis=0),
-        movement.travel(-root).mean(axis=0),
+        score_vectors.travel(root).mean(axis=0),
+        score_vectors.travel(-root).mean(axis=0),
     )
     turning = np.arange(3, 20, 4)
     np.testing.assert_allclose(left[turning], 1.0 - right[turning][::-1])
@@ -62,8 +62,10 @@ def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:
 
 def test_columns_are_means_so_that_segments_add_up() -> None:
     features = np.random.default_rng(1).normal(size=(30, N_FEATURES)).astype(np.float32)
-    parts = movement.describe_posture_and_travel(features, np.array([0, 12]), np.array([12, 30]))
-    whole = movement.describe_posture_and_travel(features, np.array([0]), np.array([30]))[0]
+    parts = score_vectors.describe_posture_and_travel(
+        features, np.array([0, 12]), np.array([12, 30])
+    )
+    whole = score_vectors.describe_posture_and_travel(features, np.array([0]), np.array([30]))[0]
     np.testing.assert_allclose((12 * parts[0] + 18 * parts[1]) / 30, whole, atol=1e-5)
 
 
@@ -71,7 +73,7 @@ def test_travel_counts_half_as_much_again_as_the_symbols() -> None:
     rng = np.random.default_rng(2)
     scores = rng.normal(size=(3000, 6)).astype(np.float32)
     moving = rng.normal(2.0, 3.0, size=(3000, 11 + 87)).astype(np.float32)  # one dimension
-    assert movement.block_sizes(98) == (5, 1, 5, 63, 24)
+    assert score_vectors.block_sizes(98) == (5, 1, 5, 63, 24)
     space = score_vectors.fit_score_space(scores, np.ones(3000, dtype=np.int64), moving)
     rows = space.standardise(scores, moving)
     energy = [np.mean(np.sum(rows[:, a:b] ** 2, axis=1)) for a, b in ((0, 6), (17, 80), (80, 104))]

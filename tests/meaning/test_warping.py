@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning import alignment
+from motiondb.meaning import by_motion
 from motiondb.records import FloatArray
 
 
@@ -42,7 +42,7 @@ def random_walk(seed: int, n_frames: int, n_dims: int = 3) -> FloatArray:
 @given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 14))
 def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
     query, capture = random_walk(seed, n), random_walk(seed + 1, m)
-    distance, start, end = alignment.best_part(query.astype("f4"), capture.astype("f4"))
+    distance, start, end = by_motion.best_part(query.astype("f4"), capture.astype("f4"))
     expected = by_recursion(query, capture)
     if np.isinf(expected):
         assert (distance, start, end) == (np.inf, 0, 0)
@@ -56,19 +56,19 @@ def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
 @given(st.integers(0, 10**6), st.integers(0, 60), st.integers(5, 30))
 def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None:
     capture = random_walk(seed, 100).astype("f4")
-    actual = alignment.best_part(capture[start : start + length], capture)
+    actual = by_motion.best_part(capture[start : start + length], capture)
     assert actual == (0.0, start, min(start + length, 100))
 
 
 def test_a_part_at_double_speed_is_found() -> None:
     capture = random_walk(3, 100).astype("f4")
-    distance, start, end = alignment.best_part(capture[20:60:2], capture)
+    distance, start, end = by_motion.best_part(capture[20:60:2], capture)
     assert (distance, start, end) == (0.0, 20, 59)
 
 
 def test_a_part_at_half_speed_is_found() -> None:
     capture = random_walk(4, 50).astype("f4")
-    distance, start, end = alignment.best_part(np.repeat(capture[10:30], 2, axis=0), capture)
+    distance, start, end = by_motion.best_part(np.repeat(capture[10:30], 2, axis=0), capture)
     assert abs(start - 10) <= 1
     assert end == 30
     assert distance < 0.1
@@ -76,15 +76,15 @@ def test_a_part_at_half_speed_is_found() -> None:
 
 def test_distance_by_hand() -> None:
     query, capture = np.array([[0.0], [1.0]], "f4"), np.array([[5.0], [1.0], [1.0]], "f4")
-    assert alignment.best_part(query, capture) == (0.5, 1, 3)
+    assert by_motion.best_part(query, capture) == (0.5, 1, 3)
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, 3])
 def test_too_short_a_capture_is_infinitely_far(n_frames: int) -> None:
     query = random_walk(0, 8).astype("f4")
-    assert alignment.best_part(query, query[:n_frames]) == (np.inf, 0, 0)
+    assert by_motion.best_part(query, query[:n_frames]) == (np.inf, 0, 0)
 
 
 def test_no_query_is_infinitely_far() -> None:
     capture = random_walk(0, 8).astype("f4")
-    assert alignment.best_part(capture[:0], capture) == (np.inf, 0, 0)
+    assert by_motion.best_part(capture[:0], capture) == (np.inf, 0, 0)

@@ -165,10 +165,10 @@ def from_json(text: str, where: str) -> store.StoredScene:
         if not isinstance(facts, dict) or facts.pop("format", None) != FORMAT:
             raise JSONError(f"the format {FORMAT!r}", "another")
         record = to_record(store.StoredScene, facts)
-        SceneSettings(**record.settings)
+        to_record(SceneSettings, dict(record.settings), "settings")
         return replace(record, ball=record.ball.reshape(-1, 3))
-    except (ValueError, TypeError, SceneError) as error:
+    except (ValueError, SceneError) as error:
         raise SceneError(
             f"{where}: expected a scene as motiondb scene make writes it, found something else"
-            f" ({type(error).__name__}: {error}). Make it again."
+            f" ({error}). Make it again."
         ) from None

@@ -12,7 +12,7 @@ from motiondb import store
 from motiondb.database.catalogue.parts import cut_clip
 from motiondb.errors import MotionDBError, NotLearnedError
 from motiondb.files import read_capture
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 
 
 def test_no_captures(tmp_path: Path) -> None:
