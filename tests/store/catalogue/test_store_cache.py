@@ -49,12 +49,14 @@ def test_a_change_of_motions_makes_it_anew_and_old_files_go(
     filled: store.Store, samples: ModuleType
 ) -> None:
     store.load_motion_pool(filled)
+    (_folder(filled) / "motions-2024.json").write_text("a user's own")
     n_files = len(list(_folder(filled).iterdir()))
     samples.add(filled, "dddd", n_frames=2)
     assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18, 20]
     store.remove_capture(filled, 2)
     assert store.load_motion_pool(filled).capture_ids.tolist() == [1, 3, 4]
-    assert len(list(_folder(filled).iterdir())) == n_files == 5
+    assert len(list(_folder(filled).iterdir())) == n_files == 6
+    assert (_folder(filled) / "motions-2024.json").read_text() == "a user's own"
 
 
 def test_arrays_are_built_once_until_the_motions_change(
