@@ -11,13 +11,14 @@ block that needs it (:meth:`Store.in_use`); cursors of an earlier root are repla
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import os
 import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import ClassVar
@@ -196,6 +197,10 @@ class Store:
             if self._root is not None:
                 self._close_root(self._root)
 
+    def __del__(self) -> None:
+        with suppress(Exception):  # opening it may have failed
+            self.close()
+
     def __enter__(self) -> Store:
         return self
 
@@ -282,6 +287,14 @@ def _refuse_forked(path: Path) -> None:
         is_foreign = store._process != os.getpid() and not store._is_closed
         if is_foreign and store.path.absolute() == path.absolute():
             raise _forked(path, store._process)
+
+
+@atexit.register
+def _close_all() -> None:
+    """Close what a program left open: DuckDB would do so, but leave the mark of the log."""
+    for store in list(_OPENED):
+        if not store.read_only:
+            store.close()
 
 
 def _leave_to_parent() -> None:
