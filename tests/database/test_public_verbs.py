@@ -67,12 +67,6 @@ def test_a_taken_word_is_explained_and_drawn_by_its_name(
     assert (tmp_path / "why.png").stat().st_size > 5_000
 
 
-def test_a_question_says_how_it_is_understood(learned_file: Path) -> None:
-    with motiondb.open(learned_file, read_only=True) as db:
-        question = db.search("walks, then kicks twice", limit=1).question
-    assert question.understood == "walk, then (kick 2 times)"
-
-
 def test_kinds_of_events_are_counted(some: Path, tmp_path: Path) -> None:
     sheet = tmp_path / "events.tsv"
     with motiondb.open(tmp_path / "m.duckdb") as db:

@@ -35,16 +35,6 @@ def test_rows_show_what_is_known_and_figures_move(asked_server, new_page):
     wait_for(page, "seen => document.querySelector('.thumb').toDataURL() !== seen", seen)
 
 
-def test_only_rows_in_sight_exist_and_scrolling_brings_others(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    page.locator(".row-capture").first.wait_for()
-    assert page.locator(".row-capture").count() < 40
-    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
-    page.locator(".table").evaluate("table => { table.scrollTop = table.scrollHeight; }")
-    page.get_by_text("goran/walk_1", exact=True).wait_for()
-    assert page.locator(".row-capture").count() < 40
-
-
 def test_ten_thousand_captures_are_scrolled_through(asked_server, new_page):
     page = new_page("about:blank")
 
@@ -133,15 +123,6 @@ def test_words_are_edited_in_the_row_and_undone(serve_copy, new_page):
     _row(page, "ana/bow_1").get_by_text("someone bows politely; bow").wait_for()
 
 
-def test_escape_leaves_the_words_as_they_were(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    row = _row(page, "ana/bow_1")
-    row.locator(".words-button").click()
-    page.get_by_label("Words of ana/bow_1").fill("something else")
-    page.keyboard.press("Escape")
-    row.get_by_text("someone bows politely; bow").wait_for()
-
-
 def test_words_are_written_about_a_dragged_part(serve_copy, new_page):
     page = new_page(f"{serve_copy()}#/catalogue?capture=ana/walk_1")
     wait_for_figure(page)
@@ -175,13 +156,6 @@ def test_copies_are_listed(asked_server, new_page):
     page.get_by_role("button", name="Copies").click()
     page.get_by_text("is a cut of").wait_for()
     assert page.get_by_role("link", name="chidi/shoot_1").count() > 0
-
-
-def test_a_capture_is_downloaded_as_it_was_added(asked_server, new_page, samples_folder):
-    page = new_page(f"{asked_server}#/catalogue?capture=ana/bow_1")
-    with page.expect_download() as download:
-        page.get_by_role("button", name="Download as Original").click()
-    assert download.value.path().read_bytes() == (samples_folder / "ana" / "bow_1.bvh").read_bytes()
 
 
 def test_a_capture_is_removed_after_a_question(serve_copy, new_page):
@@ -263,13 +237,3 @@ def test_a_read_only_page_offers_no_changes(serve_copy, new_page):
     for name in ("Add captures", "Learn…", "Add words", "Remove this capture…"):
         assert page.get_by_role("button", name=name).count() == 0
     assert page.get_by_text("read only").count() > 0
-
-
-def test_a_chosen_folder_is_sent_with_the_paths_inside_it(
-    serve_copy, new_page, samples_folder, tmp_path
-):
-    address = serve_copy(database=tmp_path / "empty.duckdb")
-    page = new_page(f"{address}#/catalogue")
-    page.get_by_role("button", name="Add captures").first.click()
-    page.locator("input[webkitdirectory]").set_input_files(samples_folder / "emil")
-    page.get_by_text("10 captures ready to be added.").wait_for()

@@ -102,17 +102,6 @@ def test_a_grammar_is_learned_and_removed(serve_copy, new_page):
     page.get_by_role("heading", name="No grammars yet").wait_for()
 
 
-def test_what_cannot_be_learned_is_said(grammar_server, new_page):
-    page = new_page(f"{grammar_server}#/grammar")
-    page.get_by_role("button", name="Learn a grammar…").click()
-    page.get_by_label("ana/bow_1").check()
-    page.get_by_label("Shortest sentence").fill("9")
-    page.get_by_label("Longest sentence").fill("2")
-    page.get_by_role("button", name="Learn", exact=True).click()
-    page.locator(".view-grammar .fault-state").wait_for()
-    assert "longest" in page.locator(".view-grammar .fault-state").inner_text()
-
-
 def test_a_sequence_is_edited_in_the_corners(grammar_server, new_page):
     page = made(new_page(f"{grammar_server}#/grammar?name=play"))
     wait_for_figure(page, ".editor .player-canvas")
@@ -266,17 +255,6 @@ def test_an_alternative_that_cannot_be_played_says_why(serve_grammar, new_page, 
     reason.wait_for()
     assert "removed" in reason.inner_text()
     assert reason.get_by_role("button", name="Choose").count() == 0
-
-
-def test_a_sequence_that_is_gone_is_said(grammar_server, new_page):
-    page = new_page(f"{grammar_server}#/grammar?name=play&sequence=q0")
-    page.locator(".editor .fault-state").wait_for()
-    assert "Make it again" in page.locator(".editor .fault-state").inner_text()
-    made(page)
-    page.locator(".editor .fault-state").wait_for(state="detached")
-    page.evaluate("() => { location.hash = '#/grammar?name=nothing'; }")
-    page.get_by_role("button", name="All grammars").click()
-    page.get_by_role("link", name="play", exact=True).wait_for()
 
 
 def test_a_read_only_page_makes_sequences_but_changes_nothing(serve_grammar, new_page):

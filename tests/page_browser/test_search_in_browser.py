@@ -109,22 +109,6 @@ def test_the_motions_of_answers_in_sight_travel_in_one_request(asked_server, new
     assert motions == [f"{asked_server}api/motions"]
 
 
-def test_a_motion_that_is_refused_does_not_take_the_others_with_it(asked_server, new_page):
-    page = new_page(f"{asked_server}#/search")
-
-    refused = {"error": {"kind": "UnknownError", "message": "gone", "status": 404}}
-    page.route("**/api/motions", lambda route: route.fulfill(status=404, json=refused))
-    page.goto(f"{asked_server}#/search?q=walk")
-    wait_for_figure(page, ".answer .clip-canvas")
-
-
-def test_a_wrong_filter_is_explained(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/search?q=walk&where=performers%3Dana")
-    fault = page.get_by_role("alert").filter(has_text="performers")
-    fault.wait_for()
-    assert "performer" in fault.inner_text()
-
-
 def test_a_dropped_file_is_the_example(asked_server, new_page, samples_folder):
     page = _open(new_page, asked_server)
     drop_files(page, "#view", [samples_folder / "fatou" / "kick_1.bvh"])
@@ -181,10 +165,3 @@ def test_going_back_brings_the_last_question(asked_server, new_page):
     wait_for(page, "() => location.hash.includes('kick')")
     page.go_back()
     wait_for(page, "() => document.querySelector('#question').value === 'walk'")
-
-
-def test_a_slash_goes_to_the_box(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/catalogue")
-    page.locator(".row-capture").first.wait_for()
-    page.keyboard.press("/")
-    wait_for(page, "() => document.activeElement.id === 'question'")

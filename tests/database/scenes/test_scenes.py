@@ -185,6 +185,8 @@ def test_a_scene_tells_whether_time_ended_its_sampling(
         scene = db.scenes.update(db.scenes.find(made.folder), made.diagram)
     assert (len(scene.made.trace.best) == 2) == cut_short  # the start and one round
     assert scene.record.report["cut_short"] is cut_short
+    if cut_short:
+        assert scene.record.report["cut_at"]["rounds"] == 1
 
 
 @pytest.mark.parametrize(
