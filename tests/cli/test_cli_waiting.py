@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -101,8 +100,6 @@ def test_who_holds_the_file_is_said_when_waiting_was_in_vain(copy: Path, told: s
     holder.communicate("")
     assert command.returncode == 1
     assert f"found it held by process {holder.pid} (python" in err
-    assert f"), command `{sys.executable} -c" in err
-    assert f" since {time.strftime('%Y-')}" in err
     assert " after 0.2 s. Wait until it has ended, or wait longer with --wait SECONDS." in err
 
 
