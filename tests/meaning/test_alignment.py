@@ -71,16 +71,6 @@ def test_a_gap_costs_half_its_share_by_hand() -> None:
     assert (score, first, last) == (pytest.approx(0.5 - 0.5 * 0.25 + 0.25), 0, 2)
 
 
-def test_longer_segments_weigh_more() -> None:
-    query, weights = np.array([0, 1]), np.array([0.9, 0.1])
-    score, first, last = alignment.align(query, weights, np.array([1, 3, 0]), APART, 1.0)
-    assert (score, first, last) == (pytest.approx(0.9), 2, 3)
-
-
-def test_nothing_alike_scores_nothing() -> None:
-    assert alignment.align(np.array([0]), np.ones(1), np.array([1, 2]), APART, 1.0)[0] == 0.0
-
-
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 10**6))
 def test_score_and_place_equal_plain_python(seed: int) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.body.features import N_FEATURES
-from motiondb.meaning import movement, score_vectors
+from motiondb.meaning import movement
 
 SPREAD = 2.0 / 3.0 * np.array([0.3, 0.3, 0.6, 0.9])
 """One spread of the four weighted velocities: 2 * (m/s or rad/s) * a third of a second."""
@@ -58,21 +58,3 @@ def test_a_turn_to_the_left_is_not_one_to_the_right() -> None:
     np.testing.assert_allclose(left[turning], 1.0 - right[turning][::-1])
     assert left[15] > 0.7 > 0.1 > right[15]  # surely above 0.75 spreads, and not
     assert left[23] == right[23] == pytest.approx(1.0)
-
-
-def test_columns_are_means_so_that_segments_add_up() -> None:
-    features = np.random.default_rng(1).normal(size=(30, N_FEATURES)).astype(np.float32)
-    parts = movement.describe_posture_and_travel(features, np.array([0, 12]), np.array([12, 30]))
-    whole = movement.describe_posture_and_travel(features, np.array([0]), np.array([30]))[0]
-    np.testing.assert_allclose((12 * parts[0] + 18 * parts[1]) / 30, whole, atol=1e-5)
-
-
-def test_travel_counts_half_as_much_again_as_the_symbols() -> None:
-    rng = np.random.default_rng(2)
-    scores = rng.normal(size=(3000, 6)).astype(np.float32)
-    moving = rng.normal(2.0, 3.0, size=(3000, 11 + 87)).astype(np.float32)  # one dimension
-    assert movement.block_sizes(98) == (5, 1, 5, 63, 24)
-    space = score_vectors.fit_score_space(scores, np.ones(3000, dtype=np.int64), moving)
-    rows = space.standardise(scores, moving)
-    energy = [np.mean(np.sum(rows[:, a:b] ** 2, axis=1)) for a, b in ((0, 6), (17, 80), (80, 104))]
-    np.testing.assert_allclose(energy, energy[0] * np.array([1.0, 1.0, 1.5**2]), rtol=0.05)
