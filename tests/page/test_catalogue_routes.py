@@ -66,16 +66,6 @@ def test_what_is_not_there_is_named(client: TestClient) -> None:
     )
 
 
-def test_status_says_what_the_class_says(client: TestClient, learned_file: Path) -> None:
-    facts = get(client, "/api/status")
-    with motiondb.open(learned_file, read_only=True) as db:
-        known = db.info()
-    for key in ("captures", "symbols", "words", "learned", "copies"):
-        assert facts[key] == getattr(known, key)
-    assert facts["database"] == "samples.duckdb"
-    assert facts["read_only"] is True
-
-
 def test_words_are_set_and_undone_in_turn(learned_copy: Path, serve: Serve) -> None:
     client = serve(learned_copy)
     before = get(client, "/api/capture", name=NAME)["words"]

@@ -91,12 +91,6 @@ def test_facets_and_filter_narrow_down(asked_server, new_page):
     assert page.get_by_role("checkbox", name="dora").is_checked()
 
 
-def test_a_wrong_filter_is_explained_under_the_box(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue?where=perfomer%3Dana")
-    page.locator("#filter-fault", has_text="perfomer").wait_for()
-    assert page.get_by_label("Filter").get_attribute("aria-invalid") == "true"
-
-
 def test_rows_are_walked_and_opened_by_keyboard(asked_server, new_page):
     page = new_page(f"{asked_server}#/catalogue")
     page.locator(".row-capture").first.wait_for()
@@ -142,22 +136,6 @@ def test_words_are_written_about_a_dragged_part(serve_copy, new_page):
     caption.wait_for(state="detached")
 
 
-def test_a_part_is_typed_without_a_mouse(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue?capture=ana/walk_1")
-    wait_for_figure(page)
-    page.get_by_role("button", name="type its times").click()
-    page.get_by_label("End of the part, seconds").fill("2.5")
-    page.keyboard.press("Tab")
-    assert page.locator(".timeline-selection").first.evaluate("e => parseFloat(e.style.width)") > 45
-
-
-def test_copies_are_listed(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    page.get_by_role("button", name="Copies").click()
-    page.get_by_text("is a cut of").wait_for()
-    assert page.get_by_role("link", name="chidi/shoot_1").count() > 0
-
-
 def test_a_capture_is_removed_after_a_question(serve_copy, new_page):
     page = new_page(f"{serve_copy()}#/catalogue?capture=ana/bow_1")
     page.get_by_role("button", name="Remove this capture…").click()
@@ -187,20 +165,6 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
     page.locator(".row-capture", has_text="a person walks").wait_for()
     with motiondb.open(tmp_path / "empty.duckdb", read_only=True) as db:
         assert len(db.captures()) == 3
-
-
-def test_chosen_files_and_refused_ones(serve_copy, new_page, samples_folder, tmp_path):
-    address = serve_copy(database=tmp_path / "empty.duckdb")
-    page = new_page(f"{address}#/catalogue")
-    page.get_by_role("button", name="Add captures").first.click()
-    other = tmp_path / "notes.exe"
-    other.write_text("no capture")
-    page.locator("input[type=file]").first.set_input_files(
-        [samples_folder / "ana" / "bow_1.bvh", other]
-    )
-    page.get_by_text("1 capture ready to be added.").wait_for()
-    page.get_by_text("1 file left out").click()
-    page.get_by_text("not one of .").wait_for()
 
 
 def test_a_folder_of_the_computer_is_added(serve_copy, new_page, samples_folder, tmp_path):

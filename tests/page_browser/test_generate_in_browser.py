@@ -29,14 +29,6 @@ def test_a_sentence_becomes_motion_with_its_sources(asked_server, new_page):
     page.get_by_text("licence CC0-1.0").first.wait_for()
 
 
-def test_variants_have_their_own_seeds_and_play_together(asked_server, new_page):
-    page = new_page(f"{asked_server}#/generate?q=walk&seed=3&variants=2")
-    page.get_by_text("seed 3").wait_for()
-    page.get_by_text("seed 4").wait_for()
-    page.get_by_role("button", name="Play together").click()
-    wait_for(page, ALL_PLAY)
-
-
 def test_variants_play_together_however_late_their_motion_comes(asked_server, new_page):
     page = new_page(f"{asked_server}#/generate")
     held: list[Any] = []

@@ -76,23 +76,6 @@ def test_grid_trails_and_contacts_can_be_seen(player, key):
     assert settled(player, ".player-canvas") == seen
 
 
-def test_the_slider_moves_through_time(player):
-    slider = player.locator(".player-slider")
-    slider.evaluate("s => { s.value = 5; s.dispatchEvent(new Event('input')); }")
-    player.wait_for_timeout(150)
-    assert _time(player) == pytest.approx(5.0, abs=0.01)
-
-
-def test_the_keys_are_listed(player):
-    _press(player, "?")
-    dialog = player.get_by_role("dialog", name="Keys of the player")
-    dialog.wait_for()
-    assert "joint trails" not in dialog.inner_text()
-    assert "trails of hands and feet" in dialog.inner_text()
-    player.keyboard.press("Escape")
-    dialog.wait_for(state="detached")
-
-
 def test_figures_are_drawn_flat_where_there_is_no_webgl(asked_server, new_page):
     page = new_page("about:blank")
     page.add_init_script(

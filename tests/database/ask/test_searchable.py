@@ -42,8 +42,3 @@ def test_generated_captures_are_no_material(db: MotionDB) -> None:
     assert number in db.searchable.rows
     assert number not in db.learned.rows
     assert (np.diff(db.searchable.segments.capture_ids) >= 0).all()
-
-
-def test_without_generated_captures_nothing_is_added(learned_file: Path) -> None:
-    with motiondb.open(learned_file, read_only=True) as db:
-        assert db.searchable is db.learned

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -90,15 +89,6 @@ def test_within_a_transaction_nothing_is_kept(filled: store.Store, samples: Modu
     with pytest.raises(ZeroDivisionError):
         add_and_fail()
     assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18]
-
-
-def test_the_folder_can_be_deleted_or_damaged(filled: store.Store) -> None:
-    expected = store.load_motion_pool(filled).poses.copy()
-    shutil.rmtree(_folder(filled))
-    np.testing.assert_array_equal(store.load_motion_pool(filled).poses, expected)
-    for file in _folder(filled).glob("*.npy"):
-        file.write_bytes(file.read_bytes()[:100])
-    np.testing.assert_array_equal(store.load_motion_pool(filled).poses, expected)
 
 
 def _arrays() -> dict[str, np.ndarray]:

@@ -169,13 +169,6 @@ def test_a_store_opened_for_reading_is_not_changed(database: store.Store) -> Non
     )
 
 
-def test_what_duckdb_refuses_becomes_a_sentence(database: store.Store) -> None:
-    with pytest.raises(StoreError) as error, store.transaction(database) as connection:
-        connection.execute("INSERT INTO capture_tag VALUES (1, 'a', NULL)")
-    assert str(error.value).startswith(f"{database.path}: expected to save the change, found: ")
-    assert str(error.value).endswith(". Nothing was changed.")
-
-
 class _InterruptedAfter:
     """A connection whose statement ``words`` is done, and met by Ctrl-C right after."""
 
