@@ -10,6 +10,9 @@ from typing import Any
 
 import duckdb
 import pytest
+from typer.testing import CliRunner
+
+from motiondb.cli.main import app
 
 
 @pytest.mark.parametrize(
@@ -93,3 +96,55 @@ def test_help_and_version() -> None:
         assert f"  {name} " in told.stdout
     told = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60)
     assert told.stdout == "motiondb 0.1.0\n"
+
+
+LONG = "n" * 300
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("like", LONG), ("describe", LONG), ("add", LONG, "--db", "new.duckdb"),
+        ("scene", "report", LONG), ("scene", "grammar", "check", LONG),
+        ("scene", "validate", LONG, "run"), ("symbols", "--png", f"{LONG}.png"),
+        ("list", "--db", LONG), ("rescue", "x.duckdb", "-o", LONG),
+    ],
+    ids=lambda words: words[0],
+)  # fmt: skip
+def test_names_that_are_too_long_for_files_are_refused(
+    command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    monkeypatch.setenv("MOTIONDB", str(learned_file))
+    ended = command(*words)
+    assert ended.code in (1, 2)
+    assert ended.err.startswith("error: ")
+    assert list(Path().iterdir()) == []
+
+
+PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
+
+
+@pytest.mark.parametrize("name", ["motions.duckdb", "other.bvh"])
+def test_no_file_is_written_over_a_database(tmp_path: Path, learned_file: Path, name: str) -> None:
+    path = Path(shutil.copy(learned_file, tmp_path / name))
+    before = path.read_bytes()
+    words = ["knowledge", "export"] if name.endswith("duckdb") else ["export", "ana/walk_1", "-o"]
+    ended = CliRunner().invoke(app, [*words, str(path), "--db", str(path)])
+    assert ended.exit_code == 1
+    assert "found: a database of that name, which is never overwritten" in (
+        str(ended.exception).replace("found a database", "found: a database")
+    )
+    assert path.read_bytes() == before
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="output that is always full")
+def test_output_that_is_full_is_told(learned_file: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            [*PROGRAM, "list", "--db", str(learned_file)],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert ended.returncode == 1
+    assert ended.stderr == (
+        "error: output: expected to write all of it, found: no space left on device.\n"
+    )

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import body, kinematics, rotation
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture, write_bvh
+from motiondb.files import write_bvh
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.bvh import read_bvh
@@ -168,16 +168,3 @@ def test_refusals(tmp_path: Path) -> None:
         with pytest.raises(CaptureError, match=said):
             write_bvh(refused, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_standard_skeleton_round_trip_through_a_file(tmp_path: Path) -> None:
-    rng = np.random.default_rng(5)
-    turns = rotation.exp(rng.normal(size=(10, 21, 3)) * 0.5)
-    clip = Clip(body.standard_skeleton(), 30.0, turns, rng.normal(size=(10, 3)), unit=0.01)
-    write_bvh(clip, tmp_path / "a.bvh")
-    again = read_capture(tmp_path / "a.bvh")
-    assert again.unit == 0.01
-    assert again.skeleton.names == body.JOINTS
-    np.testing.assert_allclose(
-        kinematics.clip_positions(again)[0], kinematics.clip_positions(clip)[0], atol=1e-6
-    )
