@@ -49,33 +49,16 @@ def test_the_environment_names_the_database(
 
 
 def test_tables_for_people(command: Any, learned_file: Path) -> None:
+    """What the pages of the guide do not show."""
     for words in (
-        ("search", "walk, turn left, sit down"),
-        ("search", "walk", "--by-symbols"),
-        ("like", "ana/bow_1"),
-        ("describe", "ana/bow_1"),
-        ("list",),
-        ("show", "ana/bow_1"),
-        ("words",),
-        ("symbols",),
-        ("info",),
-        ("check",),
-    ):
+        ("search", "walk", "--by-symbols"), ("show", "ana/bow_1", "--png", "show.png"),
+        ("words",), ("symbols", "--png", "symbols.png"), ("info",), ("check",),
+        ("like", "ana/bow_1", "--limit", 2, "--png", "like.png"),
+    ):  # fmt: skip
         ended = command(*words, "--db", learned_file)
         assert (ended.code, ended.err) == (0, "")
         assert ended.out.strip()
-    assert f"{learned_file} is sound" in ended.out
-
-
-def test_pictures(command: Any, learned_file: Path) -> None:
-    for name, words in {
-        "a.png": ("show", "ana/bow_1"),
-        "b.png": ("symbols",),
-        "c.png": ("search", "bow", "--limit", 2),
-        "d.png": ("like", "ana/bow_1", "--limit", 2),
-    }.items():
-        ended = command(*words, "--png", name, "--db", learned_file)
-        assert ended.code == 0, ended.err
+    for name in ("show.png", "symbols.png", "like.png"):
         assert Path(name).read_bytes()[:4] == b"\x89PNG"
 
 

@@ -52,15 +52,6 @@ def test_same_seed_learns_the_same(dances: MotionDB) -> None:
     assert dances.grammars.names() == ["again", "dance", "nested"]
 
 
-def test_a_learned_take_parses_as_stored(asked_dances: MotionDB) -> None:
-    parsed = asked_dances.grammars.parse("dance", "dora/long_dance_1")
-    assert parsed.stored
-    assert parsed.fault is None
-    derived = tuple(terminal for tree in parsed.trees for terminal in tree.leaves())
-    assert derived == parsed.string
-    assert parsed.ends[-1] == pytest.approx(772 / 30)
-
-
 def test_a_take_never_seen_is_read_and_parsed_or_its_fault_told(
     asked_dances: MotionDB, samples_folder: Path
 ) -> None:
