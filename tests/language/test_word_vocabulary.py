@@ -10,15 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motiondb.errors import SheetError
-from motiondb.language.lemmas import lemma
-from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import hold_to_known
 from motiondb.language.question.say import plain_actions
-from motiondb.language.synonyms import parse_synonyms
 from motiondb.language.vocabulary import (
     STOP_WORDS,
     count_words,
+    lemma,
     nearest_words,
+    parse_synonyms,
     split_actions,
     words_of,
 )
@@ -138,7 +138,7 @@ def test_counts_are_of_captions_not_of_words():
 
 def test_usual_questions_do_not_load_the_dictionary():
     program = (
-        "import sys; from motiondb.language.question.known import hold_to_known;"
+        "import sys; from motiondb.language.question.readings import hold_to_known;"
         "from motiondb.language.question.parse import parse;"
         "asked = parse('a person walks, turns left, then sits down');"
         "hold_to_known(asked, {'walk': 1, 'sit': 1});"

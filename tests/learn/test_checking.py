@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motiondb.learn import checking, joining
-from motiondb.learn.performers import family_of, group_performers
+from motiondb.learn.learned import family_of, group_performers
 from motiondb.meaning.calibration import Certainty
 
 OWN = Certainty(np.array([1.0]), 0.0, 0.5)

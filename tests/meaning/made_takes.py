@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.by_words import TakeScores
 from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.word_evidence import TakeScores
 from motiondb.records import FloatArray
 
 

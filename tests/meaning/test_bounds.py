@@ -11,9 +11,8 @@ from made_takes import take
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning import by_question
-from motiondb.meaning.bounds import SLACK, take_extremes, upper_bounds
-from motiondb.meaning.by_words import TakeScores
-from motiondb.search.ranking import likeliest_takes
+from motiondb.meaning.word_evidence import SLACK, TakeScores, take_extremes, upper_bounds
+from motiondb.search.by_words import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 QUESTIONS = (

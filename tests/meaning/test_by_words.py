@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_takes import WALK_TURN_SIT, all_of, take
 
-from motiondb.meaning import by_question, by_words, word_map
+from motiondb.meaning import by_question, word_evidence, word_map
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 
@@ -43,7 +43,7 @@ def test_more_actions_than_segments_share_a_segment() -> None:
 
 
 def test_more_actions_than_frames_are_not_found() -> None:
-    one = by_words.TakeScores(np.array([0]), np.array([1]), np.ones((1, 3)), np.ones(3))
+    one = word_evidence.TakeScores(np.array([0]), np.array([1]), np.ones((1, 3)), np.ones(3))
     assert by_question.search_order(one, [[WALK], [TURN]]) is None
 
 
@@ -79,7 +79,7 @@ def best_by_enumeration(values: FloatArray) -> float:
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(1, 7))
 def test_peaks_equal_enumeration(seed: int, n_actions: int, n_segments: int) -> None:
     values = np.random.default_rng(seed).normal(size=(n_actions, n_segments))
-    peaks = by_words.ordered_peaks(values)
+    peaks = by_question.ordered_peaks(values)
     if n_segments < n_actions:
         assert peaks is None
         return
@@ -91,29 +91,29 @@ def test_peaks_equal_enumeration(seed: int, n_actions: int, n_segments: int) -> 
 
 def test_growing_by_hand() -> None:
     values = np.array([-2.0, -2, 1, 4, 2, -2, 4, -2])
-    assert by_words.grow(values, 3, 0, 8) == (2, 5)  # floor -2, threshold 1
-    assert by_words.grow(values, 3, 3, 4) == (3, 4)
-    assert by_words.grow(np.zeros(4), 2, 1, 4) == (1, 4)
+    assert by_question.grow(values, 3, 0, 8) == (2, 5)  # floor -2, threshold 1
+    assert by_question.grow(values, 3, 3, 4) == (3, 4)
+    assert by_question.grow(np.zeros(4), 2, 1, 4) == (1, 4)
 
 
 def test_written_words_count_where_they_were_written() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
-    evidence = by_words.written_evidence(
+    evidence = word_evidence.written_evidence(
         3, [(0, 15, np.array([1.0, 0])), (12, 20, np.array([0.0, 1]))], starts, ends, 2
     )
-    yes, no = by_words.WRITTEN, by_words.UNWRITTEN
+    yes, no = word_evidence.WRITTEN, word_evidence.UNWRITTEN
     np.testing.assert_array_equal(evidence, [[yes, no], [yes, yes], [0, 0]])
 
 
 def test_nothing_written_is_no_evidence() -> None:
-    evidence = by_words.written_evidence(2, [], np.array([0, 5]), np.array([5, 9]), 4)
+    evidence = word_evidence.written_evidence(2, [], np.array([0, 5]), np.array([5, 9]), 4)
     np.testing.assert_array_equal(evidence, np.zeros((2, 4)))
 
 
 def test_windows_reach_over_their_segment() -> None:
     starts, ends = np.array([0, 10, 20]), np.array([10, 20, 30])
     same = word_map.WordMap(np.eye(3), np.zeros(3), np.full(3, 0.5), np.ones(3), np.eye(3)[0])
-    said = by_words.motion_log_odds(same, np.eye(3), starts, ends, 5)
+    said = word_evidence.motion_log_odds(same, np.eye(3), starts, ends, 5)
     expected = unit(np.array([[10.0, 5, 0], [5, 10, 5], [0, 5, 10], [1, 1, 1]]))
     np.testing.assert_allclose(said, expected)
 
@@ -121,4 +121,4 @@ def test_windows_reach_over_their_segment() -> None:
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.floats(-50, 50), min_size=1, max_size=12))
 def test_the_lower_quartile_is_numpys(values: list[float]) -> None:
-    assert by_words.lower_quartile(np.array(values)) == pytest.approx(np.quantile(values, 0.25))
+    assert by_question.lower_quartile(np.array(values)) == pytest.approx(np.quantile(values, 0.25))

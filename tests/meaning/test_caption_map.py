@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_takes import made_captions
 
-from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import WordMoments, word_moments
+from motiondb.meaning.word_map import CaptionMap, WordMoments, solve_caption_map, word_moments
 
 
 def solved(moments: WordMoments, ridge: float = 0.1) -> CaptionMap:

@@ -11,7 +11,6 @@ from threadpoolctl import threadpool_limits
 
 from motiondb.meaning import description_map
 from motiondb.meaning.calibration import calibrate
-from motiondb.meaning.caption_evidence import map_descriptions
 from motiondb.meaning.counting import described_intervals
 from motiondb.meaning.description_map import (
     ALPHA,
@@ -22,6 +21,7 @@ from motiondb.meaning.description_map import (
     fit_description_calibration,
     fit_description_map,
     kernel,
+    map_descriptions,
     score_probabilities,
 )
 from motiondb.meaning.score_vectors import fit_score_space, unit

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning.pooled_map import PooledMap, fit_pooled_map
 from motiondb.meaning.resemblance import (
     FEEDBACK,
     FEWEST_OTHERS,
+    PooledMap,
+    fit_pooled_map,
     meaning_space,
     with_feedback,
 )

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from motiondb.meaning.listed_takes import MOST_COST, SKIP, SPREAD, align_in_order
+from motiondb.meaning.place_map import MOST_COST, SKIP, SPREAD, align_in_order
 from motiondb.records import FloatArray
 
 
@@ -81,7 +81,7 @@ def test_durations_count_up_to_the_largest_number_of_segments(
 ) -> None:
     rng = np.random.default_rng(3)
     ratios, seconds = rng.normal(0.0, 3.0, (5, 2)), rng.uniform(0.5, 4.0, 5)
-    monkeypatch.setattr("motiondb.meaning.listed_takes.MOST_SEGMENTS", most)
+    monkeypatch.setattr("motiondb.meaning.place_map.MOST_SEGMENTS", most)
     expected = enumerated(ratios, seconds if most == 5 else None)
     assert align_in_order(ratios, seconds) == pytest.approx(expected, abs=1e-12)
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from motiondb.meaning import place_map
-from motiondb.meaning.listed_takes import ListedTakes
-from motiondb.meaning.place_map import fit_place_map, map_places, take_weights
+from motiondb.meaning.place_map import ListedTakes, fit_place_map, map_places, take_weights
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray
 

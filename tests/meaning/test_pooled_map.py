@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.meaning.pooled_map import (
-    RIDGE,
+from motiondb.meaning.resemblance import (
+    POOLED_RIDGE,
     fit_pooled_map,
     pooled_statistics,
     statistics_of_intervals,
@@ -48,7 +48,7 @@ def test_the_map_is_the_ridge_regression_of_captions_of_length_1() -> None:
     p = unit((statistics - statistics.mean(axis=0)) / statistics.std(axis=0))
     t = presence / np.sqrt(presence.sum(axis=1, keepdims=True))
     p, t = p - p.mean(axis=0), t - t.mean(axis=0)
-    weights = np.linalg.solve(p.T @ p + RIDGE * np.eye(10), p.T @ t)
+    weights = np.linalg.solve(p.T @ p + POOLED_RIDGE * np.eye(10), p.T @ t)
     np.testing.assert_allclose(fitted.weights, weights, atol=1e-9)
     np.testing.assert_allclose(fitted.evidence(statistics), p @ weights, atol=1e-9)
     np.testing.assert_allclose(fitted.evidence(statistics).mean(axis=0), 0.0, atol=1e-12)
@@ -58,7 +58,7 @@ def test_two_intervals_by_hand() -> None:
     """p is +-1 and t the unit vectors, so that u = 1 / (2 + ridge) for one word, less for both."""
     fitted = fit_pooled_map(np.array([[2.0], [4.0]]), np.array([[True, False], [False, True]]))
     assert (fitted.centre.tolist(), fitted.spread.tolist()) == ([3.0], [1.0])
-    size = 1.0 / (2.0 + RIDGE)
+    size = 1.0 / (2.0 + POOLED_RIDGE)
     np.testing.assert_allclose(fitted.weights, [[-size, size]])
     np.testing.assert_allclose(fitted.evidence(np.array([[10.0]])), [[-size, size]])
 

@@ -14,7 +14,7 @@ import pytest
 import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.meaning.by_words import UNWRITTEN, WRITTEN
+from motiondb.meaning.word_evidence import UNWRITTEN, WRITTEN
 from motiondb.search import reasons
 from motiondb.search.asked_words import find_written, with_written
 

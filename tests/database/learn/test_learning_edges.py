@@ -11,7 +11,7 @@ import motiondb
 from motiondb.database.catalogue.parts import cut_clip
 from motiondb.errors import MotionDBError, NotLearnedError
 from motiondb.files import read_capture
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 
 
 def test_no_captures(tmp_path: Path) -> None:

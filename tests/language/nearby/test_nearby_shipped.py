@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import motiondb
-from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable, read_table
+from motiondb.language.vocabulary import lemma
 from motiondb.search.unknown_words import take_word
 from nearby_words.judge import MEASURES, ask_all
 from nearby_words.key import read_key, read_pairs, read_vocabulary

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from motiondb.errors import QueryError
-from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import readings
+from motiondb.language.question.readings import hold_to_known, readings
 from motiondb.language.question.say import plain_actions, say
 
 COUNTS = {"walk": 9, "run": 5, "jump": 4, "sit": 3, "wave": 3, "slow": 2, "slowly": 1, "left": 4}

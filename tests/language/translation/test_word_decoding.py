@@ -9,8 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.language.translation.decoding import decode_words, log_length_prior
-from motiondb.language.translation.decoding_kernels import relax, said_level, symbol_pays, track
-from motiondb.language.translation.decoding_problem import pose_problem, sequence_value
+from motiondb.language.translation.decoding_kernels import (
+    pose_problem,
+    relax,
+    said_level,
+    sequence_value,
+    symbol_pays,
+    track,
+)
 from motiondb.language.translation.explanation import alignment_table, log_probability
 from motiondb.language.translation.transition import (
     count_transitions,
