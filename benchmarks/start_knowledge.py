@@ -26,8 +26,7 @@ import numpy as np
 import motiondb
 from motiondb.files.knowledge_file import read_knowledge
 from motiondb.learn.codec import to_values
-from motiondb.learn.knowledge import Knowledge
-from motiondb.learn.knowledge_check import APART
+from motiondb.learn.knowledge import APART, Knowledge
 
 SHIPPED = Path(motiondb.__file__).parent / "knowledge" / "cmu.knowledge"
 CREDIT = (

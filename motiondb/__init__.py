@@ -53,11 +53,11 @@ if TYPE_CHECKING:
     from motiondb.files import ReadLimits, read_capture, unit_from_name
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
-    from motiondb.language.question.known import KnownQuestion
+    from motiondb.language.question.readings import KnownQuestion
     from motiondb.language.question.tree import NotUsed
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
-    from motiondb.learn.symbol_fitting import LearnSettings
+    from motiondb.learn.recognition import LearnSettings
     from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
     from motiondb.page.standalone import StandalonePage
@@ -77,7 +77,7 @@ if TYPE_CHECKING:
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.chances import WordSource
-    from motiondb.search.explained_answer import ExplainedWord, Explanation
+    from motiondb.search.reasons import ExplainedWord, Explanation
     from motiondb.search.unknown_words import Taking
     from motiondb.store import GrammarSize, StoredScene
 
@@ -198,13 +198,13 @@ _PLACES = {
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
     "motiondb.search.by_example": "ExampleAnswer",
-    "motiondb.search.explained_answer": "ExplainedWord Explanation",
+    "motiondb.search.reasons": "ExplainedWord Explanation",
     "motiondb.search.by_words": "WordAnswer",
     "motiondb.search.chances": "WordSource",
     "motiondb.learn.drift": "Drift",
     "motiondb.generate.shown_actions": "JudgedAction",
     "motiondb.learn.knowledge": "Knowledge",
-    "motiondb.learn.symbol_fitting": "LearnSettings",
+    "motiondb.learn.recognition": "LearnSettings",
     "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
@@ -214,7 +214,7 @@ _PLACES = {
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize StoredScene",
     "motiondb.search.unknown_words": "Taking",
-    "motiondb.language.question.known": "KnownQuestion",
+    "motiondb.language.question.readings": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",
 }  # The public names of each module, separated by spaces
 _PUBLIC = {name: module for module, names in _PLACES.items() for name in names.split()}

@@ -468,7 +468,7 @@ class SegmentTable:
     backgrounds: FloatArray  # (segments,): of the background model, nats per frame
     # (segments, symbols), float32: log-likelihood under every symbol, nats per frame
     scores: Float32Array
-    # (segments, columns), float32: see ``motiondb.meaning.movement``; no columns where none was
+    # (segments, columns), float32: see ``meaning.score_vectors``; no columns where none was
     # computed
     movement: Float32Array = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
 
@@ -517,7 +517,7 @@ class Association:
 class StoredLearning:
     """The results of ``learn``, in the form of the tables of the store.
 
-    :mod:`motiondb.learn.learned_model` turns it into a ``LearnedModel`` and back.
+    :mod:`motiondb.learn.learned` turns it into a ``LearnedModel`` and back.
     """
 
     run_id: int  # Run that made it

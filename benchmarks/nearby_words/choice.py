@@ -11,8 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from motiondb.language.lemmas import FIXED, VERBS, lemma
-from motiondb.language.vocabulary import STOP_WORDS
+from motiondb.language.vocabulary import FIXED, STOP_WORDS, VERBS, lemma
 from nearby_words.wordnet import WordNet, is_plain
 
 N_WORDS = 24_000

@@ -18,8 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from motiondb.language.lemmas import lemma
-from motiondb.language.vocabulary import STOP_WORDS
+from motiondb.language.vocabulary import STOP_WORDS, lemma
 from motiondb.records import FloatArray
 from nearby_words.wordnet import Synset, WordNet, gloss_words, is_plain
 

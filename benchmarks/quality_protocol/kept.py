@@ -21,7 +21,7 @@ import motiondb
 T = TypeVar("T")
 FOLDERS = ("body", "symbols")
 """Folders of the package on whose source symbols and segments depend."""
-MODULES = ("symbol_fitting.py", "movement.py", "records.py")
+MODULES = ("recognition.py", "score_vectors.py", "records.py")
 """Single modules beside them."""
 
 

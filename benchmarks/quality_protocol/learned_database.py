@@ -10,7 +10,7 @@ from pathlib import Path
 
 import motiondb
 from motiondb.database.catalogue.file_reading import AddSettings
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 
 
 @cache

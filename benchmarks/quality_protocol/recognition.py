@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP
-from motiondb.learn.symbol_fitting import (
+from motiondb.learn.recognition import (
     FeaturePool,
     LearnSettings,
     acquire_symbols,
     segment_table,
 )
-from motiondb.meaning import by_words, score_vectors
-from motiondb.meaning.movement import block_sizes
+from motiondb.meaning import score_vectors, word_evidence
+from motiondb.meaning.score_vectors import block_sizes
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols import acquisition, feature_space
@@ -47,12 +47,14 @@ class Recognised:
         first, last = np.searchsorted(self.table.capture_ids, [capture, capture + 1])
         return slice(int(first), int(last))
 
-    def hear(self, fit: WordMap, capture: int) -> by_words.TakeScores:
+    def hear(self, fit: WordMap, capture: int) -> word_evidence.TakeScores:
         """Log-odds of all words in a capture, from its motion alone."""
         part = self.part(capture)
         starts, ends = self.table.starts[part], self.table.ends[part]
-        odds = by_words.motion_log_odds(fit, self.rows[part], starts, ends, by_words.WINDOW_MARGIN)
-        return by_words.TakeScores(starts, ends, odds[:-1], odds[-1])
+        odds = word_evidence.motion_log_odds(
+            fit, self.rows[part], starts, ends, word_evidence.WINDOW_MARGIN
+        )
+        return word_evidence.TakeScores(starts, ends, odds[:-1], odds[-1])
 
 
 def recognise(captures: Sequence[Capture], known: NDArray[np.bool_], seed: int) -> Recognised:
@@ -89,7 +91,7 @@ def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
     """All captures known, by the same symbols, with the first blocks of movement alone.
 
     n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm
-        (``motiondb.meaning.movement``).
+        (``motiondb.meaning.score_vectors``).
     """
     n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
     table = replace(seen.table, movement=seen.table.movement[:, :n_columns])

@@ -14,16 +14,15 @@ from numpy.typing import NDArray
 
 from motiondb.meaning import word_map
 from motiondb.meaning.by_question import search_order
-from motiondb.meaning.caption_map import solve_caption_map
 from motiondb.meaning.description_map import (
     fit_description_calibration,
     fit_description_map,
     score_probabilities,
 )
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import word_moments
+from motiondb.meaning.word_map import solve_caption_map, word_moments
 from motiondb.records import FloatArray
-from motiondb.search.ranking import CAPTION_WEIGHT
+from motiondb.search.by_words import CAPTION_WEIGHT
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised

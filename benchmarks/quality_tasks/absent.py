@@ -21,8 +21,7 @@ from motiondb.meaning import asked_certainty as simulation
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning import word_map
 from motiondb.meaning.by_motion import resemblance
-from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
-from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.score_vectors import N_POSTURE, N_TRAVEL, unit
 from motiondb.meaning.word_map import clearest, usual
 from motiondb.records import FloatArray
 from quality_protocol import baselines as base

@@ -21,7 +21,7 @@ import numpy as np
 import motiondb
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import search_words
 from quality_protocol.learned_database import learned_database

@@ -13,10 +13,15 @@ from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
 from motiondb.meaning import word_map
-from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
-from motiondb.meaning.pooled_map import fit_pooled_map, pooled_statistics
-from motiondb.meaning.resemblance import emphasis_of, meaning_space, resemblance, with_feedback
-from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.resemblance import (
+    emphasis_of,
+    fit_pooled_map,
+    meaning_space,
+    pooled_statistics,
+    resemblance,
+    with_feedback,
+)
+from motiondb.meaning.score_vectors import N_POSTURE, N_TRAVEL, unit
 from motiondb.records import Float32Array, FloatArray
 from quality_protocol import baselines as base
 from quality_protocol.captures import Capture, load_bandai, load_cmu, without_copies
@@ -38,7 +43,7 @@ CHOSEN = (
     "performers out: the weight of the words (four fifths) and the cosine without posture and "
     "travel (from 12 settings), feedback of 10 captures and half the weight for words of "
     "direction, manner and body parts (from 42), and the second word map "
-    "(`motiondb/meaning/pooled_map.py`, from 12). The tables were known at that time, so they "
+    "(`motiondb/meaning/resemblance.py`, from 12). The tables were known at that time, so they "
     "are slightly optimistic."
 )
 VERBS = {

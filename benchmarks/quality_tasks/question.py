@@ -22,16 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language import vocabulary
-from motiondb.language.question.known import hold_to_known
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import readings
-from motiondb.meaning import asked_certainty, by_question, by_words, word_map
+from motiondb.language.question.readings import hold_to_known, readings
+from motiondb.meaning import asked_certainty, by_question, word_evidence, word_map
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning.asked_certainty import fit_certainties
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.calibration import Certainties
-from motiondb.meaning.movement import N_POSTURE, N_TRAVEL
-from motiondb.meaning.score_vectors import unit
+from motiondb.meaning.score_vectors import N_POSTURE, N_TRAVEL, unit
 from motiondb.records import FloatArray
 from motiondb.search.chances import chances_of_kind
 from quality_protocol import baselines as base
@@ -163,7 +161,7 @@ def _questions(fold: Fold, names: Sequence[str]) -> Iterator[Question]:
 
 def _by_tree(
     question: Question,
-    takes: Sequence[by_words.TakeScores],
+    takes: Sequence[word_evidence.TakeScores],
     said: tuple[Sequence[str], dict[str, int], NDArray[np.bool_]],
     sure: Certainties,
 ) -> tuple[FloatArray, FloatArray]:
@@ -204,7 +202,7 @@ def _chances(kind: str, hit: QuestionHit, sure: Certainties) -> tuple[float, flo
 
 
 def _by_sum(
-    question: Question, takes: Sequence[by_words.TakeScores], scores: FloatArray
+    question: Question, takes: Sequence[word_evidence.TakeScores], scores: FloatArray
 ) -> FloatArray:
     """Alternatives by the log-odds that at least one of them, independent ones, is shown."""
     if question.kind != "a or b":
@@ -218,7 +216,9 @@ def _by_sum(
     return log_odds
 
 
-def _ignored(text: str, takes: Sequence[by_words.TakeScores], names: Sequence[str]) -> FloatArray:
+def _ignored(
+    text: str, takes: Sequence[word_evidence.TakeScores], names: Sequence[str]
+) -> FloatArray:
     """As the sentence was read before: its known words, without "not" and "or"."""
     number = {name: n for n, name in enumerate(names)}
     actions = [[number[w] for w in action] for action in vocabulary.split_actions(text)]

@@ -30,7 +30,7 @@ OURS = "motiondb"
 LEAST_TRAINED, LEAST_SHOWN = 3, 2
 """Captures of a word that must be trained and shown. Chosen by hand; not tuned."""
 CHOSEN = (
-    "Posture and travel (`motiondb/meaning/movement.py`) were chosen among about 270 settings "
+    "Posture and travel (`motiondb/meaning/score_vectors.py`) were chosen among about 270 settings "
     "by mean average precision with performers left out within the five training parts. "
     "Symbols, posture and travel alone are better here but much worse for query by example on "
     "Bandai-Namco, so all blocks are kept. Together the five training parts contain every "
@@ -234,7 +234,7 @@ def _report(
         f"{head}; every caption is a query, and its capture (or one with the same words) is the "
         "right answer. "
         "The captions are written in quotation marks, so they are also compared with the "
-        "caption that the motion suggests (`motiondb/meaning/caption_map.py`). The ridge and "
+        "caption that the motion suggests (`motiondb/meaning/word_map.py`). The ridge and "
         "the weight of this comparison were chosen from 9 settings by leaving performers out "
         "within the five training parts.",
         {f"R@{k}": partial(_captions_within, k=k) for k in (1, 5, 10)},

@@ -15,7 +15,7 @@ from motiondb.language import vocabulary
 from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import understand
-from motiondb.meaning import by_question, by_words, score_vectors, word_map
+from motiondb.meaning import by_question, score_vectors, word_evidence, word_map
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
 
 Part = tuple[float, float, str]
@@ -69,7 +69,7 @@ def said_words(learned: Learned) -> dict[str, frozenset[str]]:
     }
 
 
-def hears_unseen_performers(learned: Learned) -> dict[int, by_words.TakeScores]:
+def hears_unseen_performers(learned: Learned) -> dict[int, word_evidence.TakeScores]:
     """Log-odds of words in every capture by word maps that saw none of its performer's words.
 
     Symbols and the standardisation of scores come from all motion, which needs no words.
@@ -83,7 +83,7 @@ def hears_unseen_performers(learned: Learned) -> dict[int, by_words.TakeScores]:
         presence[row, [number[w] for w in said[learned.captures[capture].name]]] = True
     performers = {c: learned.captures[c].tags.get("performer", f"#{c}") for c in learned.rows}
     who = np.unique([performers[c] for c in described], return_inverse=True)[1]
-    takes: dict[int, by_words.TakeScores] = {}
+    takes: dict[int, word_evidence.TakeScores] = {}
     for performer in sorted(set(performers.values())):
         seen = np.array([performers[c] != performer for c in described])
         fit = word_map.fit_word_map(vectors[seen], presence[seen], who[seen])
@@ -105,7 +105,7 @@ def _with_word_map(learned: Learned, fit: word_map.WordMap) -> Learned:
 
 
 def search_takes(
-    learned: Learned, takes: Mapping[int, by_words.TakeScores], words: str, limit: int
+    learned: Learned, takes: Mapping[int, word_evidence.TakeScores], words: str, limit: int
 ) -> list[Match]:
     """As ``search_words``, on log-odds of one's own."""
     question = understand(learned, words)
@@ -151,7 +151,9 @@ class WordPrecision:
     chance: float
 
 
-def word_precision(learned: Learned, takes: Mapping[int, by_words.TakeScores]) -> WordPrecision:
+def word_precision(
+    learned: Learned, takes: Mapping[int, word_evidence.TakeScores]
+) -> WordPrecision:
     """How well captures are ranked for single words by the whole capture's log-odds."""
     said = said_words(learned)
     infos: dict[int, CaptureInfo] = {

@@ -215,7 +215,7 @@ def _read_page(data: bytes, _place: Place) -> object:
 
 
 def _read_synonyms(data: bytes, _place: Place) -> object:
-    from motiondb.language.synonyms import parse_synonyms
+    from motiondb.language.vocabulary import parse_synonyms
 
     return parse_synonyms(_text(data))
 

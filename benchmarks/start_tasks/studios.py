@@ -25,14 +25,14 @@ from motiondb.learn.joining import is_set_aside, strange_share
 from motiondb.learn.knowledge import Knowledge, Started, begin
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, segment_table
+from motiondb.learn.recognition import FeaturePool, LearnSettings, segment_table
 from motiondb.learn.word_fitting import (
     FittedWords,
     TaughtWords,
     fit_words,
     fit_words_with_start,
 )
-from motiondb.meaning import asked_certainty, by_words, score_vectors
+from motiondb.meaning import asked_certainty, score_vectors, word_evidence
 from motiondb.meaning import calibration as certainty
 from motiondb.meaning.word_map import usual
 from motiondb.records import Caption, CaptureInfo, SegmentTable
@@ -263,7 +263,9 @@ def answer(
         first, last = np.searchsorted(view.table.capture_ids, [capture, capture + 1])
         part = slice(int(first), int(last))
         starts, ends = view.table.starts[part], view.table.ends[part]
-        odds = by_words.motion_log_odds(fit, rows[part], starts, ends, by_words.WINDOW_MARGIN)
+        odds = word_evidence.motion_log_odds(
+            fit, rows[part], starts, ends, word_evidence.WINDOW_MARGIN
+        )
         ranked.append(0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1])
         whole = score_vectors.interval_vectors(
             rows[part], starts, ends, np.zeros(1), ends[-1:].astype(float)

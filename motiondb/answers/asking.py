@@ -12,10 +12,10 @@ from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation.decoding import Decoding
 from motiondb.records import Match
 from motiondb.search.chances import WordSource
-from motiondb.search.explained_answer import Explanation
+from motiondb.search.reasons import Explanation
 
 if TYPE_CHECKING:
-    from motiondb.language.question.known import KnownQuestion
+    from motiondb.language.question.readings import KnownQuestion
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description

@@ -20,7 +20,7 @@ from motiondb.search.asked_words import (
 )
 from motiondb.search.by_words import WordAnswer, search_words, with_takings
 from motiondb.search.chances import word_sources
-from motiondb.search.explained_answer import ExplainedWord
+from motiondb.search.reasons import ExplainedWord
 from motiondb.search.unknown_words import leave_unknown, unknown_words, with_likeliest
 
 if TYPE_CHECKING:

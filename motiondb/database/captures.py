@@ -15,7 +15,7 @@ from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, wri
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file
-from motiondb.language.synonyms import parse_synonyms
+from motiondb.language.vocabulary import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
 from motiondb.search.unknown_words import Taking
 from motiondb.store import Provenance, Store

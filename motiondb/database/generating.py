@@ -28,7 +28,7 @@ from motiondb.generate.motion_making import (
 )
 from motiondb.generate.sentence_plan import speed_of
 from motiondb.generate.shown_actions import JudgedAction
-from motiondb.language.question.known import KnownQuestion, hinted, with_hints
+from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned

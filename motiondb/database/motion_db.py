@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.learn.drift import Drift
     from motiondb.learn.knowledge import Knowledge
     from motiondb.learn.learned_model import LearnedModel
-    from motiondb.learn.symbol_fitting import LearnSettings, Progress
+    from motiondb.learn.recognition import LearnSettings, Progress
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.described import Description
 
@@ -82,6 +82,15 @@ class MotionDB(Captures):
         """Close the file; a second call does nothing."""
         self.session.close()
 
+    @property
+    def log_note(self) -> str:
+        """What to know of the log beside the file, else "": while open, that the file came without.
+
+        After closing: that the log stays, and holds the latest changes. This happens where a
+        program was ended by force and no other has written since.
+        """
+        return self.session.store.log_note
+
     def release(self) -> None:
         """Close the file until the next use, so that other processes can write.
 
@@ -135,7 +144,7 @@ class MotionDB(Captures):
             When there is no such knowledge.
         """
         from motiondb.database.learn import learn_run
-        from motiondb.learn.symbol_fitting import LearnSettings
+        from motiondb.learn.recognition import LearnSettings
 
         return learn_run.learn(self.store, settings or LearnSettings(), progress, start)
 

@@ -26,8 +26,7 @@ from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import from_stored
-from motiondb.learn.recognition import recognise_capture
-from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
 from motiondb.records import SegmentTable
 

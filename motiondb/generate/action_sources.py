@@ -46,8 +46,8 @@ from motiondb.generate.competing_words import (
 )
 from motiondb.generate.direction import ACTIONS, FULL, directions_of
 from motiondb.generate.sentence_plan import PlannedAction
-from motiondb.language.lemmas import VERBS
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
+from motiondb.language.vocabulary import VERBS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written
 from motiondb.records import FloatArray, IntArray
@@ -280,7 +280,7 @@ def _source(
 
 
 def _speed_words(learned: Learned, speed: str) -> frozenset[int]:
-    from motiondb.language.question.manner import forms_of_manner
+    from motiondb.language.question.amounts import forms_of_manner
 
     return _numbers(learned, forms_of_manner(speed))
 

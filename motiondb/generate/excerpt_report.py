@@ -8,7 +8,7 @@ from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
 from motiondb.generate.sentence_plan import Amount, PlannedAction
-from motiondb.language.question.manner import adverb_of
+from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.say import say_count, say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.body import pose_vectors, rotation
-from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.learn.recognition import FeaturePool
 from motiondb.records import FloatArray, IntArray, Motion
 
 

@@ -26,9 +26,8 @@ from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.symbol_motion import symbol_motion
-from motiondb.language.lemmas import VERBS
-from motiondb.language.question.known import KnownQuestion, hold_to_known
 from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.question.tree import (
     Action,
     AnyOf,
@@ -40,7 +39,7 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import nearest_words
+from motiondb.language.vocabulary import VERBS, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.place_fitting import Written

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.errors import QueryError
-from motiondb.language.question.manner import SPEEDS
+from motiondb.language.question.amounts import SPEEDS
 from motiondb.language.question.say import say, say_count, say_duration
 from motiondb.language.question.tree import (
     Action,

@@ -2,12 +2,27 @@
 
 A text is split into *actions* (at commas, full stops, "then", "and"), and each action into words.
 Compounds are split (CamelCase, run/jog, 90-degree), numbers and stop words are left out, and every
-other word is replaced by its lemma (:mod:`.lemmas`) and by the user's canonical synonym. Words of
+other word is replaced by its lemma (:func:`lemma`) and by the user's canonical synonym. Words of
 direction and body parts are kept; a piece of text with no other words belongs to the action before
 it: "walks forward and backward" is one action. "X while Y" is one action, "X after Y" is Y, then X.
 A topic before a dash belongs to the first action.
 
 In a query the word ``?`` means any action; it becomes an empty action.
+
+**One word for all forms of a word: walks, walking, walked and walker are all "walk".**
+
+There are three steps, and the first that gives a result is used: a short table of forms that motion
+captions use and dictionaries treat otherwise (backwards, shot, sitting as a noun); regular endings
+of common motion verbs (which also joins a noun of the doer with its verb: dancer, dance); the
+dictionary of simplemma. The dictionary takes some 0.2 s to load, so it is loaded when a word first
+needs it. Its lemmas for the words of captions are stored with the learned model
+(:func:`dictionary_forms`) and handed to :func:`lemma`, so that a question needs the dictionary only
+for words that the database has never seen.
+
+**A user's table of synonyms: lines ``word = canonical word``.**
+
+A tab may replace ``=``; blank lines and text after ``#`` are ignored. A canonical word may itself
+have an entry: chains are followed to their end.
 """
 
 from __future__ import annotations
@@ -16,10 +31,11 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from functools import lru_cache
 
 import numpy as np
 
-from motiondb.language.lemmas import VERBS, lemma
+from motiondb.errors import SheetError
 from motiondb.records import IntArray
 
 _STOP_WORDS = """
@@ -213,3 +229,183 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
         else ("`motiondb words` lists the words that are known.")
     )
     return f"query: expected a known word, found {', '.join(map(repr, unknown))}. {hint}"
+
+
+_VERBS = """
+balance ballet bend block bounce bow box break breakdance catch circle clap climb crawl crouch
+dance dangle dash descend dip dive dodge drag dribble drink drive drop duck fall feint fight fish
+flap flip fold gallop grab guard hang hit hold hop hug hurdle jab jerk jog juggle jump kick kneel
+laugh lean leap lift limp lower lunge march mop nod pass pick pivot point pose pull punch push
+raise reach rest roll rotate run salute scratch screen screw shake shoot shrug shuffle sit skate
+skip slide slip sneak spin sprint squat stagger stamp stand start step stomp stop stretch stroke
+stroll strike stumble sweep swim swing throw tilt tiptoe toss touch trip trot turn twirl twist
+unscrew vault veer walk wash wave wipe zigzag
+"""
+VERBS = frozenset(_VERBS.split())
+"""Motion verbs whose regular forms are recognised without the dictionary."""
+
+FORMS = {
+    "arching": "arch",
+    "backwards": "backward",
+    "backflips": "backflip",
+    "bent": "bend",
+    "brought": "bring",
+    "downward": "down",
+    "downwards": "down",
+    "forwards": "forward",
+    "jetes": "jete",
+    "laid": "lie",
+    "lateral": "sideways",
+    "laterally": "sideways",
+    "leftward": "left",
+    "leftwards": "left",
+    "lying": "lie",
+    "ran": "run",
+    "rightward": "right",
+    "rightwards": "right",
+    "sat": "sit",
+    "shot": "shoot",
+    "shots": "shoot",
+    "sideway": "sideways",
+    "sidewards": "sideways",
+    "sideward": "sideways",
+    "stood": "stand",
+    "swung": "swing",
+    "upward": "up",
+    "upwards": "up",
+}
+
+_FIXED = """
+left right forward backward up down over under around through out off into across behind above
+below straight back front side sideways both upper lower inside outside away near far high low
+"""
+FIXED = frozenset(_FIXED.split())
+"""Words that stay as they are: a dictionary would give the lemma leave for left, and low for
+lower."""
+
+
+def lemma(word: str, known: Mapping[str, str] | None = None) -> str:
+    """Return the lemma of a word, or the word itself if none is known.
+
+    >>> [lemma(word) for word in ("Walks", "running", "dancer", "boxing", "left", "backwards")]
+    ['walk', 'run', 'dance', 'box', 'left', 'backward']
+    """
+    word = word.lower()
+    ruled = _ruled_lemma(word)
+    if ruled is not None:
+        return ruled
+    if known is not None and word in known:
+        return known[word]
+    return _dictionary_lemma(word)
+
+
+def dictionary_forms(words: Iterable[str]) -> dict[str, str]:
+    """Lemmas of those words that only the dictionary knows.
+
+    >>> dictionary_forms(["walks", "cartwheels", "left"])
+    {'cartwheels': 'cartwheel'}
+    """
+    forms = sorted({word.lower() for word in words})
+    return {form: _dictionary_lemma(form) for form in forms if _ruled_lemma(form) is None}
+
+
+@lru_cache(maxsize=20_000)
+def _ruled_lemma(word: str) -> str | None:
+    """The lemma, if tables and regular endings give it."""
+    if word in FORMS:
+        return FORMS[word]
+    if word in FIXED or word in VERBS or not word.isalpha():
+        return word
+    return next((stem for stem in _stems(word) if stem in VERBS), None)
+
+
+def _stems(word: str) -> list[str]:
+    """Stems before a regular ending, with a doubled letter reduced and a silent e restored.
+
+    >>> _stems("running")
+    ['runn', 'run', 'runne']
+    """
+    stems = []
+    for ending in ("ings", "ing", "ers", "er", "es", "ed", "s", "d"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            stem = word[: -len(ending)]
+            stems.append(stem)
+            if ending in ("s", "d"):
+                continue
+            if stem[-1] == stem[-2]:
+                stems.append(stem[:-1])
+            stems.append(stem + "e")
+            break
+    if word.endswith("es"):
+        stems.append(word[:-1])
+    if word.endswith("ies") or word.endswith("ied"):
+        stems.append(word[:-3] + "y")
+    return stems
+
+
+@lru_cache(maxsize=20_000)
+def _dictionary_lemma(word: str) -> str:
+    """The lemma in simplemma's English dictionary, or the word itself."""
+    from simplemma import lemmatize
+
+    dictionary_form = lemmatize(word, lang="en").lower()
+    return FORMS.get(dictionary_form, dictionary_form)
+
+
+def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:
+    r"""Read a table of synonyms.
+
+    >>> parse_synonyms("jog = run\nstroll\twalk  # slowly")
+    {'jog': 'run', 'stroll': 'walk'}
+    """
+    table: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    faults: list[str] = []
+    for number, raw in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
+        line = raw.split("#", 1)[0].strip()
+        if not line:
+            continue
+        pair = _pair(line)
+        if pair is None:
+            faults.append(
+                f"{source}:{number}: expected 'word = canonical word', found {line!r}. "
+                "Write one word on each side of '=' or of a tab."
+            )
+        elif table.get(pair[0], pair[1]) != pair[1]:
+            faults.append(
+                f"{source}:{number}: expected one canonical word for {pair[0]!r}, found "
+                f"{pair[1]!r} beside {table[pair[0]]!r} of line {lines[pair[0]]}. Leave one out."
+            )
+        elif pair[0] != pair[1]:
+            table[pair[0]], lines[pair[0]] = pair[1], number
+    ends = _ends(table)
+    faults += [
+        f"{source}:{lines[word]}: expected synonyms that end in a word, found a circle through "
+        f"{word!r}. Leave one of its lines out."
+        for word in table
+        if ends[word] is None
+    ]
+    if faults:
+        raise SheetError("\n".join(faults))
+    return {word: ends[word] or word for word in table}
+
+
+def _pair(line: str) -> tuple[str, str] | None:
+    sides = [side.strip() for side in re.split(r"=|\t+", line)]
+    if len(sides) != 2 or not all(re.fullmatch(r"[^\W\d_]+", side) for side in sides):
+        return None
+    return lemma(sides[0]), lemma(sides[1])
+
+
+def _ends(table: dict[str, str]) -> dict[str, str | None]:
+    """End of the chain that starts at each word, None if it leads into a cycle."""
+    ends: dict[str, str | None] = {}
+    for start in table:
+        chain: dict[str, None] = {}
+        word = start
+        while word in table and word not in ends and word not in chain:
+            chain[word] = None
+            word = table[word]
+        end = None if word in chain else ends.get(word, word)
+        ends.update(dict.fromkeys(chain, end))
+    return ends

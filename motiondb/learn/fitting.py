@@ -16,7 +16,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.learn import drift, joining
 from motiondb.learn.knowledge import Started
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.symbol_fitting import (
+from motiondb.learn.recognition import (
     FeaturePool,
     LearnSettings,
     Progress,
@@ -36,7 +36,7 @@ from motiondb.meaning.edge_map import EdgeMap, FrameTake, fit_edge_map
 from motiondb.meaning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
 from motiondb.meaning.place_certainty import learn_certainty
 from motiondb.meaning.place_fitting import Places, Written, find_places
-from motiondb.meaning.pooled_map import PooledMap, fit_pooled_map, pooled_statistics
+from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
 from motiondb.records import Float32Array, SegmentTable
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces

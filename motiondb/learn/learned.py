@@ -3,10 +3,17 @@
 A :class:`Learned` is frozen, holds no store and is complete: the model
 (:mod:`motiondb.learn.learned_model`), the catalogue and the captions, all of one revision.
 Values that depend only on these are computed at first use and kept.
+
+**The performer of captures for which none is given.** If every capture counted as a separate
+performer, near copies (repeats of one exercise, cuts of one take) would be used to predict one
+another wherever performers are left out. Captures without a given performer therefore count as one
+performer if they are in one folder or, if all of them are in the same folder, if their names are
+the same up to the last number (``14_06`` and ``14_20``).
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,10 +25,13 @@ from motiondb.errors import NotLearnedError
 from motiondb.language.translation import explanation, transition
 from motiondb.learn.checking import checked_words
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.performers import performers_of
-from motiondb.meaning import by_words, calibration, caption_evidence, movement
-from motiondb.meaning.bounds import TakeExtremes, take_extremes
-from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
+from motiondb.meaning import (
+    calibration,
+    description_map,
+    place_fitting,
+    score_vectors,
+    word_evidence,
+)
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
 from motiondb.meaning.description_map import DescriptionMap
 from motiondb.meaning.motion_judge import said_words
@@ -32,7 +42,8 @@ from motiondb.meaning.place_fitting import (
     unplaced_evidence,
 )
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, meaning_space
-from motiondb.meaning.word_map import WordMap
+from motiondb.meaning.word_evidence import TakeExtremes, take_extremes
+from motiondb.meaning.word_map import CaptionMap, WordMap, solve_caption_map
 from motiondb.records import (
     Association,
     Caption,
@@ -40,6 +51,41 @@ from motiondb.records import (
     FloatArray,
     IntArray,
 )
+
+_LAST_NUMBER = re.compile(r"[ _-]*\d+$")
+
+
+def performers_of(captures: Mapping[int, CaptureInfo]) -> dict[int, str]:
+    """Performer of every capture of a catalogue, from its tag or its name."""
+    said = {c: i.tags["performer"] for c, i in captures.items() if "performer" in i.tags}
+    return group_performers({c: info.name for c, info in captures.items()}, said)
+
+
+def group_performers(names: Mapping[int, str], performers: Mapping[int, str]) -> dict[int, str]:
+    """Performer of every capture, as given or from its name.
+
+    >>> group_performers({1: "a/x_1", 2: "a/y_1", 3: "b/x_1", 4: "c/x"}, {4: "ana"})
+    {1: '#a/', 2: '#a/', 3: '#b/', 4: 'ana'}
+    >>> group_performers({1: "14_06", 2: "14_20", 3: "16_01"}, {})
+    {1: '#14', 2: '#14', 3: '#16'}
+    """
+    unsaid = {capture: name for capture, name in names.items() if capture not in performers}
+    folders = {capture: name.rpartition("/")[0] for capture, name in unsaid.items()}
+    if len(set(folders.values())) > 1:
+        groups = {capture: f"#{folder}/" for capture, folder in folders.items()}
+    else:
+        groups = {capture: f"#{family_of(name)}" for capture, name in unsaid.items()}
+    return {capture: performers.get(capture, groups.get(capture, "")) for capture in names}
+
+
+def family_of(name: str) -> str:
+    """A name up to its last number; a name that is only a number is not changed.
+
+    >>> family_of("cmu/14_06"), family_of("walk"), family_of("12")
+    ('cmu/14', 'walk', '12')
+    """
+    stem = _LAST_NUMBER.sub("", name)
+    return stem if stem and not stem.endswith("/") else name
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +113,7 @@ class Learned(LearnedModel):
     def n_posture_and_travel(self) -> int:
         """Number of the last columns of score vectors that are posture and travel."""
         columns = len(self.score_space.mean) - self.symbols.n_symbols
-        return movement.count_posture_and_travel(columns)
+        return score_vectors.count_posture_and_travel(columns)
 
     @property
     def word_map(self) -> WordMap:
@@ -159,8 +205,8 @@ class Learned(LearnedModel):
         """
         starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
         return {
-            capture: by_words.motion_log_odds(
-                fit, self.standardised[rows], starts[rows], ends[rows], by_words.WINDOW_MARGIN
+            capture: word_evidence.motion_log_odds(
+                fit, self.standardised[rows], starts[rows], ends[rows], word_evidence.WINDOW_MARGIN
             )
             for capture, rows in self.rows.items()
         }
@@ -174,7 +220,7 @@ class Learned(LearnedModel):
     def suggested_captions(self) -> FloatArray:
         """Captions that the motion of every capture suggests: array (captures, words)."""
         captions = self.caption_map
-        vectors = caption_evidence.whole_vectors(self.standardised, self.segments, self.rows)
+        vectors = score_vectors.whole_vectors(self.standardised, self.segments, self.rows)
         return np.zeros((len(vectors), 0)) if captions is None else captions.suggested(vectors)
 
     @cached_property
@@ -183,7 +229,7 @@ class Learned(LearnedModel):
         if self.description_calibration is None:
             return None
         rows = self.segments, self.described, self.score_space, self.word_numbers
-        return caption_evidence.map_descriptions(*rows, self.performers)
+        return description_map.map_descriptions(*rows, self.performers)
 
     @cached_property
     def segment_probabilities(self) -> FloatArray:
@@ -195,17 +241,17 @@ class Learned(LearnedModel):
     def written(self) -> dict[int, FloatArray]:
         """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
         said = self.described, self.segments, self.rows, self.word_numbers
-        return caption_evidence.caption_evidence(*said)
+        return word_evidence.caption_evidence(*said)
 
     @cached_property
-    def seen_takes(self) -> dict[int, by_words.TakeScores]:
+    def seen_takes(self) -> dict[int, word_evidence.TakeScores]:
         """Log-odds of all words in every capture, from the motion alone."""
         return {
             capture: self._take(capture, odds) for capture, odds in self.motion_log_odds.items()
         }
 
     @cached_property
-    def takes(self) -> dict[int, by_words.TakeScores]:
+    def takes(self) -> dict[int, word_evidence.TakeScores]:
         """Log-odds of all words in every capture, from the motion and the captions."""
         takes = {}
         for capture, odds in self.motion_log_odds.items():
@@ -215,9 +261,9 @@ class Learned(LearnedModel):
             takes[capture] = self._take(capture, odds)
         return takes
 
-    def _take(self, capture: int, odds: FloatArray) -> by_words.TakeScores:
+    def _take(self, capture: int, odds: FloatArray) -> word_evidence.TakeScores:
         rows, table = self.rows[capture], self.segments
-        return by_words.TakeScores(table.starts[rows], table.ends[rows], odds[:-1], odds[-1])
+        return word_evidence.TakeScores(table.starts[rows], table.ends[rows], odds[:-1], odds[-1])
 
     @cached_property
     def take_extremes(self) -> TakeExtremes:
@@ -230,7 +276,7 @@ class Learned(LearnedModel):
         return take_extremes(self.seen_takes)
 
     @cached_property
-    def place_takes(self) -> dict[int, by_words.TakeScores]:
+    def place_takes(self) -> dict[int, word_evidence.TakeScores]:
         """Evidence for the place of all words in every capture, from the motion alone.
 
         Empty if no places were learned. The evidence for a take that was used in learning is that
@@ -241,7 +287,7 @@ class Learned(LearnedModel):
         n_words = len(self.association.words)
         evidence = place_evidence(self.places, self.segments, self.standardised, n_words)
         return {
-            capture: by_words.TakeScores(
+            capture: word_evidence.TakeScores(
                 self.segments.starts[rows], self.segments.ends[rows], of, of.max(axis=0)
             )
             for capture, rows in self.rows.items()
@@ -285,7 +331,7 @@ class Learned(LearnedModel):
     def said_places(self) -> dict[int, FloatArray]:
         """Evidence, in nats, that captions of intervals add: arrays (segments, words)."""
         written = Written(self.captions, self.synonyms, self.lemmas, self.word_numbers)
-        return caption_evidence.interval_evidence(self.segments, self.rows, written)
+        return place_fitting.interval_evidence(self.segments, self.rows, written)
 
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""

@@ -17,7 +17,7 @@ from motiondb.meaning.counting import Counted
 from motiondb.meaning.edge_map import EdgeMap
 from motiondb.meaning.motion_judge import MotionJudge
 from motiondb.meaning.place_fitting import Places
-from motiondb.meaning.pooled_map import PooledMap
+from motiondb.meaning.resemblance import PooledMap
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import (

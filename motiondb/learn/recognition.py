@@ -1,29 +1,176 @@
-"""Recognition of motions by the learned symbols; words as symbols, questions as trees."""
+"""Motion symbols from the features of all captures, and motions recognised by them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.language.question.known import KnownQuestion, hold_to_known
 from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.symbol_fitting import FeaturePool, describe_segments, segment_table
 from motiondb.meaning import score_vectors
-from motiondb.meaning.by_words import WINDOW_MARGIN
+from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import (
     Association,
     Float32Array,
     FloatArray,
     IntArray,
     Motion,
+    MotionSymbols,
     SegmentTable,
 )
+from motiondb.symbols.settings import AcquisitionSettings, SegmentationSettings
+
+if TYPE_CHECKING:  # compiled code, which a search does without
+    from motiondb.symbols.acquisition import Acquired, Cutting
+
+Progress = Callable[[str, float], None]
+"""Called with the step and the share of it that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class LearnSettings:
+    """The settings of learning.
+
+    Attributes
+    ----------
+    n_symbols : int or None
+        Number of symbols; None: the number with the shortest description length.
+    seed : int
+        Seed of the random generator.
+    first_cut : SegmentationSettings
+        First segmentation, by change and rest.
+    acquisition : AcquisitionSettings
+        Competitive learning of the symbols.
+    """
+
+    n_symbols: int | None = None
+    seed: int = 0
+    first_cut: SegmentationSettings = field(default_factory=SegmentationSettings)
+    acquisition: AcquisitionSettings = field(default_factory=AcquisitionSettings)
+
+
+@dataclass(frozen=True, eq=False)
+class FeaturePool:
+    """Recognition features of all captures, end to end."""
+
+    capture_ids: IntArray  # (captures,): numbers of the captures, rising
+    # (captures + 1,): capture n holds the rows bounds[n] to bounds[n + 1] of ``features``
+    bounds: IntArray
+    features: Float32Array  # (rows, 130), float32: recognition features, 15 a second
+    lengths: IntArray  # (captures,): lengths of the motions in frames, 30 a second
+
+    def of_capture(self, capture_id: int) -> Float32Array:
+        """Features of one capture: array (frames, 130), 15 a second."""
+        place = int(np.searchsorted(self.capture_ids, capture_id))
+        return self.features[self.bounds[place] : self.bounds[place + 1]]
+
+    def only(self, captures: Collection[int]) -> FeaturePool:
+        """The pool of some of its captures."""
+        keep = np.array([int(c) in captures for c in self.capture_ids], dtype=bool)
+        if keep.all():
+            return self
+        sizes = np.diff(self.bounds)
+        rows = np.repeat(keep, sizes)
+        bounds = np.concatenate([[0], np.cumsum(sizes[keep])])
+        return FeaturePool(self.capture_ids[keep], bounds, self.features[rows], self.lengths[keep])
+
+
+def acquire_symbols(
+    frames: Float32Array,
+    pool: FeaturePool,
+    rng: np.random.Generator,
+    settings: LearnSettings,
+    tell: Progress,
+) -> Acquired:
+    """Fit motion symbols: first segmentation, then competitive learning.
+
+    Shapes: `frames` (rows, dimensions), float32.
+    """
+    from motiondb.symbols import acquisition, segmentation
+
+    starts, ends = [], []
+    for low, high in zip(pool.bounds[:-1], pool.bounds[1:]):
+        for part in segmentation.segment(frames[low:high].astype(np.float64), settings.first_cut):
+            starts.append(low + part.start)
+            ends.append(low + part.end)
+    chosen = replace(settings.acquisition, n_symbols=settings.n_symbols)
+    return acquisition.acquire(
+        frames, pool.bounds, np.array(starts), np.array(ends), rng, chosen, tell
+    )
+
+
+def segment_table(
+    frames: Float32Array,
+    pool: FeaturePool,
+    symbols: MotionSymbols,
+    cutting: Cutting,
+) -> SegmentTable:
+    """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32."""
+    from motiondb.symbols import hmm
+
+    owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
+    first = pool.bounds[owner]
+    per_frame = (cutting.ends - cutting.starts).astype(np.float64)
+    scores = hmm.score(symbols, frames, cutting.starts, cutting.ends) / per_frame[:, None]
+    best = np.argmax(scores, axis=1)
+    return SegmentTable(
+        capture_ids=np.asarray(pool.capture_ids)[owner],
+        starts=(cutting.starts - first) * FEATURE_STEP,
+        ends=np.minimum((cutting.ends - first) * FEATURE_STEP, np.asarray(pool.lengths)[owner]),
+        symbols=best,
+        log_likelihoods=scores[np.arange(len(best)), best].astype(np.float64),
+        backgrounds=background(frames, cutting.starts, cutting.ends),
+        scores=scores.astype(np.float32),
+        movement=_movement(frames, pool, cutting),
+    )
+
+
+def _movement(frames: Float32Array, pool: FeaturePool, cutting: Cutting) -> Float32Array:
+    """Movement of every segment, capture by capture: array (segments, columns)."""
+    bounds = pool.bounds
+    first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))
+    return np.concatenate(
+        [
+            describe_segments(
+                frames[low:high],
+                pool.features[low:high],
+                cutting.starts[a:b] - low,
+                cutting.ends[a:b] - low,
+            )
+            for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:])
+        ]
+    )
+
+
+def describe_segments(
+    frames: Float32Array, features: Float32Array, starts: IntArray, ends: IntArray
+) -> Float32Array:
+    """Movement, posture and travel of the segments of one capture: array (segments, columns).
+
+    Shapes: `frames` (frames, dimensions), float32; `features` (frames, 130), float32; `starts`,
+    `ends` (segments,).
+    """
+    moving = score_vectors.describe_movement(frames, starts, ends)
+    return np.concatenate(
+        [moving, score_vectors.describe_posture_and_travel(features, starts, ends)], axis=1
+    )
+
+
+def background(frames: Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
+    """Log-likelihood per frame under the background model: the whitened features' N(0, 1)."""
+    each = -0.5 * (
+        np.sum(frames.astype(np.float64) ** 2, axis=1) + frames.shape[1] * np.log(2 * np.pi)
+    )
+    sums = np.concatenate([[0.0], np.cumsum(each)])
+    return (sums[ends] - sums[starts]) / (ends - starts)
+
 
 LONGEST_DECODED = 12  # Largest number of symbols of a decoded sequence of up to 6 words
 

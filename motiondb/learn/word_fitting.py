@@ -20,7 +20,7 @@ from motiondb.learn import joining
 from motiondb.learn.checking import LEAST_CHECKING, carry, join_certainties
 from motiondb.learn.joining import OwnRows, choose_ridge_and_calibration
 from motiondb.learn.knowledge import Started
-from motiondb.meaning import asked_certainty, counting, movement, score_vectors, word_map
+from motiondb.meaning import asked_certainty, counting, score_vectors, word_map
 from motiondb.meaning.asked_certainty import fit_certainties
 from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import Counted
@@ -208,7 +208,7 @@ def _certainties(
             standardised=scores.standardise(table.scores, table.movement),
             ridge=fit.ridge,
             calibration=fit.calibration,
-            n_posture_and_travel=movement.count_posture_and_travel(table.movement.shape[1]),
+            n_posture_and_travel=score_vectors.count_posture_and_travel(table.movement.shape[1]),
             fit_without=fit_without,
         )
     )

@@ -47,8 +47,7 @@ from numpy.typing import NDArray
 
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.language.vocabulary import MODIFIERS
-from motiondb.meaning import by_motion, by_question, by_words, score_vectors
-from motiondb.meaning.by_words import TakeScores
+from motiondb.meaning import by_motion, by_question, score_vectors, word_evidence
 from motiondb.meaning.calibration import (
     Certainties,
     Certainty,
@@ -59,6 +58,7 @@ from motiondb.meaning.calibration import (
 )
 from motiondb.meaning.counting import Described, capture_rows
 from motiondb.meaning.resemblance import emphasis_of
+from motiondb.meaning.word_evidence import TakeScores
 from motiondb.meaning.word_map import (
     WordMap,
     WordMoments,
@@ -97,7 +97,7 @@ class Written:
     standardised: FloatArray  # (segments, columns): standardised scores and movement
     ridge: float  # Ridge of the word map
     calibration: FloatArray  # (3,): calibration of the word map
-    margin: int = by_words.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
+    margin: int = word_evidence.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
     n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
     # Fits the word map without some rows (array (rows,), bool), if it is learned from more than
     # these rows (``motiondb.learn.joining``)
@@ -287,7 +287,7 @@ def performer_folds(groups: IntArray) -> IntArray:
 def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
     """Log-odds in a capture of every word as the only action: array (words,)."""
     rows = written.segments[capture]
-    odds = by_words.motion_log_odds(
+    odds = word_evidence.motion_log_odds(
         words,
         written.standardised[rows],
         written.table.starts[rows],
@@ -414,7 +414,9 @@ def _log_odds_in(written: Written, words: WordMap, capture: int) -> TakeScores:
     """Log-odds of all words in a capture, from its motion."""
     rows = written.segments[capture]
     starts, ends = written.table.starts[rows], written.table.ends[rows]
-    odds = by_words.motion_log_odds(words, written.standardised[rows], starts, ends, written.margin)
+    odds = word_evidence.motion_log_odds(
+        words, written.standardised[rows], starts, ends, written.margin
+    )
     return TakeScores(starts, ends, odds[:-1], odds[-1])
 
 

@@ -10,7 +10,8 @@ value of part k there is
 A dynamic program picks one run of segments for every part, each after the one before, with the
 largest total: one segment, or, for a part of a least length, as many as reach it, with their mean
 weighted by frames. Two repeats of the same part have a gap between them, a segment that is less
-than half as strong as the strongest. Around its run a part grows as in ``search.by_words``.
+than half as strong as the strongest. Around its run a part grows for as long as its value is at
+least half way between the capture's lower quartile and the peak.
 
 Statements of an answer, each with its log-odds:
 
@@ -32,14 +33,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.language.question.readings import Exclusion, Part, Reading
-from motiondb.meaning.by_words import (
+from motiondb.meaning.word_evidence import (
     TakeScores,
     all_hold,
     joint_log_odds,
-    lower_quartile,
-    ordered_peaks,
-    place_parts,
-    split_segments,
 )
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 
@@ -99,7 +96,7 @@ def gaps(values: FloatArray) -> NDArray[np.bool_]:
     """Segments (segments,) that are less than half as strong as the strongest of a capture.
 
     Strength is measured from the lower quartile; if the strongest is less than one nat above it,
-    the evidence is the same throughout and there are no gaps (as in ``by_words.grow``).
+    the evidence is the same throughout and there are no gaps (as in :func:`grow`).
 
     >>> gaps(np.array([4.0, 0.0, 3.0])).tolist()
     [False, True, False]
@@ -136,6 +133,116 @@ def _runs(
     last = np.minimum(behind, n)
     means = (weighted[last] - weighted[:-1]) / np.maximum(before[last] - before[:-1], 1.0)
     return behind.astype(np.int64), means
+
+
+def split_segments(take: TakeScores, n_least: int) -> TakeScores:
+    """Divide segments so that there are at least ``n_least``, or as many as there are frames.
+
+    Segments are divided into equal parts with the same log-odds.
+    """
+    n_parts = -(-n_least // max(len(take.starts), 1))
+    if n_parts < 2:
+        return take
+    bounds = np.linspace(take.starts, take.ends, n_parts + 1, axis=1).round().astype(np.int64)
+    starts, ends = bounds[:, :-1].ravel(), bounds[:, 1:].ravel()
+    kept = ends > starts
+    windows = np.repeat(take.windows, n_parts, axis=0)[kept]
+    return TakeScores(starts[kept], ends[kept], windows, take.whole)
+
+
+def ordered_peaks(values: FloatArray) -> list[int] | None:
+    """One segment for each action, each after the one before, of largest total value.
+
+    Shapes: `values` (actions, segments).
+
+    >>> ordered_peaks(np.array([[0., 5, 1], [9, 1, 2]]))
+    [1, 2]
+    """
+    n_actions, n_segments = values.shape
+    if n_segments < n_actions:
+        return None
+    best = np.full((n_actions, n_segments), -np.inf)
+    back = np.zeros((n_actions, n_segments), dtype=np.int64)
+    best[0] = values[0]
+    for k in range(1, n_actions):
+        top, arg = -np.inf, 0
+        for i in range(1, n_segments):
+            if best[k - 1, i - 1] > top:
+                top, arg = best[k - 1, i - 1], i - 1
+            best[k, i], back[k, i] = top + values[k, i], arg
+    path = [int(np.argmax(best[-1]))]
+    for k in range(n_actions - 1, 0, -1):
+        path.append(int(back[k, path[-1]]))
+    return path[::-1]
+
+
+def grow(values: FloatArray, peak: int, low: int, high: int) -> tuple[int, int]:
+    """Segments [a, b) around a peak, within [low, high), of at least half its height.
+
+    Height is measured from the capture's lower quartile. If the peak is less than one nat above it,
+    the values are nearly constant, and the interval is [low, high).
+
+    Shapes: `values` (segments,).
+    """
+    floor = lower_quartile(values)
+    if values[peak] - floor < 1.0:
+        return low, high
+    threshold = floor + 0.5 * (values[peak] - floor)
+    a = b = peak
+    while a > low and values[a - 1] >= threshold:
+        a -= 1
+    while b + 1 < high and values[b + 1] >= threshold:
+        b += 1
+    return a, b + 1
+
+
+def lower_quartile(values: FloatArray) -> float:
+    """Lower quartile as ``np.quantile`` computes it, faster for short arrays.
+
+    Shapes: `values` (n,).
+
+    >>> lower_quartile(np.array([4.0, 1, 3, 2]))
+    1.75
+    """
+    ordered = np.sort(values)
+    place = 0.25 * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
+
+
+def place_parts(
+    values: FloatArray, runs: Sequence[tuple[int, int]], worded: Sequence[bool]
+) -> list[tuple[int, int]]:
+    """Segments [a, b) of every part: those with words grow, empty ones fill the gaps.
+
+    Shapes: `values` (parts, segments).
+
+    `runs`: Segments [a, b) that every part covers at least, each behind the one before.
+    """
+    n_actions, n_segments = values.shape
+    parts = [(0, 0)] * n_actions
+    asked = [k for k in range(n_actions) if worded[k]]
+    end, last = 0, -1
+    for place, k in enumerate(asked):
+        following = asked[place + 1] if place + 1 < len(asked) else n_actions
+        limit = runs[following][0] if following < n_actions else n_segments
+        low, high = end + (k - last - 1), limit - (following - k - 1)
+        first, behind = runs[k]
+        peak = first + int(np.argmax(values[k][first:behind]))
+        start, stop = grow(values[k], peak, low, high)
+        parts[k] = (min(start, first), max(stop, behind))
+        _fill(parts, last + 1, k, end, parts[k][0])
+        end, last = parts[k][1], k
+    _fill(parts, last + 1, n_actions, end, n_segments)
+    return parts
+
+
+def _fill(parts: list[tuple[int, int]], first: int, last: int, low: int, high: int) -> None:
+    """Assign segments [low, high) to actions [first, last): one each, the rest to the last."""
+    for k in range(first, last):
+        parts[k] = (low, high if k == last - 1 else low + 1)
+        low += 1
 
 
 @dataclass(frozen=True)

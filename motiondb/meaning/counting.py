@@ -22,7 +22,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.language import lemmas, vocabulary
+from motiondb.language import vocabulary
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.meaning import score_vectors
@@ -261,4 +261,4 @@ def publish_word_map(
 def dictionary_lemmas(captions: Mapping[int, tuple[Caption, ...]]) -> dict[str, str]:
     """The lemmas that only the dictionary knows, for all words of some captions."""
     forms = {f for rows in captions.values() for c in rows for f in vocabulary.forms_of(c.words)}
-    return lemmas.dictionary_forms(forms)
+    return vocabulary.dictionary_forms(forms)

@@ -7,7 +7,7 @@ described intervals. The predicted caption is
     f(v) = sum over j of a_j k(v, v_j) + b,    k(v, v') = v . v' + BETA exp((v . v' - 1) / TAU),
 
 by kernel ridge regression: it minimises sum over i of omega_i |t_i - f(v_i)|^2 + RIDGE |f|^2. The
-first term of the kernel is the linear map of :mod:`motiondb.meaning.caption_map`. The second
+first term of the kernel is the linear map of :mod:`motiondb.meaning.word_map`. The second
 is
 local: it lets captions of movements that are nearly the same speak for themselves, while the ridge
 of the linear term can be large. omega_i = n_p(i)^(-1/2), scaled to a mean of 1, so that a performer
@@ -39,6 +39,7 @@ words") compares the map with others.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,9 +47,10 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from motiondb.meaning.calibration import calibrate
+from motiondb.meaning.counting import Described, known_only, training_rows
 from motiondb.meaning.ridge import shared_words
-from motiondb.meaning.score_vectors import unit
-from motiondb.records import FloatArray, IntArray
+from motiondb.meaning.score_vectors import ScoreSpace, unit
+from motiondb.records import FloatArray, IntArray, SegmentTable
 
 RIDGE = 0.2
 """Ridge of the regression. Chosen from 36 settings, with BETA, TAU and ALPHA, by leaving performers
@@ -192,3 +194,19 @@ def _centre_rows(numbers: IntArray) -> IntArray:
     rounds[order] = np.arange(len(numbers)) - first
     chosen = np.lexsort([numbers, rounds])[:MOST_CENTRES]
     return np.sort(chosen)
+
+
+def map_descriptions(
+    table: SegmentTable,
+    described: Sequence[Described],
+    scores: ScoreSpace,
+    number: Mapping[str, int],
+    performers: Mapping[int, str],
+) -> DescriptionMap | None:
+    """Map from score vectors to words, from all described intervals; None if there are none."""
+    known = known_only(list(described), number)
+    if not known:
+        return None
+    vectors, presence, captures = training_rows(table, known, scores, number)
+    groups = np.unique([performers[int(c)] for c in captures], return_inverse=True)[1]
+    return fit_description_map(vectors, presence, groups)

@@ -24,7 +24,7 @@ both sides, reaches half of its largest value in the interval: from the first of
 so that the repeats of an action stay together.
 
 Source: multiple-instance learning with soft labels; half of the peak is the rule by which intervals
-of segments grow (:mod:`motiondb.meaning.by_words`).
+of segments grow (:mod:`motiondb.meaning.word_evidence`).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from motiondb.meaning.place_map import spreads_of
 from motiondb.records import Float32Array, FloatArray
 
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
-"""Levels of whitened features, in standard deviations; those of ``motiondb.meaning.movement``."""
+"""Levels of whitened features, in standard deviations; as in ``meaning.score_vectors``."""
 SOFTNESS = 0.25  # Width of the logistic function, in standard deviations
 REACH = 3  # Feature frames (0.2 s) before and after a frame between which change is measured
 RIDGE = 150.0

@@ -59,12 +59,13 @@ from functools import cache
 import numpy as np
 
 from motiondb.meaning import by_question, place_fitting
-from motiondb.meaning.by_words import WINDOW_MARGIN, TakeScores, lower_quartile
+from motiondb.meaning.by_question import lower_quartile
 from motiondb.meaning.calibration import Certainty, fit_probability, probability
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.place_fitting import Places, Written
 from motiondb.meaning.place_map import PlaceMap, fit_places
 from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 

@@ -18,10 +18,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motiondb.language import vocabulary
-from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.listed_takes import ListedTakes
 from motiondb.meaning.place_map import (
+    LABELLED,
+    ListedTakes,
     fit_place_map,
     fit_places,
     left_out_evidence,
@@ -29,6 +29,7 @@ from motiondb.meaning.place_map import (
     take_weights,
 )
 from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -355,3 +356,19 @@ def _listed(table: SegmentTable, rows: slice, written: Written, capture: int) ->
     if labelled is not None:
         complete_labels(labelled, [set(action) for actions in wholes for action in actions])
     return _Take(order, sorted(others - listed), labelled)
+
+
+def interval_evidence(
+    table: SegmentTable, rows: Mapping[int, slice], written: Written
+) -> dict[int, FloatArray]:
+    """Nats for the place of words that captions of intervals say: arrays (segments, words).
+
+    Only for the captures that have such captions.
+    """
+    evidence = {}
+    for capture, inside in rows.items():
+        parts = written.of_intervals(capture)
+        said = label_intervals(table, inside, parts, False, len(written.numbers))
+        if said is not None:
+            evidence[capture] = LABELLED * np.nan_to_num(said)
+    return evidence

@@ -7,20 +7,53 @@ weighted by their duration inside the interval, scaled to length 1. Unlike the b
 keeps the similarity of a new performer to *several* symbols. On real captures no other choice had a
 larger effect.
 
-The columns of :mod:`motiondb.meaning.movement` follow, standardised and clipped in the same way.
+The columns of movement (below) follow, standardised and clipped in the same way.
 Each of their five blocks is scaled to the weight of all symbols together, travel to one and a half
 times that.
+
+**Movement of a segment, described without symbols: levels, correlations, rhythm, posture, travel.**
+
+Notation: x_t the whitened features of frame t (15 a second, D dimensions); p_t the joint positions
+of frame t in the frame of the heading, metres on the standard body
+(:mod:`motiondb.body.features`); r_t = (velocity to the left, up, ahead, turning) in their usual
+spreads 0.3 m/s, 0.3 m/s, 0.6 m/s, 0.9 rad/s; r*_t the mean of r over two seconds around t; s the
+logistic function of (x - level) / 0.25 or (r* - level) / 0.25, for the levels -1.5, -0.75, 0, 0.75
+and 1.5. Every column is a mean over the segment's frames:
+
+========  ==============  ================================================================
+block     columns         mean over frames of
+========  ==============  ================================================================
+places    5 D             s of x, for each level
+joint     D (D + 1) / 2   products of two dimensions of x
+rhythm    5 D             absolute change of x within 1/15 to 1 second
+posture   63              p_t, which distinguishes sitting, kneeling and hanging
+travel    24              s of r*, for each level, and the absolute value of r_t
+========  ==============  ================================================================
+
+In an interval's vector (:mod:`motiondb.meaning.score_vectors`) these columns follow the scores of
+the symbols, in this order. Means over frames are additive over segments, so that functions linear
+in them can be decomposed exactly.
+
+Symbols generalise to new performers; places, joint and rhythm distinguish movements that symbols
+learned from other movements confuse. Posture and travel do not depend on what a database has
+learned. They describe directly a turn, a stop, a step to the side and the distance covered, which
+whitened axes and symbols mix with other properties.
+
+The blocks, levels, averaging and weights were chosen among about 270 settings by leaving performers
+out of the CMU training parts (``docs/measured/quality.md``, "Words to motion").
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
-from motiondb.meaning.movement import block_sizes, block_weight
-from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, Within
+from motiondb.body import body
+from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS
+from motiondb.records import LARGEST, Axes, Float32Array, FloatArray, IntArray, SegmentTable, Within
 
 
 def unit(vectors: FloatArray) -> FloatArray:
@@ -96,3 +129,126 @@ def interval_vectors(
     inside = np.minimum(ends, high[:, None]) - np.maximum(starts, low[:, None])
     weights = np.maximum(inside, 0.0)
     return unit(weights @ standardised)
+
+
+N_POSTURE = 3 * len(body.JOINTS)  # Columns of posture
+N_TRAVEL = 24  # Columns of travel
+LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)  # Levels of x in standard deviations, of r* in spreads
+SOFTNESS = 0.25  # Width of the logistic function, in the same units
+SPREADS = (0.3, 0.3, 0.6, 0.9)
+"""Spreads of r: m/s to the left, up, ahead; rad/s. Measured on real captures, rounded."""
+AVERAGED = 2.0  # Seconds over which r is averaged, because the pelvis sways within every step
+TRAVEL_WEIGHT = 1.5  # Weight of travel relative to the other blocks, chosen together with them
+LAGS = (1, 2, 4, 8, 15)  # Feature frames between which change is measured: 1/15 to 1 second
+
+
+def describe_posture_and_travel(
+    features: Float32Array, starts: IntArray, ends: IntArray
+) -> Float32Array:
+    """Compute posture and travel of the segments of one capture.
+
+    Shapes: `features` (frames, 130); `starts`, `ends` (segments,); result (segments, 87).
+    """
+    each = np.concatenate([features[:, :N_POSTURE], travel(features[:, -4:])], axis=1)
+    rows = np.empty((len(starts), each.shape[1]), dtype=np.float32)
+    for row, start, end in zip(rows, starts, ends):
+        row[:] = each[start:end].mean(axis=0)
+    return rows
+
+
+def travel(root: Float32Array) -> FloatArray:
+    """Compute the 24 columns of travel for every frame: array (frames, 24).
+
+    Shapes: `root` (frames, 4).
+
+    >>> still = travel(np.zeros((1, 4), dtype=np.float32))
+    >>> still[0, 8:12].tolist(), still[0, 20:].tolist()  # on the level 0; sizes
+    ([0.5, 0.5, 0.5, 0.5], [0.0, 0.0, 0.0, 0.0])
+    """
+    r = root.astype(np.float64) / (ROOT_WEIGHT * VELOCITY_SECONDS * np.array(SPREADS))
+    smooth = _averaged(r, round(AVERAGED * FEATURE_FPS / 2.0))
+    places = [0.5 + 0.5 * np.tanh((smooth - level) / (2.0 * SOFTNESS)) for level in LEVELS]
+    return np.concatenate([*places, np.abs(r)], axis=1)
+
+
+def _averaged(rows: FloatArray, reach: int) -> FloatArray:
+    """Mean of the rows within ``reach`` rows of each row."""
+    sums = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows, axis=0)])
+    now = np.arange(len(rows))
+    low, high = np.maximum(now - reach, 0), np.minimum(now + reach + 1, len(rows))
+    return np.asarray((sums[high] - sums[low]) / (high - low)[:, None])
+
+
+def block_sizes(n_columns: int) -> tuple[int, ...]:
+    """Number of columns of places, joint, rhythm, posture and travel, given the total.
+
+    >>> block_sizes(627), block_sizes(0)
+    ((120, 300, 120, 63, 24), ())
+    """
+    if n_columns == 0:
+        return ()
+    return (*_sizes(n_columns - N_POSTURE - N_TRAVEL), N_POSTURE, N_TRAVEL)
+
+
+def count_posture_and_travel(n_columns: int) -> int:
+    """Number of the last columns that are posture and travel, given the number of all columns.
+
+    >>> count_posture_and_travel(627), count_posture_and_travel(0)
+    (87, 0)
+    """
+    return sum(block_sizes(n_columns)[3:])
+
+
+def block_weight(block: int) -> float:
+    """Weight of a block of :func:`block_sizes` relative to all symbols together.
+
+    >>> [block_weight(block) for block in range(5)]
+    [1.0, 1.0, 1.0, 1.0, 1.5]
+    """
+    return TRAVEL_WEIGHT if block == 4 else 1.0
+
+
+def _sizes(n_columns: int) -> tuple[int, int, int]:
+    """Columns of places, joint and rhythm, given their total."""
+    per_dimension = 2 * (len(LEVELS) + len(LAGS)) + 1
+    n_dims = (np.sqrt(per_dimension**2 + 8.0 * max(n_columns, 0)) - per_dimension) / 2.0
+    n_dims = round(float(n_dims))
+    return len(LEVELS) * n_dims, n_dims * (n_dims + 1) // 2, len(LAGS) * n_dims
+
+
+def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) -> Float32Array:
+    """Compute places, joint and rhythm of the segments of one capture.
+
+    Shapes: `frames` (frames, D); `starts`, `ends` (segments,); result (segments, columns).
+    """
+    # In double precision: tanh and products differ in their last bits between processors.
+    values = frames.astype(np.float64)
+    n_frames, n_dims = values.shape
+    first, second = np.triu_indices(n_dims)
+    now = np.arange(n_frames)
+    places = [0.5 + 0.5 * np.tanh((values - level) / (2.0 * SOFTNESS)) for level in LEVELS]
+    rhythm = [np.abs(values[np.minimum(now + lag, n_frames - 1)] - values) for lag in LAGS]
+    each = np.concatenate(places + rhythm, axis=1)
+    n_places = len(LEVELS) * n_dims
+    rows = np.empty((len(starts), each.shape[1] + len(first)), dtype=np.float32)
+    for row, start, end in zip(rows, starts, ends):
+        means = each[start:end].mean(axis=0)
+        products = values[start:end].T @ values[start:end] / (end - start)
+        row[:] = np.concatenate([means[:n_places], products[first, second], means[n_places:]])
+    return rows
+
+
+def whole_vectors(
+    standardised: FloatArray, table: SegmentTable, rows: Mapping[int, slice]
+) -> FloatArray:
+    """Score vectors of whole captures, in their order: array (captures, columns).
+
+    Shapes: `standardised` (segments, columns).
+    """
+    starts, ends, zero = table.starts, table.ends, np.zeros(1)
+    return np.vstack(
+        [
+            interval_vectors(standardised[r], starts[r], ends[r], zero, ends[r][-1:])
+            for r in rows.values()
+        ]
+    )

@@ -146,7 +146,7 @@ class Workshop:
         )
 
     def _learn(self, parameters: Parameters, progress: Events) -> LearnResult:
-        from motiondb.learn.symbol_fitting import LearnSettings
+        from motiondb.learn.recognition import LearnSettings
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress)

@@ -4,7 +4,7 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
 
 * A *written* word stands in captions that came after learning, or in tags. A capture that holds it
   gets the evidence of a written word, one whose captions or tag have other words that of a missing
-  word (:mod:`motiondb.meaning.by_words`). Its slope on motion is 0, its prior the share of
+  word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share of
   captures that hold it.
 * A *replaced* word stands for known words (:mod:`motiondb.search.unknown_words`). Its log-odds are
   the means of theirs, weighted by its shares.
@@ -25,10 +25,15 @@ from numpy.typing import NDArray
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import Learned
-from motiondb.meaning.bounds import TakeExtremes, take_extremes
-from motiondb.meaning.by_words import UNWRITTEN, WRITTEN, TakeScores
-from motiondb.meaning.caption_evidence import caption_evidence, interval_evidence
-from motiondb.meaning.place_fitting import Written
+from motiondb.meaning.place_fitting import Written, interval_evidence
+from motiondb.meaning.word_evidence import (
+    UNWRITTEN,
+    WRITTEN,
+    TakeExtremes,
+    TakeScores,
+    caption_evidence,
+    take_extremes,
+)
 from motiondb.meaning.word_map import WordMap, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
 from motiondb.search.unknown_words import Taking, asked_forms, take_word

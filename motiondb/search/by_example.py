@@ -12,8 +12,7 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.language import vocabulary
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import recognise
-from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.learn.recognition import FeaturePool, recognise
 from motiondb.meaning import by_motion, calibration, extents, score_vectors
 from motiondb.meaning.resemblance import emphasis_of
 from motiondb.meaning.word_map import clearest
@@ -33,7 +32,7 @@ class ExampleAnswer(Sequence[Match]):
     matches : tuple of Match
         Best first.
     strength : float or None
-        Largest resemblance of a match (``motiondb.meaning.by_motion``), 1 for the same motion.
+        Largest resemblance of a match (``motiondb.meaning.extents``), 1 for the same motion.
     threshold : float or None
         Strength of the best answer below which nothing in the database matches. Both are None if
         too little was written about the captures to learn them.

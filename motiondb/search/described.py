@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_STEP
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
-from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.meaning.description_map import score_probabilities
 from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.asked_words import AskedWords
 

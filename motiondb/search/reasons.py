@@ -13,6 +13,11 @@ difference is one further part, ``together``. Excluded words are decomposed in t
 every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested
 words, ``together``, these amounts and the contributions of the words to a whole caption
 (``as_caption``) sum (``math.fsum``) to exactly the number by which the answer is ranked.
+
+**Explanation of the rank of an answer to words, in words and seconds.**
+
+The numbers are those of :mod:`motiondb.search.reasons`; here word numbers become words,
+and frames become seconds.
 """
 
 from __future__ import annotations
@@ -20,11 +25,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from motiondb.meaning.by_words import joint_log_odds
-from motiondb.records import FloatArray, IntArray
+from motiondb.meaning.word_evidence import joint_log_odds
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -216,3 +222,123 @@ def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
         else:
             joined.append(share)
     return sorted(joined, key=lambda share: -abs(share.amount))[:limit]
+
+
+@dataclass(frozen=True)
+class SymbolShare:
+    """Contribution of a motion symbol, in one interval, to the log-odds of an answer."""
+
+    __pydantic_config__: ClassVar = {"alias_generator": lambda name: name.rstrip("_")}
+    symbol: int
+    from_: float  # Start of the interval, seconds; "from" in JSON
+    to: float  # End of the interval, seconds
+    share: float  # Nats
+
+
+@dataclass(frozen=True)
+class ExplainedWord:
+    """Contribution of one word of a question to an answer.
+
+    Attributes
+    ----------
+    word : str
+        The word.
+    log_odds : float
+        Log-odds of the word alone, nats.
+    log_probability : float
+        Logarithm of the probability that belongs to these log-odds.
+    contribution : float
+        Sum of ``prior``, ``written``, ``as_caption`` and all ``symbols``.
+    prior : float
+        Contribution of the word's frequency, before any motion is considered.
+    written : float
+        Contribution of captions.
+    as_caption : float
+        Contribution of the comparison of a long question with whole captions.
+    symbols : tuple of SymbolShare
+        Contribution of every segment, in order of time.
+    strongest : tuple of SymbolShare
+        The largest shares by absolute value; neighbours with the same symbol count as one.
+    others : float
+        Sum of the shares that are not among the strongest.
+    """
+
+    word: str
+    log_odds: float
+    log_probability: float
+    contribution: float
+    prior: float
+    written: float
+    as_caption: float
+    symbols: tuple[SymbolShare, ...]
+    strongest: tuple[SymbolShare, ...]
+    others: float
+
+
+@dataclass(frozen=True)
+class ExplainedExclusion:
+    """What the exclusion of some words adds to an answer's log-odds."""
+
+    amount: float  # What the exclusion adds, nats
+    log_odds: float  # Log-odds that the capture shows them
+    words: tuple[ExplainedWord, ...]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Parts of the log-odds that rank an answer.
+
+    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, symbols), of ``together``
+    and of the amounts of ``excluded`` is exactly ``log_odds``.
+
+    Attributes
+    ----------
+    log_odds : float
+        Log-odds of the answer, nats.
+    together : float
+        Log-odds that all actions occur, less the mean of their log-odds; 0 for one action.
+    words : tuple of ExplainedWord
+        The requested words.
+    excluded : tuple of ExplainedExclusion
+        What every exclusion adds.
+    """
+
+    log_odds: float
+    together: float
+    words: tuple[ExplainedWord, ...]
+    excluded: tuple[ExplainedExclusion, ...]
+
+
+def explain(why: Sequence[WordReason], vocabulary: Sequence[str]) -> Explanation:
+    """Explain one answer."""
+    excluded = tuple(
+        ExplainedExclusion(
+            lowering.amount,
+            lowering.log_odds,
+            tuple(_word(w, vocabulary) for w in why if w.exclusion == lowering.exclusion),
+        )
+        for lowering in lowerings(why)
+    )
+    asked = tuple(_word(w, vocabulary) for w in why if w.exclusion < 0)
+    return Explanation(total(why), together(why), asked, excluded)
+
+
+def _word(reason: WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
+    shares = tuple(map(_in_seconds, strongest(reason)))
+    named = reason.prior + reason.written + reason.as_caption
+    return ExplainedWord(
+        vocabulary[reason.word],
+        reason.log_odds,
+        reason.log_probability,
+        reason.contribution,
+        reason.prior,
+        reason.written,
+        reason.as_caption,
+        tuple(map(_in_seconds, reason.shares)),
+        shares,
+        reason.contribution - named - sum(s.share for s in shares),
+    )
+
+
+def _in_seconds(share: Share) -> SymbolShare:
+    return SymbolShare(share.symbol, share.start / MOTION_FPS, share.end / MOTION_FPS, share.amount)

@@ -13,9 +13,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from motiondb.errors import UnknownWordsError
-from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.language.vocabulary import forms_of, nearest_words, split_actions
+from motiondb.language.vocabulary import forms_of, lemma, nearest_words, split_actions
 from motiondb.learn.learned import Learned
 
 TAKEN = 0.5

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -30,7 +32,8 @@ SPELLINGS = {
         Neo_RightUpLeg Neo_RightLeg Neo_RightFoot Neo_Spine Neo_Spine1 Neo_Spine2 Neo_LeftShoulder
         Neo_LeftArm Neo_LeftForeArm Neo_RightShoulder Neo_RightArm Neo_RightForeArm Neo_Neck
         end:Neo_LeftFoot end:Neo_RightFoot end:Neo_LeftForeArm end:Neo_RightForeArm end:Neo_Neck""",
-    "MotionBuilder with two spines": """Hips Spine Spine1 Neck Head LeftShoulder LeftArm LeftForeArm
+    "MotionBuilder with two spines": """
+        a:b:Hips Hero:Spine Spine1 Neck Head LeftShoulder LeftArm LeftForeArm
         LeftHand RightShoulder RightArm RightForeArm RightHand LeftUpLeg LeftLeg LeftFoot
         LeftToeBase RightUpLeg RightLeg RightFoot RightToeBase""",
     "Poser": """hip abdomen chest neck head rCollar rShldr rForeArm rHand lCollar lShldr lForeArm
@@ -43,7 +46,9 @@ SPELLINGS = {
     "Bandai-Namco": """joint_Root Hips Spine Chest Neck Head Shoulder_L UpperArm_L LowerArm_L Hand_L
         Shoulder_R UpperArm_R LowerArm_R Hand_R UpperLeg_L LowerLeg_L Foot_L Toes_L UpperLeg_R
         LowerLeg_R Foot_R Toes_R""",
-    "SMPL": """Pelvis L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot R_Foot
+    "SMPL": """
+        m_avg_Pelvis m_avg_L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot
+        R_Foot
         Neck L_Collar R_Collar Head L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist R_Wrist""",
     "DeepMimic": """root chest neck right_hip right_knee right_ankle right_shoulder right_elbow
         left_hip left_knee left_ankle left_shoulder left_elbow end:neck end:right_ankle
@@ -98,36 +103,9 @@ def spelled_roles(made: Skeleton) -> dict[str, str]:
     }
 
 
-def test_every_convention_has_a_made_up_skeleton() -> None:
-    assert set(SPELLINGS) == set(CONVENTIONS)
-
-
 @pytest.mark.parametrize("convention", list(CONVENTIONS))
 def test_a_convention_finds_all_its_roles(convention: str) -> None:
     assert spelled_roles(skeleton(SPELLINGS[convention])) == CONVENTIONS[convention]
-
-
-@pytest.mark.parametrize("convention", list(CONVENTIONS))
-def test_left_is_never_right(convention: str) -> None:
-    roles = spelled_roles(skeleton(SPELLINGS[convention]))
-    for role, name in roles.items():
-        if role.startswith("l_"):
-            assert roles["r_" + role[2:]] != name
-
-
-@pytest.mark.parametrize(
-    ("spelling", "expected"),
-    [
-        ("Hero:LeftUpLeg", "leftupleg"),
-        ("mixamorig1:LeftUpLeg", "leftupleg"),
-        ("a:b:Left Up-Leg", "leftupleg"),
-        ("Bip01 L Thigh", "lthigh"),
-        ("m_avg_L_Hip", "lhip"),
-        ("joint_Root", "root"),
-    ],
-)
-def test_names_are_compared_without_dress(spelling: str, expected: str) -> None:
-    assert normalised(spelling) == expected
 
 
 def test_required_joints_are_named_when_missing() -> None:
@@ -161,28 +139,24 @@ def test_a_users_map_overrides_the_convention() -> None:
     assert made.names[joint_map(made, {"neck": "Neck"})["neck"]] == "Neck"
 
 
-def test_a_wrong_role_gets_a_suggestion() -> None:
-    with pytest.raises(SkeletonError) as caught:
-        joint_map(skeleton(SPELLINGS["SMPL"]), {"l_ellbow": "L_Elbow"})
-    assert str(caught.value) == (
-        f"joint map: expected a role among {', '.join(body.JOINTS)}, found 'l_ellbow'. "
-        "Did you mean l_elbow or r_elbow?"
-    )
-
-
-def test_a_wrong_joint_gets_a_suggestion() -> None:
-    with pytest.raises(SkeletonError) as caught:
-        joint_map(skeleton(SPELLINGS["SMPL"]), {"l_elbow": "L_Elbo"})
-    assert str(caught.value) == (
-        "joint map: expected a joint of the skeleton for l_elbow, found 'L_Elbo'. "
-        "Did you mean L_Elbow or R_Elbow?"
-    )
-
-
-def test_a_wrong_end_site_gets_a_suggestion() -> None:
-    with pytest.raises(SkeletonError) as caught:
-        joint_map(skeleton(SPELLINGS["Poser"]), {"l_toe": "end:lFot"})
-    assert str(caught.value) == (
-        "joint map: expected a joint of the skeleton for l_toe, found 'end:lFot'. "
-        "Did you mean end:lFoot or end:rFoot?"
-    )
+@pytest.mark.parametrize(
+    ("convention", "given", "text"),
+    [
+        (
+            "SMPL",
+            {"l_ellbow": "L_Elbow"},
+            f"joint map: expected a role among {', '.join(body.JOINTS)}, found 'l_ellbow'. "
+            "Did you mean l_elbow or r_elbow?",
+        ),
+        (
+            "SMPL",
+            {"l_elbow": "L_Elbo"},
+            "joint map: expected a joint of the skeleton for l_elbow, found 'L_Elbo'. "
+            "Did you mean L_Elbow or R_Elbow?",
+        ),
+        ("Poser", {"l_toe": "end:lFot"}, "found 'end:lFot'. Did you mean end:lFoot or end:rFoot?"),
+    ],
+)
+def test_a_wrong_map_gets_a_suggestion(convention: str, given: dict[str, str], text: str) -> None:
+    with pytest.raises(SkeletonError, match=re.escape(text)):
+        joint_map(skeleton(SPELLINGS[convention]), given)

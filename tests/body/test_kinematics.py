@@ -29,15 +29,6 @@ def by_matrices(
     return np.array(places)
 
 
-def test_a_bent_elbow_by_hand() -> None:
-    parents, offsets = np.array([-1, 0, 1]), np.array([[9.0, 9, 9], [1, 0, 0], [1, 0, 0]])
-    local = np.tile(rotation.IDENTITY, (1, 3, 1))
-    local[0, 1] = rotation.from_euler([90.0], "Z")
-    positions, rotations = kinematics.forward(parents, offsets, local, np.array([[0.0, 2, 0]]))
-    np.testing.assert_allclose(positions[0], [[0, 2, 0], [1, 2, 0], [1, 3, 0]], atol=1e-12)
-    np.testing.assert_allclose(rotations[0, 2], local[0, 1])
-
-
 @few
 @given(st.integers(0, 10**6))
 def test_forward_equals_products_of_matrices(seed: int) -> None:
@@ -117,8 +108,16 @@ def test_a_target_out_of_reach_is_approached() -> None:
     np.testing.assert_allclose(new_ankle, [[0, 2 - length, 0]], atol=1e-3)
 
 
-def test_no_move_where_the_target_is_the_ankle() -> None:
-    hip, knee, ankle = (np.array([[0.0, y, z]]) for y, z in ((2, 0), (1, 0.3), (0, 0)))
-    new_knee, new_ankle = bend(hip, knee, ankle, ankle)
-    np.testing.assert_allclose(new_knee, knee, atol=1e-9)
-    np.testing.assert_allclose(new_ankle, ankle, atol=1e-9)
+def test_the_body_is_its_own_mirror_image() -> None:
+    np.testing.assert_array_equal(body.MIRROR[body.MIRROR], np.arange(21))
+    np.testing.assert_allclose(body.OFFSETS[body.MIRROR] * [-1, 1, 1], body.OFFSETS)
+    assert body.JOINTS[body.MIRROR[body.INDEX["l_toe"]]] == "r_toe"
+    assert body.MIRROR[body.INDEX["chest"]] == body.INDEX["chest"]
+
+
+def test_the_standard_skeleton_scales_with_the_leg() -> None:
+    skeleton = body.standard_skeleton(1.7)
+    np.testing.assert_allclose(skeleton.offsets, 2 * body.OFFSETS)
+    assert skeleton.end_sites[0] == (body.INDEX["head"], (0.0, 0.36, 0.0))
+    assert skeleton.channels[0][:3] == ("Xposition", "Yposition", "Zposition")
+    assert all(len(c) == 3 for c in skeleton.channels[1:])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.body import body, features, pose_vectors, retarget, rotation
+from motiondb.body import features, pose_vectors, retarget, rotation
 from motiondb.records import Motion
 
 MotionMaker = Callable[..., Motion]
@@ -46,16 +46,6 @@ def test_vectors_give_the_motion_back(make_motion: MotionMaker, seed: int, turn:
 
 
 @few
-@given(st.integers(0, 10**6))
-def test_paths_give_the_motion_back(make_motion: MotionMaker, seed: int) -> None:
-    motion = make_motion(40, seed)
-    back = pose_vectors.from_path(*pose_vectors.to_path(motion), *start_of(motion))
-    np.testing.assert_allclose(back.root_positions, motion.root_positions, atol=1e-5)
-    dots = np.sum(back.local_rotations * motion.local_rotations, axis=-1)
-    np.testing.assert_allclose(np.abs(dots), 1.0, atol=1e-5)
-
-
-@few
 @given(st.floats(-3, 3), st.floats(-5, 5), st.floats(-5, 5))
 def test_start_and_heading_are_as_asked(
     make_motion: MotionMaker, heading: float, x: float, z: float
@@ -82,17 +72,11 @@ def test_a_single_frame_stands_still(make_motion: MotionMaker) -> None:
     assert pose_vectors.from_path(path, local).n_frames == 1
 
 
-def test_the_mean_of_opposite_swings_is_between_them() -> None:
-    q = rotation.from_euler([[20.0], [40.0], [30.0]], "X")[:, None]
-    mean = pose_vectors.mean_rotations(q * np.array([1.0, -1.0, 1.0])[:, None, None])
-    np.testing.assert_allclose(mean, rotation.from_euler([[30.0]], "X"), atol=1e-12)
-
-
 @few
 @given(st.integers(0, 10**6))
 def test_the_mean_has_the_least_squared_distance(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    q = rotation.exp(rng.normal(0, 0.4, size=(30, 1, 3)))
+    q = rotation.exp(rng.normal(0, 0.4, size=(30, 1, 3))) * rng.choice([-1.0, 1.0], (30, 1, 1))
     mean = pose_vectors.mean_rotations(q)
 
     def cost(p: np.ndarray) -> float:
@@ -101,9 +85,3 @@ def test_the_mean_has_the_least_squared_distance(seed: int) -> None:
     for _ in range(20):
         near = rotation.multiply(mean[0], rotation.exp(rng.normal(0, 0.1, size=3)))
         assert cost(mean[0]) <= cost(near) + 1e-12
-
-
-def test_fixed_joints_have_no_place_in_the_vector() -> None:
-    names = [body.JOINTS[n] for n in pose_vectors.TURNING]
-    assert len(names) == 16
-    assert set(names).isdisjoint(pose_vectors.FIXED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -213,23 +214,6 @@ def test_a_toe_that_points_anywhere_is_replaced() -> None:
     assert (actual[:, I["r_toe"], 2] - actual[:, I["r_ankle"], 2]).min() > 0.1
 
 
-def test_a_body_without_size_is_refused() -> None:
-    with pytest.raises(SkeletonError) as caught:
-        retarget.motion_from_positions(np.zeros((5, 21, 3)), 30.0)
-    assert str(caught.value) == (
-        "skeleton: expected a leg between 1 mm and 1 km long, found 0 m. "
-        "Give the length unit of the file (--unit)."
-    )
-
-
-def test_positions_without_numbers_are_refused() -> None:
-    with pytest.raises(SkeletonError) as caught:
-        retarget.motion_from_positions(np.full((5, 21, 3), np.nan), 30.0)
-    assert str(caught.value) == (
-        "positions: expected numbers, found none in any frame. Export the capture again."
-    )
-
-
 @pytest.mark.parametrize("name", ["ana/dance_1", "boris/kick_1", "fatou/layup_1"])
 def test_sample_captures_keep_their_joints(name: str) -> None:
     """Bone by bone, the canonical body points where the capture's own body points."""
@@ -245,3 +229,30 @@ def test_sample_captures_keep_their_joints(name: str) -> None:
     assert (
         np.abs(actual[:, I["head"]] - points[:, I["head"]] + points[0, 0] * [1, 0, 1]).max() < 0.15
     )
+
+
+def test_a_joint_of_the_solved_body_that_leaps_is_noted() -> None:
+    rest, _ = kinematics.forward(
+        body.PARENTS, body.OFFSETS, np.tile(rotation.IDENTITY, (3, 21, 1)), np.zeros((3, 3))
+    )
+    elbow, wrist = body.INDEX["l_elbow"], body.INDEX["l_wrist"]
+    forearm = np.linalg.norm(body.OFFSETS[wrist])
+    points = rest.copy()
+    points[:, wrist] = points[:, elbow] + [[0.002, 0, 0], [-0.002, 0, 0], [0.002, 0, 0]]
+    (note,) = retarget.motion_from_positions(points, 30.0).notes  # the points move at 0.12 m/s
+    assert note.startswith(f"l_wrist moves at {2 * forearm * 30:.3g} m/s, 0.00 s after the start")
+    assert retarget.motion_from_positions(rest, 30.0).notes == ()
+
+
+def test_what_is_no_body_is_refused_and_a_few_broken_frames_are_mended() -> None:
+    points = posed(pelvis=np.zeros((60, 3)))
+    points[10:12] = np.nan
+    motion = retarget.motion_from_positions(points, 30.0)
+    assert np.isfinite(motion.local_rotations).all()
+    assert motion.leg_length == pytest.approx(body.LEG_LENGTH)
+    for wrong, text in (
+        (0.0, "a leg between 1 mm and 1 km long, found 0 m. Give the length unit of the file (--u"),
+        (np.nan, "positions: expected numbers, found none in any frame. Export the capture again."),
+    ):
+        with pytest.raises(SkeletonError, match=re.escape(text)):
+            retarget.motion_from_positions(np.full((5, 21, 3), wrong), 30.0)

@@ -19,7 +19,7 @@ from motiondb.errors import QueryError
 from motiondb.language import vocabulary
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import from_stored, to_stored
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 
 WORDS = {"ana/bow_1": "bow", "ana/jump_1": "jump", "boris/kick_1": "kick", "boris/punch_1": "punch"}
 N_THREADS = 8

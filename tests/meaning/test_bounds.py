@@ -6,25 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_takes import take
 
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Reading, readings
 from motiondb.meaning import by_question
-from motiondb.meaning.bounds import SLACK, take_extremes, upper_bounds
-from motiondb.meaning.by_words import TakeScores
-from motiondb.search.ranking import likeliest_takes
+from motiondb.meaning.word_evidence import SLACK, TakeScores, take_extremes, upper_bounds
+from motiondb.search.by_words import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 QUESTIONS = (
     "walk", "turn walk", "walk, turn, sit", "walk while turn", "walk or sit", "walk but not sit",
     "walk, turn, not walk", "not sit", "walk twice", "sit for 1 second", "walk twice, sit",
 )  # fmt: skip
-
-
-def take(windows: list[list[float]], whole: list[float]) -> TakeScores:
-    """A capture of segments of 10 frames; windows: a row a segment, a column a word."""
-    starts = 10 * np.arange(len(windows))
-    return TakeScores(starts, starts + 10, np.array(windows), np.array(whole))
 
 
 def asked(text: str) -> tuple[Reading, ...]:

@@ -9,9 +9,8 @@ import pytest
 
 from motiondb.body import features, retarget
 from motiondb.files import read_capture
-from motiondb.meaning import alignment, by_motion, score_vectors
-from motiondb.meaning.pooled_map import fit_pooled_map, pooled_statistics
-from motiondb.meaning.resemblance import meaning_space
+from motiondb.meaning import by_motion, score_vectors
+from motiondb.meaning.resemblance import fit_pooled_map, meaning_space, pooled_statistics
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray
 from motiondb.symbols.feature_space import fit_feature_space
@@ -91,18 +90,12 @@ def test_a_stored_part_finds_itself_first(world: World, capture: int) -> None:
         assert best.score == 1.0
 
 
-def test_a_whole_capture_finds_itself_with_the_largest_score(world: World) -> None:
-    best = world.ask(world.query(world.features[2]))[0]
-    assert (best.capture, best.start, best.end) == (2, 0, len(world.features[2]))
-    assert best.score == pytest.approx(1.0)
-
-
 def test_scores_are_as_documented(world: World) -> None:
     query = world.query(world.features[4])
     for candidate in by_motion.find_candidates(query, world.takes, world.distances)[:10]:
         actual = by_motion.refine(query, [candidate], world.features)[0]
         part = world.features[actual.capture][actual.start : actual.end]
-        distance = alignment.best_part(query.features, part)[0]
+        distance = by_motion.best_part(query.features, part)[0]
         if np.isfinite(distance):
             near = min(1.0, distance / by_motion.NEAR)
             rough = 1.0 - (1.0 - candidate.rough) * near
@@ -118,7 +111,7 @@ def test_the_rough_score_of_a_window_by_hand() -> None:
         np.zeros((10, 3), np.float32), np.array([1]), np.ones(1), np.array([0.0, 1.0])
     )
     candidates = by_motion.find_candidates(query, {7: take}, distances)
-    assert alignment.distance_scale(distances) == 2.0
+    assert by_motion.distance_scale(distances) == 2.0
     assert [(c.capture, c.start, c.end, c.rough) for c in candidates] == [
         (7, 10, 20, 1.0),
         (7, 0, 10, 0.0),

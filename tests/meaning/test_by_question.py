@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_takes import WALK_TURN_SIT, all_of, take
 
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
-from motiondb.meaning import by_question, by_words
+from motiondb.meaning import by_question, word_evidence
 from motiondb.meaning import calibration as certainty
 from motiondb.records import FloatArray
 from motiondb.search import reasons
@@ -20,34 +21,10 @@ from motiondb.search import reasons
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 
 
-def take(
-    windows: list[list[float]], whole: tuple[float, ...] = (0.0, 0.0, 0.0)
-) -> by_words.TakeScores:
-    """A capture of segments of 10 frames; windows: a row a segment, a column a word."""
-    starts = 10 * np.arange(len(windows))
-    return by_words.TakeScores(starts, starts + 10, np.array(windows), np.array(whole))
-
-
-WALK_TURN_SIT = take(
-    [[4.0, -4, -4], [4, -4, -4], [4, -4, -4], [-4, 4, -4], [-4, -4, 4], [-4, -4, 4]], (2.0, 1, 3)
-)
-
-
-def search(scores: by_words.TakeScores, text: str) -> by_question.QuestionHit:
+def search(scores: word_evidence.TakeScores, text: str) -> by_question.QuestionHit:
     hit = by_question.search_take(scores, readings(parse(text).tree)[0], NUMBER)
     assert hit is not None
     return hit
-
-
-def random_take(rng: np.random.Generator, n_segments: int) -> by_words.TakeScores:
-    """A capture that says anything."""
-    return take(rng.normal(0, 3, (n_segments, 3)).tolist(), tuple(rng.normal(size=3)))
-
-
-def all_of(*log_odds: float) -> float:
-    """Log-odds of the product of probabilities, the long way."""
-    probability = np.prod([1 / (1 + np.exp(-odds)) for odds in log_odds])
-    return float(np.log(probability / (1 - probability)))
 
 
 def test_exclusion_lowers_by_hand() -> None:
@@ -133,24 +110,24 @@ def test_what_lasts_is_judged_over_its_whole_length() -> None:
 
 
 def plain_order(
-    scores: by_words.TakeScores, actions: list[list[int]]
+    scores: word_evidence.TakeScores, actions: list[list[int]]
 ) -> tuple[tuple[tuple[int, int], ...], float] | None:
     """Frames and log-odds of actions in order, one segment each: all choices are tried."""
-    scores = by_words.split_segments(scores, len(actions))
+    scores = by_question.split_segments(scores, len(actions))
     silent = np.zeros(len(scores.starts))
     values = np.stack([scores.windows[:, a].mean(axis=1) if a else silent for a in actions])
     picks = combinations(range(len(silent)), len(actions))
     best = max(picks, key=lambda pick: sum(values[k, i] for k, i in enumerate(pick)), default=None)
     if best is None:
         return None
-    parts = by_words.place_parts(values, [(i, i + 1) for i in best], [bool(a) for a in actions])
+    parts = by_question.place_parts(values, [(i, i + 1) for i in best], [bool(a) for a in actions])
     odds = [
         0.5 * values[k, a:b].max() + 0.5 * scores.whole[actions[k]].mean()
         for k, (a, b) in enumerate(parts)
         if actions[k]
     ]
     frames = tuple((int(scores.starts[a]), int(scores.ends[b - 1])) for a, b in parts)
-    return frames, by_words.joint_log_odds(odds)
+    return frames, word_evidence.joint_log_odds(odds)
 
 
 @settings(max_examples=100, deadline=None)
@@ -190,7 +167,7 @@ def test_statements_make_the_log_odds_and_parts_do_not_overlap(seed: int, text: 
     asked, excluded = by_question.split_statements(hit.statements)
     assert hit.log_odds == pytest.approx(all_of(*asked, *(-e for e in excluded)), abs=1e-9)
     if asked:
-        assert hit.log_odds <= by_words.joint_log_odds(asked) + 1e-12
+        assert hit.log_odds <= word_evidence.joint_log_odds(asked) + 1e-12
     assert all(a < b for a, b in hit.parts)
     assert all(one[1] <= other[0] for one, other in pairwise(hit.parts))
 
@@ -261,7 +238,7 @@ def test_lowerings_sum_exactly_to_the_total(parts: list[list[float]], n_asked: i
     assert reasons.total(why) == math.fsum(pieces)
     statements = [math.fsum(each) for each in parts[:n_asked]]
     statements += [-math.fsum(each) for each in parts[n_asked:]]
-    assert reasons.total(why) == pytest.approx(by_words.joint_log_odds(statements), abs=1e-8)
+    assert reasons.total(why) == pytest.approx(word_evidence.joint_log_odds(statements), abs=1e-8)
     for one in lowered[0 if n_asked else 1 :]:
         assert one.amount <= 1e-12
 

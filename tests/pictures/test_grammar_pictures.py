@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import hand_made
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from PIL import Image
 
-from motiondb.errors import MotionDBError
 from motiondb.grammar.cfg.context_free import derive_by, read_grammar
 from motiondb.pictures import (
     StringBar,
     TerminalCard,
     Timeline,
     TreePicture,
-    draw_strings,
-    draw_trees,
     style,
 )
 from motiondb.pictures.strings import strings_figure
@@ -61,35 +55,7 @@ def test_a_parent_stands_over_the_middle_of_its_children() -> None:
     assert at["S"][1] < at["F"][1] < at["X"][1] < at["a"][1]
 
 
-def test_marked_nodes_are_drawn_strongly() -> None:
-    marked = trees_figure([TreePicture("", FULL, range(2, 12))])
-    colours = {line.get_color() for line in marked.axes[0].lines}
-    assert colours == {style.GROUND, style.RIGHT}
-    plain = trees_figure([TreePicture("", FULL)])
-    assert {line.get_color() for line in plain.axes[0].lines} == {style.GROUND}
-
-
-def test_equal_terminals_have_equal_colours() -> None:
-    figure = trees_figure([TreePicture("", FULL)], colours={"l": 0, "r": 1})
-    boxes = [p for p in figure.axes[0].patches if p.get_gid() == "terminal"]
-    colours = [box.get_facecolor() for box in boxes]
-    string = FULL.leaves()
-    assert colours[string.index("l")] != colours[string.index("r")]
-    assert len({colours[n] for n, symbol in enumerate(string) if symbol == "l"}) == 1
-
-
-def test_trees_are_written_and_many_stand_on_shelves(tmp_path: Path) -> None:
-    trees = [TreePicture(f"sentence {n}", FULL) for n in range(7)]
-    path = draw_trees(trees, tmp_path / "trees.png", "many")
-    with Image.open(path) as picture:
-        assert picture.size[0] == pytest.approx(12 * style.DOTS_PER_INCH, abs=2)
-    tops = [round(axes.get_position().y1, 6) for axes in trees_figure(trees).axes]
-    assert len(set(tops)) > 1
-    with pytest.raises(MotionDBError, match="expected at least one tree to draw, found none"):
-        draw_trees([], tmp_path / "none.png")
-
-
-def test_strings_show_cards_bars_and_times(tmp_path: Path) -> None:
+def test_strings_show_cards_bars_and_times() -> None:
     cards = [
         TerminalCard(name, words, k, hand_made.swing(20))
         for k, (name, words) in enumerate([("a", "walk"), ("b", "a very long text " * 5)])
@@ -105,13 +71,8 @@ def test_strings_show_cards_bars_and_times(tmp_path: Path) -> None:
     assert texts(figure, "words")[1].endswith("…")
     assert count(figure, "figure") == 6
     assert texts(figure, "label") == ["a", "b", "b", "a"]  # 12-20 s, and 20-23 s in a second row
-    written = [t.get_text() for t in figure.texts]
-    assert [t for t in written if t.endswith(" s")] == [
-        "0 s", "5 s", "10 s", "15 s", "20 s", "20 s", "0 s", "5 s"
-    ]  # fmt: skip
-    assert draw_strings(cards, bars, tmp_path / "s.png").stat().st_size > 1000
-    with pytest.raises(MotionDBError, match="expected terminals or strings to draw, found none"):
-        draw_strings([], [], tmp_path / "none.png")
+    times = [t.get_text() for t in figure.texts if t.get_text().endswith(" s")]
+    assert times == [f"{s} s" for s in (0, 5, 10, 15, 20, 20, 0, 5)]
 
 
 @pytest.mark.parametrize("motion", [hand_made.rest(20), hand_made.swing(20)], ids=["wide", "slim"])
@@ -125,3 +86,19 @@ def test_figures_stay_in_their_card(motion: Motion) -> None:
     assert max(high for _, high in sides) <= right + room
     middles = [(low + high) / 2 for low, high in sides]
     assert np.diff(middles).min() > 0.2 * (right - left)
+
+
+def test_marked_nodes_are_drawn_strongly_and_equal_terminals_in_one_colour() -> None:
+    figure = trees_figure([TreePicture("", FULL, range(2, 12))], colours={"l": 0, "r": 1})
+    assert {line.get_color() for line in figure.axes[0].lines} == {style.GROUND, style.RIGHT}
+    boxes = [p for p in figure.axes[0].patches if p.get_gid() == "terminal"]
+    colours = [box.get_facecolor() for box in boxes]
+    string = FULL.leaves()
+    assert colours[string.index("l")] != colours[string.index("r")]
+    assert len({colours[n] for n, symbol in enumerate(string) if symbol == "l"}) == 1
+
+
+def test_many_trees_stand_on_shelves() -> None:
+    trees = [TreePicture(f"sentence {n}", FULL) for n in range(7)]
+    tops = [round(axes.get_position().y1, 6) for axes in trees_figure(trees).axes]
+    assert len(set(tops)) > 1

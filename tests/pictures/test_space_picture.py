@@ -2,32 +2,14 @@
 
 from __future__ import annotations
 
+import hand_made
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.patches import Ellipse
 
-from motiondb.errors import MotionDBError
-from motiondb.pictures import draw_symbol_space
 from motiondb.pictures.space import cluster_look, place_labels, space_figure
-from motiondb.records import SymbolSpace
-
-
-def space(n_symbols: int, n_dimensions: int, n_clusters: int = 2) -> SymbolSpace:
-    """Symbols on a spiral, clusters in turn, Gaussians of variances 1, 4, 9."""
-    turn = np.arange(n_symbols)[:, None] + np.arange(n_dimensions)
-    covar = np.diag(np.arange(1.0, n_dimensions + 1.0) ** 2)
-    return SymbolSpace(
-        distances=np.zeros((n_symbols, n_symbols)),
-        variances=np.zeros((n_symbols, n_symbols)),
-        coordinates=np.cos(turn) * (1.0 + turn),
-        stress=np.zeros(n_dimensions),
-        clusters=np.arange(n_symbols) % n_clusters,
-        weights=np.full(n_clusters, 1.0 / n_clusters),
-        means=np.arange(n_clusters)[:, None] * np.ones(n_dimensions),
-        covars=np.tile(covar, (n_clusters, 1, 1)),
-    )
 
 
 def labels_of(axes) -> list[str]:
@@ -35,7 +17,7 @@ def labels_of(axes) -> list[str]:
 
 
 def test_two_dimensions_are_one_panel_with_words() -> None:
-    figure = space_figure(space(3, 2), ["walk", "", "jump"])
+    figure = space_figure(hand_made.space(3, 2), ["walk", "", "jump"])
     (axes,) = figure.axes
     assert labels_of(axes) == ["0 walk", "1", "2 jump"]
     ellipses = [patch for patch in axes.patches if isinstance(patch, Ellipse)]
@@ -49,7 +31,7 @@ def test_two_dimensions_are_one_panel_with_words() -> None:
 
 
 def test_three_dimensions_add_two_small_panels() -> None:
-    figure = space_figure(space(4, 3), ["a", "b", "c", "d"])
+    figure = space_figure(hand_made.space(4, 3), ["a", "b", "c", "d"])
     assert [axes.get_label() for axes in figure.axes] == [
         "dimensions 1 and 2",
         "dimensions 1 and 3",
@@ -59,13 +41,13 @@ def test_three_dimensions_add_two_small_panels() -> None:
 
 
 def test_one_dimension_is_drawn_on_a_line() -> None:
-    (axes,) = space_figure(space(5, 1)).axes
+    (axes,) = space_figure(hand_made.space(5, 1)).axes
     heights = np.concatenate([points.get_offsets()[:, 1] for points in axes.collections])
     assert heights.tolist() == [0.0] * 5
 
 
 def test_panels_have_one_scale_both_ways() -> None:
-    for axes in space_figure(space(9, 3)).axes:
+    for axes in space_figure(hand_made.space(9, 3)).axes:
         across, up = np.diff(axes.get_xlim())[0], np.diff(axes.get_ylim())[0]
         box = axes.get_window_extent()
         assert across / box.width == pytest.approx(up / box.height)
@@ -74,30 +56,6 @@ def test_panels_have_one_scale_both_ways() -> None:
 def test_clusters_keep_apart_where_colours_begin_again() -> None:
     looks = [cluster_look(cluster) for cluster in range(60)]
     assert len(set(looks)) == 60
-
-
-def test_the_picture_is_the_same_each_time(tmp_path) -> None:
-    first = draw_symbol_space(space(30, 3, 12), ["walk"] * 30, tmp_path / "a.png")
-    second = draw_symbol_space(space(30, 3, 12), ["walk"] * 30, tmp_path / "b.png")
-    assert first.read_bytes() == second.read_bytes()
-
-
-def test_nothing_to_draw() -> None:
-    with pytest.raises(MotionDBError) as caught:
-        space_figure(space(0, 2))
-    assert (
-        str(caught.value) == "symbol space: expected at least 1 symbol, found 0. Run learn first."
-    )
-    with pytest.raises(MotionDBError) as caught:
-        space_figure(space(3, 2), ["walk"])
-    assert str(caught.value) == (
-        "symbol space: expected 3 labels, one a symbol, found 1. "
-        "Run motiondb learn again, so that words and symbols agree."
-    )
-
-
-def test_a_single_symbol_has_a_picture() -> None:
-    assert labels_of(space_figure(space(1, 2, 1), ["walk"]).axes[0]) == ["0 walk"]
 
 
 @settings(max_examples=30, deadline=None)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import hand_made
 import numpy as np
 import pytest
@@ -11,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.body import body
-from motiondb.errors import MotionDBError
-from motiondb.pictures import stick, style
+from motiondb.pictures import stick
 
 L_WRIST = body.INDEX["l_wrist"]
 
@@ -52,30 +49,6 @@ def test_the_best_view_is_a_three_quarter_one_whatever_the_heading(heading) -> N
 def test_swinging_arms_are_seen_more_from_the_side() -> None:
     azimuth = stick.best_azimuth(stick.world_points(hand_made.swing(30)))
     assert abs(np.rad2deg(azimuth)) == pytest.approx(55.0, abs=1e-4)
-
-
-def test_sides_have_their_colours() -> None:
-    colours = {child: stick.bone_colour(child) for _, child in stick.BONES}
-    assert colours[L_WRIST] == style.LEFT
-    assert colours[body.INDEX["r_toe"]] == style.RIGHT
-    assert colours[body.INDEX["spine"]] == style.TRUNK
-    assert sorted(colours.values()).count(style.LEFT) == sorted(colours.values()).count(style.RIGHT)
-
-
-def test_nothing_to_draw() -> None:
-    with pytest.raises(MotionDBError) as caught:
-        stick.view_motion(hand_made.rest(0))
-    assert str(caught.value) == (
-        "picture: expected a motion of at least 1 frame, found 0. Choose a longer interval."
-    )
-    motion = hand_made.rest(2)
-    broken = replace(motion, root_positions=motion.root_positions * np.float32(np.nan))
-    with pytest.raises(MotionDBError) as caught:
-        stick.view_motion(broken)
-    assert str(caught.value) == (
-        "picture: expected finite rotations and positions, found NaN or infinity. "
-        "Add the capture again."
-    )
 
 
 @settings(max_examples=25, deadline=None)

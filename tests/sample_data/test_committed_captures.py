@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import doctest
 import json
 from collections import defaultdict
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -13,6 +15,11 @@ import pytest
 from motiondb.body import body, kinematics, retarget
 from motiondb.files import read_capture
 from motiondb.records import Clip
+from sample_data import grammars, performers, repertoire
+from sample_data.grammars import GRAMMARS, derive
+from sample_data.phrases import PHRASES
+from sample_data.repertoire import ACTIONS, coarse
+from sample_data.takes import captures
 
 FOLDER = Path(__file__).resolve().parents[2] / "sample_data"
 COMMON = [
@@ -90,13 +97,6 @@ def test_every_action_has_its_performers_and_takes() -> None:
         assert len({file.split("/")[0] for file in takes[action]}) >= 2, action
 
 
-def test_long_takes_last_20_to_60_seconds(clips: dict[str, Clip]) -> None:
-    long = {file: clip.duration for file, clip in clips.items() if "/long_" in file}
-    assert len(long) >= 12
-    assert min(long.values()) >= 20
-    assert max(long.values()) <= 60
-
-
 def test_takes_from_grammars_are_their_sentences() -> None:
     segments = rows_by_file("segments")
     grammars = json.loads((FOLDER / "grammars.json").read_text(encoding="utf-8"))
@@ -145,11 +145,8 @@ def test_planted_feet_stay_where_they_are(clips: dict[str, Clip]) -> None:
     for file, clip in clips.items():
         positions, _ = kinematics.clip_positions(clip)
         for side, name in (("l", "Left"), ("r", "Right")):
-            toe = next(
-                n
-                for n, joint in enumerate(clip.skeleton.names)
-                if joint in (f"{name}Toe", f"{name}ToeBase")
-            )
+            names = clip.skeleton.names
+            toe = names.index(f"{name}Toe" if f"{name}Toe" in names else f"{name}ToeBase")
             planted = np.ones(clip.n_frames, dtype=bool)
             off = 0
             for row in events[file]:
@@ -178,12 +175,12 @@ def test_captures_fit_the_canonical_body(clips: dict[str, Clip]) -> None:
 def test_the_same_seed_gives_the_committed_bytes(tmp_path: Path) -> None:
     from sample_data.make import make
 
-    some = ["ana/walk_1.bvh", "chidi/layup_1.bvh", "dora/long_dance_1.bvh", "emil/pick_up_1.bvh"]
+    some = ["ana/walk_1.bvh", "chidi/layup_1.bvh", "dora/long_dance_1.bvh", "emil/sit_down_1.bvh"]
     make(tmp_path, seed=1, only=some)
     for file in some:
-        assert (tmp_path / "captures" / file).read_bytes() == (
-            FOLDER / "captures" / file
-        ).read_bytes()
+        made, committed = ((at / "captures" / file).read_text() for at in (tmp_path, FOLDER))
+        # which of 180 and -180 comes out of rounding depends on the processor
+        assert made.replace("-180 ", "180 ") == committed.replace("-180 ", "180 ")
     for name in ("captions", "segments", "events"):
         made = (tmp_path / f"{name}.tsv").read_text(encoding="utf-8").splitlines()
         committed = (FOLDER / f"{name}.tsv").read_text(encoding="utf-8").splitlines()
@@ -196,3 +193,26 @@ def test_another_seed_gives_other_motion(tmp_path: Path) -> None:
     make(tmp_path, seed=2, only=["ana/bow_1.bvh"])
     other = (tmp_path / "captures/ana/bow_1.bvh").read_text()
     assert other != (FOLDER / "captures/ana/bow_1.bvh").read_text()
+
+
+def test_sentences_of_the_toy_grammar_are_its_fourteen_strings() -> None:
+    letters = dict(zip(("catch", "fake_shot", "dribble", "pass", "shoot", "run"), "rfdpsm"))
+    middles = ("", "f", "d", "ff", "fd", "df", "fdf")
+    strings = {f"r{middle}{end}m" for middle in middles for end in "ps"}
+    random = np.random.RandomState(0)
+    drawn = [derive("play", random).words() for _ in range(300)]
+    assert {"".join(letters[word] for word in words) for words in drawn} == strings
+
+
+def test_every_terminal_is_an_action_with_words() -> None:
+    for rules in GRAMMARS.values():
+        symbols = {s for choices in rules.values() for choice in choices for s in choice}
+        assert symbols - set(rules) <= set(ACTIONS) & set(PHRASES)
+    assert {coarse(move) for c in captures() for move, _ in c.moves} <= set(PHRASES)
+
+
+@pytest.mark.parametrize("module", [grammars, performers, repertoire], ids=lambda m: m.__name__)
+def test_the_examples_in_the_docstrings_run(module: ModuleType) -> None:
+    failed, tried = doctest.testmod(module)
+    assert tried > 0
+    assert failed == 0

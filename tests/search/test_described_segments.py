@@ -11,8 +11,8 @@ import pytest
 import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.learn.learned import Learned
-from motiondb.meaning.by_words import WINDOW_MARGIN
 from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import Caption
 from motiondb.search.asked_words import learned_words, with_replaced
 from motiondb.search.described import segment_words, word_probabilities

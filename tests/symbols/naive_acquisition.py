@@ -83,20 +83,19 @@ def description_length(
     return total
 
 
-def symbols_that_pay(
-    scores: np.ndarray, prices: np.ndarray, names: bool = True
-) -> tuple[list[int], float]:
-    """Kill by trying every death and writing out L; the symbols left and what L they leave."""
+def total_length(scores: np.ndarray, prices: np.ndarray, alive: list[int]) -> float:
+    """L of the symbols that live, a segment at a time."""
+    each = -sum(max(row[s] for s in alive) for row in scores)
+    return float(each + len(scores) * log(len(alive)) + sum(prices[s] for s in alive))
 
-    def length(alive: list[int]) -> float:
-        each = -sum(max(row[s] for s in alive) for row in scores)
-        return each + len(scores) * log(len(alive)) * names + sum(prices[s] for s in alive)
 
+def symbols_that_pay(scores: np.ndarray, prices: np.ndarray) -> list[int]:
+    """Kill by trying every death and writing out L; the symbols left."""
     alive = list(range(scores.shape[1]))
     while len(alive) > 1:
         without = [[s for s in alive if s != dead] for dead in alive]
-        lengths = [length(left) for left in without]
-        if min(lengths) >= length(alive):
+        lengths = [total_length(scores, prices, left) for left in without]
+        if min(lengths) >= total_length(scores, prices, alive):
             break
         alive = without[int(np.argmin(lengths))]
-    return alive, length(alive)
+    return alive

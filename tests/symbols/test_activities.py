@@ -55,31 +55,6 @@ def test_without_a_number_the_take_tells_its_activities_apart() -> None:
     assert len({wave, stand, high}) == 3
 
 
-def test_the_same_seed_gives_the_same_activities() -> None:
-    features = take_of_three(np.random.default_rng(2))
-    first, second = (activities.find_activities(features, np.random.default_rng(7)) for _ in "ab")
-    assert first == second
-
-
-@pytest.mark.parametrize("n_frames", [0, 1, 29, 59])
-def test_a_short_capture_is_one_activity(n_frames: int) -> None:
-    actual = activities.find_activities(np.ones((n_frames, 4)), np.random.default_rng(0), 5)
-    assert actual == ([(0, n_frames, 0)] if n_frames else [])
-
-
-def test_a_capture_that_stands_still_is_one_activity() -> None:
-    assert activities.find_activities(np.ones((300, 4)), np.random.default_rng(0)) == [(0, 300, 0)]
-
-
-def test_no_activities_are_refused() -> None:
-    with pytest.raises(MotionDBError) as caught:
-        activities.find_activities(np.ones((90, 4)), np.random.default_rng(0), 0)
-    assert str(caught.value) == (
-        "activities: expected a number of at least 1, found 0. "
-        "Ask for more, or leave the number to motiondb."
-    )
-
-
 @settings(max_examples=25, deadline=None)
 @given(
     st.integers(0, 2**31),
@@ -110,3 +85,53 @@ def test_activities_tile_the_capture(seed: int, n_frames: int) -> None:
     assert actual[0][0] == 0
     assert actual[-1][1] == n_frames
     assert all(a[1] == b[0] and a[2] != b[2] for a, b in pairwise(actual))
+
+
+def surprise_slowly(
+    values: np.ndarray, inside: np.ndarray, centres: np.ndarray, floor: float
+) -> np.ndarray:
+    """The same in plain NumPy, from given starts."""
+    members = values[inside]
+    centres = centres.copy()
+    nearest = np.argmin(((members[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
+    for _ in range(activities.ROUNDS):
+        for part in np.unique(nearest):
+            centres[part] = members[nearest == part].mean(axis=0)
+        nearest = np.argmin(((members[:, None] - centres[None]) ** 2).sum(axis=2), axis=1)
+    density = np.zeros(len(values))
+    for part in np.unique(nearest):
+        some = members[nearest == part]
+        variance = some.var(axis=0) + floor * values.var(axis=0) + 1e-9
+        squares = ((values - some.mean(axis=0)) ** 2 / variance).sum(axis=1)
+        density += len(some) / len(members) * np.exp(-0.5 * squares) / np.sqrt(variance.prod())
+    return -np.log(density)
+
+
+def test_one_part_by_hand() -> None:
+    values = np.array([[0.0], [2.0], [1.0]])
+    inside = np.array([True, True, False])
+    actual = activities.surprise(values, inside, np.random.default_rng(0), 1, 0.0)
+    assert np.allclose(actual, [0.5, 0.5, 0.0], atol=1e-6)  # mean 1, variance 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 4))
+def test_as_in_plain_numpy(seed: int, n_parts: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=(40, 3))
+    inside = np.arange(40) < 25
+    starts = activities.far_apart(values[inside], n_parts, np.random.default_rng(seed))
+    slow = surprise_slowly(values, inside, values[inside][starts], 0.3)
+    quick = activities.surprise(values, inside, np.random.default_rng(seed), n_parts, 0.3)
+    assert np.allclose(quick, slow)
+
+
+@pytest.mark.parametrize("n_frames", [0, 1, 59, 300])
+def test_a_capture_that_is_short_or_still_is_one_activity(n_frames: int) -> None:
+    features = np.ones((n_frames, 4))
+    actual = activities.find_activities(
+        features, np.random.default_rng(0), 5 if n_frames < 60 else None
+    )
+    assert actual == ([(0, n_frames, 0)] if n_frames else [])
+    with pytest.raises(MotionDBError, match=r"expected a number of at least 1, found 0\. Ask for"):
+        activities.find_activities(features, np.random.default_rng(0), 0)

@@ -9,7 +9,6 @@ from hmmlearn.hmm import GaussianHMM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm, hmm_jobs
 
@@ -199,28 +198,3 @@ def test_threads_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_array_equal(trace, again)
     for name in ("self_loops", "means", "covars"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
-
-
-def test_no_segments_leave_the_symbols_alone() -> None:
-    symbols = naive.random_symbols(np.random.default_rng(7), [3], 3)
-    nothing = np.zeros(0, dtype=int)
-    fitted, trace = hmm.fit(
-        symbols, np.zeros((4, 3)), nothing, nothing, nothing, n_iterations=2, variance_floor=1e-3
-    )
-    np.testing.assert_array_equal(fitted.means, symbols.means)
-    np.testing.assert_array_equal(trace, 0.0)
-
-
-def test_error_texts() -> None:
-    symbols = naive.random_symbols(np.random.default_rng(8), [3], 3)
-    frames, starts, ends = drawn(8, 2)
-    with pytest.raises(MotionDBError) as caught:
-        hmm.fit(symbols, frames, starts, ends, np.zeros(3), n_iterations=1, variance_floor=1)
-    assert str(caught.value) == (
-        "assignment: expected a symbol for each of 2 segments, found 3. Give one number a segment."
-    )
-    with pytest.raises(MotionDBError) as caught:
-        hmm.fit(symbols, frames, starts, ends, [0, -1], n_iterations=1, variance_floor=1)
-    assert str(caught.value) == (
-        "assignment: expected symbols from 0 to 0, found -1. Number the symbols from 0."
-    )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import naive_hmm as naive
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ from hypothesis import strategies as st
 
 from motiondb.errors import MotionDBError
 from motiondb.records import FloatArray, IntArray, MotionSymbols
-from motiondb.symbols import hmm, hmm_jobs, hmm_kernels
+from motiondb.symbols import hmm, hmm_jobs, hmm_kernels, network
 
 TWO_COINS = MotionSymbols(
     np.array([2]),
@@ -26,21 +29,6 @@ def whole(frames: FloatArray) -> tuple[IntArray, IntArray]:
     return np.array([0]), np.array([len(frames)])
 
 
-def as_hmmlearn(symbols: MotionSymbols, s: int) -> GaussianHMM:
-    """The symbol with one further, absorbing state that no frame can be in."""
-    n, n_dims = int(symbols.n_states[s]), symbols.means.shape[2]
-    model = GaussianHMM(n + 1, "diag", init_params="", params="", implementation="log")
-    model.startprob_ = np.eye(n + 1)[0]
-    model.transmat_ = np.zeros((n + 1, n + 1))
-    for k in range(n):
-        model.transmat_[k, k] = symbols.self_loops[s, k]
-        model.transmat_[k, k + 1] = 1 - symbols.self_loops[s, k]
-    model.transmat_[n, n] = 1.0
-    model.means_ = np.concatenate([symbols.means[s, :n], np.full((1, n_dims), 1e6)])
-    model.covars_ = np.concatenate([symbols.covars[s, :n], np.ones((1, n_dims))])
-    return model
-
-
 def test_score_by_hand() -> None:
     frames = np.array([[0.0], [2.0]])
     # stay: 1/2 exp(-2), move: 1/2; both times (2 pi)^-1. Leaving: 1/2 * 3/4.
@@ -49,12 +37,6 @@ def test_score_by_hand() -> None:
     assert free[0, 0] == pytest.approx(np.log(0.5 * (1 + np.exp(-2))) - LOG_2_PI, rel=1e-6)
     assert left[0, 0] == pytest.approx(np.log(0.375) - LOG_2_PI, rel=1e-6)
     assert free.dtype == np.float32
-
-
-def test_too_short_to_leave_is_impossible() -> None:
-    frames = np.zeros((1, 1))
-    assert hmm.score(TWO_COINS, frames, *whole(frames), exit=True)[0, 0] == np.float32(-1e30)
-    assert hmm.score(TWO_COINS, frames, *whole(frames))[0, 0] == pytest.approx(-0.5 * LOG_2_PI)
 
 
 @settings(deadline=None, max_examples=30)
@@ -75,22 +57,6 @@ def test_score_posteriors_and_path_are_sums_over_all_paths(
         np.testing.assert_allclose(gamma, naive.posteriors(symbols, s, frames, ends), atol=1e-9)
         path = hmm.viterbi(symbols, s, frames, exit=exit)
         assert tuple(path) == naive.best_path(symbols, s, frames, ends)
-
-
-def test_score_and_viterbi_are_those_of_hmmlearn() -> None:
-    rng = np.random.default_rng(1)
-    symbols = naive.random_symbols(rng, [6, 4, 5, 6], 5)
-    ends = np.cumsum(rng.integers(3, 40, 25))
-    starts = np.concatenate([[0], ends[:-1]])
-    frames = rng.normal(0, 2, (ends[-1], 5)).astype(np.float32)
-    scores = hmm.score(symbols, frames, starts, ends)
-    models = [as_hmmlearn(symbols, s) for s in range(4)]
-    expected = [[model.score(frames[a:b]) for model in models] for a, b in zip(starts, ends)]
-    np.testing.assert_allclose(scores, expected, rtol=1e-4)
-    for a, b, s in zip(starts, ends, rng.integers(0, 4, 25)):
-        np.testing.assert_array_equal(
-            hmm.viterbi(symbols, s, frames[a:b]), models[s].decode(frames[a:b])[1]
-        )
 
 
 def test_blocks_threads_and_order_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,46 +123,180 @@ def test_the_same_seed_gives_the_same_sample() -> None:
     np.testing.assert_array_equal(first, second)
 
 
-def test_error_texts() -> None:
-    frames = np.zeros((5, 1))
-    cases = [
-        (
-            lambda: hmm.score(TWO_COINS, np.zeros((5, 3)), *whole(frames)),
-            "frames: expected 1 columns as the symbols have, found shape (5, 3). "
-            "Project the features into the symbols' space.",
-        ),
-        (
-            lambda: hmm.score(TWO_COINS, frames, np.array([0, 3]), np.array([2, 3])),
-            "segment 1: expected 0 <= start < end <= 5, found [3, 3). "
-            "Leave out empty segments and those beyond the frames.",
-        ),
-        (
-            lambda: hmm.viterbi(TWO_COINS, 4, frames),
-            "assignment: expected symbols from 0 to 0, found 4. Number the symbols from 0.",
-        ),
-        (
-            lambda: hmm.sample(TWO_COINS, 0, np.random.default_rng(0), length=1),
-            "symbol 0: expected a length of at least 2 frames (its states), found 1. "
-            "Ask for more frames.",
-        ),
-    ]
-    for call, text in cases:
-        with pytest.raises(MotionDBError) as caught:
-            call()
-        assert str(caught.value) == text
+def value_of(
+    symbols: MotionSymbols, frames: FloatArray, way: list[tuple[int, int, int]], cost: float
+) -> float:
+    """What ``segment_by_symbols`` maximises, for a given segmentation."""
+    total = -cost * (len(way) - 1)
+    for start, end, s in way:
+        total += max(p for _, p in naive.paths(symbols, s, frames[start:end], True))
+    return total
 
 
-def test_symbols_that_do_not_fit_together_are_refused() -> None:
-    frames = np.zeros((5, 1))
-    shape = MotionSymbols(np.array([2]), np.ones((1, 2)), np.zeros((1, 2, 1)), np.ones((1, 3, 1)))
-    with pytest.raises(MotionDBError, match=r"^symbols\.covars: expected shape \(1, 2, 1\), found"):
-        hmm.score(shape, frames, *whole(frames))
-    count = MotionSymbols(np.array([3]), np.ones((1, 2)), np.zeros((1, 2, 1)), np.ones((1, 2, 1)))
-    with pytest.raises(MotionDBError, match=r"^symbols\.n_states: expected 1 numbers from 1 to 2,"):
-        hmm.score(count, frames, *whole(frames))
-    flat = MotionSymbols(np.array([2]), np.ones((1, 2)), np.zeros((1, 2, 1)), np.zeros((1, 2, 1)))
-    with pytest.raises(MotionDBError, match="variances above 0"):
-        hmm.score(flat, frames, *whole(frames))
-    loop = MotionSymbols(np.array([2]), np.full((1, 2), 1.5), *([np.ones((1, 2, 1))] * 2))
-    with pytest.raises(MotionDBError, match=r"^symbols\.self_loops: expected probabilities"):
-        hmm.score(loop, frames, *whole(frames))
+@settings(deadline=None, max_examples=25)
+@given(
+    st.integers(0, 10**6),
+    st.integers(3, 8),
+    st.floats(-2, 4),
+    st.integers(1, 4),
+)
+def test_best_of_all_segmentations(seed: int, n_frames: int, cost: float, shortest: int) -> None:
+    rng = np.random.default_rng(seed)
+    symbols = naive.random_symbols(rng, [2, 1, 3], 2)
+    frames = rng.normal(0, 1.5, (n_frames, 2))
+    shortest = min(shortest, n_frames)
+    way = hmm.segment_by_symbols(
+        symbols,
+        frames,
+        switch_cost=cost,
+        minimum_duration=shortest,
+    )
+    expected, _ = naive.best_segmentation(symbols, frames, cost, shortest)
+    assert [a for a, _, _ in way] == [0, *(b for _, b, _ in way[:-1])]
+    assert way[-1][1] == n_frames
+    assert all(b - a >= max(shortest, symbols.n_states[s]) for a, b, s in way)
+    assert value_of(symbols, frames, way, cost) == pytest.approx(expected, abs=1e-3)
+
+
+def test_blocks_change_no_segmentation(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(1)
+    symbols = naive.random_symbols(rng, [3, 2, 4, 3], 3)
+    frames = rng.normal(0, 2, (90, 3))
+    expected = hmm.segment_by_symbols(symbols, frames, switch_cost=3.0, minimum_duration=5)
+    monkeypatch.setattr(network, "BLOCK_VALUES", 100)
+    again = hmm.segment_by_symbols(symbols, frames, switch_cost=3.0, minimum_duration=5)
+    assert again == expected
+    assert len(expected) > 3
+
+
+def test_samples_in_series_are_found_again() -> None:
+    rng = np.random.default_rng(2)
+    symbols = naive.random_symbols(rng, [4, 4, 4, 4], 6, spread=4.0)
+    truth = [2, 0, 0, 3, 1, 2]
+    parts = [hmm.sample(symbols, s, rng)[0] for s in truth]
+    ends = np.cumsum([len(part) for part in parts])
+    way = hmm.segment_by_symbols(symbols, np.concatenate(parts), switch_cost=5.0)
+    assert [s for _, _, s in way] == truth
+    assert [end for _, end, _ in way] == ends.tolist()
+
+
+def test_too_short_for_any_symbol() -> None:
+    symbols = naive.random_symbols(np.random.default_rng(3), [4, 3], 2)
+    frames = symbols.means[1, :2]
+    assert hmm.segment_by_symbols(symbols, frames) == [(0, 2, 1)]
+    assert hmm.segment_by_symbols(symbols, symbols.means[0], minimum_duration=9) == [(0, 4, 0)]
+    assert hmm.segment_by_symbols(symbols, np.zeros((0, 2))) == []
+
+
+def scores_of(symbols: MotionSymbols, frames: FloatArray) -> FloatArray:
+    return hmm.score(symbols, frames, np.array([0]), np.array([len(frames)]))[0].astype(float)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10**6), st.integers(1, 30))
+def test_scores_and_paths_are_those_of_hmmlearn(seed: int, n_frames: int) -> None:
+    rng = np.random.default_rng(seed)
+    symbols = naive.random_symbols(rng, [3, 1, 5], 2)
+    frames = rng.normal(0, 1.5, (n_frames, 2))
+    models = [symbols.to_hmmlearn(s) for s in range(3)]
+    expected = scores_of(symbols, frames)
+    np.testing.assert_allclose([m.score(frames) for m in models], expected, rtol=1e-4, atol=1e-4)
+    for s, model in enumerate(models):
+        np.testing.assert_array_equal(model.decode(frames)[1], hmm.viterbi(symbols, s, frames))
+
+
+def test_there_and_back_is_the_same_to_the_last_bit() -> None:
+    symbols = naive.random_symbols(np.random.default_rng(3), [4, 2, 6], 3)
+    back = MotionSymbols.from_hmmlearn([symbols.to_hmmlearn(s) for s in range(3)])
+    for name in ("n_states", "self_loops", "means", "covars"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(symbols, name))
+
+
+def test_without_an_exit_state_the_last_state_is_never_left() -> None:
+    symbols = naive.random_symbols(np.random.default_rng(4), [3], 2)
+    model = symbols.to_hmmlearn(0, exit_state=False)
+    assert model.n_components == 3
+    assert model.transmat_[2].tolist() == [0.0, 0.0, 1.0]
+    back = MotionSymbols.from_hmmlearn([model])
+    np.testing.assert_array_equal(back.self_loops[0], [*symbols.self_loops[0, :2], 1.0])
+    frames = np.random.default_rng(5).normal(size=(12, 2))
+    assert model.score(frames) == pytest.approx(scores_of(back, frames)[0], rel=1e-4)
+
+
+def test_hmmlearn_can_fit_and_sample_what_it_is_given() -> None:
+    rng = np.random.default_rng(6)
+    symbols = naive.random_symbols(rng, [3], 2, spread=4.0)
+    model = symbols.to_hmmlearn(0, exit_state=False)
+    drawn = [model.sample(40, random_state=int(seed))[0] for seed in range(5)]
+    frames, lengths = np.concatenate(drawn), [40] * 5
+    before = model.score(frames, lengths)
+    model.fit(frames, lengths)
+    assert model.score(frames, lengths) >= before
+    assert MotionSymbols.from_hmmlearn([model]).n_states.tolist() == [3]
+
+
+def any_model(transitions: list[list[float]], covariance: str = "diag") -> GaussianHMM:
+    model = GaussianHMM(2, covariance, init_params="")
+    model.startprob_ = np.array([1.0, 0.0])
+    model.transmat_ = np.array(transitions)
+    model.means_ = np.zeros((2, 1))
+    model.covars_ = np.ones((2, 1)) if covariance == "diag" else np.ones(2)
+    return model
+
+
+def test_refusals_name_the_model() -> None:
+    ahead = any_model([[0.5, 0.5], [0.0, 1.0]])
+    wide = any_model([[0.5, 0.5], [0.0, 1.0]])
+    wide.means_, wide.n_features = np.zeros((2, 3)), 3
+    for models, text in (
+        ([], "hmmlearn: expected at least 1 model, found 0"),
+        ([ahead, any_model([[0.5, 0.5], [0.2, 0.8]])], "model 1: expected a left-to-right model"),
+        ([any_model([[0.5, 0.5], [0.0, 1.0]], "spherical")], "model 0: expected diagonal covar"),
+        ([ahead, wide], "model 1: expected 1 dimensions as in model 0, found"),
+    ):
+        with pytest.raises(MotionDBError, match=text):
+            MotionSymbols.from_hmmlearn(models)
+    with pytest.raises(MotionDBError, match="expected a number from 0 to 0, found 1"):
+        TWO_COINS.to_hmmlearn(1)
+
+
+FIVE = np.zeros((5, 1))
+ALL = (FIVE, *whole(FIVE))
+
+
+WRONG = {
+    "frames: expected 1 columns as the symbols have, found shape (5, 3). Project the features": (
+        lambda: hmm.score(TWO_COINS, np.zeros((5, 3)), *whole(FIVE))
+    ),
+    "segment 1: expected 0 <= start < end <= 5, found [3, 3). Leave out empty segments": (
+        lambda: hmm.score(TWO_COINS, FIVE, np.array([0, 3]), np.array([2, 3]))
+    ),
+    "symbols.covars: expected shape (1, 2, 1), found": (
+        lambda: hmm.score(replace(TWO_COINS, covars=np.ones((1, 3, 1))), *ALL)
+    ),
+    "symbols.n_states: expected 1 numbers from 1 to 2,": (
+        lambda: hmm.score(replace(TWO_COINS, n_states=np.array([3])), *ALL)
+    ),
+    "variances above 0": (lambda: hmm.score(replace(TWO_COINS, covars=np.zeros((1, 2, 1))), *ALL)),
+    "symbols.self_loops: expected probabilities": (
+        lambda: hmm.score(replace(TWO_COINS, self_loops=np.full((1, 2), 1.5)), *ALL)
+    ),
+    "assignment: expected symbols from 0 to 0, found 4. Number the symbols from 0.": (
+        lambda: hmm.viterbi(TWO_COINS, 4, FIVE)
+    ),
+    "assignment: expected a symbol for each of 1 segments, found 3. Give one number a segment.": (
+        lambda: hmm.fit(TWO_COINS, *ALL, np.zeros(3), n_iterations=1, variance_floor=1)
+    ),
+    "symbol 0: expected a length of at least 2 frames (its states), found 1. Ask for more": (
+        lambda: hmm.sample(TWO_COINS, 0, np.random.default_rng(0), length=1)
+    ),
+    "minimum_duration: expected at least 1 frame, found 0. Ask for more.": (
+        lambda: hmm.segment_by_symbols(TWO_COINS, FIVE, minimum_duration=0)
+    ),
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_what_does_not_fit_is_refused(text: str) -> None:
+    with pytest.raises(MotionDBError, match=re.escape(text)):
+        WRONG[text]()

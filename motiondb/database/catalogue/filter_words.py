@@ -12,8 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from motiondb import store
 from motiondb.database.session import nearby_table
-from motiondb.language.lemmas import lemma
-from motiondb.language.vocabulary import forms_of
+from motiondb.language.vocabulary import forms_of, lemma
 from motiondb.records import CaptureInfo
 from motiondb.search.unknown_words import TAKEN, Taking, take_word
 from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where

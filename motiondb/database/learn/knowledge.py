@@ -22,7 +22,7 @@ from motiondb.learn.joining import fits, start_weight, strange_share
 from motiondb.learn.knowledge import Knowledge, Started
 from motiondb.learn.knowledge_making import make_knowledge
 from motiondb.learn.learned import Learned
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import why_unchecked
 

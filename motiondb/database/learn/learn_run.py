@@ -16,9 +16,9 @@ from motiondb.learn.codec import from_values
 from motiondb.learn.drift import Drift, DriftBaseline, count_word_use, measure_drift
 from motiondb.learn.fitting import fit_model
 from motiondb.learn.knowledge import Knowledge, begin
+from motiondb.learn.learned import performers_of
 from motiondb.learn.learned_model import LearnedModel, to_stored
-from motiondb.learn.performers import performers_of
-from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings, Progress
+from motiondb.learn.recognition import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
 
 _ATTEMPTS = 3  # How often to learn from the beginning where captures change meanwhile

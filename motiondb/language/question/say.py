@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from motiondb.language.question.amounts import match_number
-from motiondb.language.question.manner import adverb_of, manner_of
+from motiondb.language.question.amounts import adverb_of, manner_of, match_number
 from motiondb.language.question.tokens import match_connective
 from motiondb.language.question.tree import (
     Action,

@@ -24,16 +24,15 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from motiondb.errors import QueryError
-from motiondb.language.lemmas import VERBS
 from motiondb.language.question.amounts import (
+    manner_of,
     match_count,
     match_duration,
     match_measure,
     match_number,
 )
-from motiondb.language.question.manner import manner_of
 from motiondb.language.question.tree import LIMBS, NotUsed
-from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
+from motiondb.language.vocabulary import MODIFIERS, VERBS, join_phrases, motion_word, split_compound
 
 # The words and signs that join, order, exclude and group the actions of a question.
 

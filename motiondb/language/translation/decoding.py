@@ -67,8 +67,7 @@ def decode_words(
     Shapes: `log_transitions` (symbols + 1, symbols + 1); `log_lengths` (longest length + 1,).
     """
     # compiled code, which most questions do without
-    from motiondb.language.translation.decoding_kernels import search_sequences
-    from motiondb.language.translation.decoding_problem import pose_problem
+    from motiondb.language.translation.decoding_kernels import pose_problem, search_sequences
 
     numbers = np.asarray(words, dtype=np.int64)
     n_symbols = len(association.translation) - 1

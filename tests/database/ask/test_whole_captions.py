@@ -13,8 +13,7 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.search import reasons
 from motiondb.search.asked_words import learned_words
-from motiondb.search.by_words import WordAnswer, search_words
-from motiondb.search.ranking import CAPTION_WEIGHT
+from motiondb.search.by_words import CAPTION_WEIGHT, WordAnswer, search_words
 
 LONG = '"walk, turn left, sit down"'
 

@@ -16,15 +16,15 @@ import motiondb
 from motiondb import store
 from motiondb.body.features import N_FEATURES
 from motiondb.errors import MotionDBError
-from motiondb.learn import symbol_fitting
-from motiondb.learn.symbol_fitting import FeaturePool, LearnSettings
+from motiondb.learn import recognition
+from motiondb.learn.recognition import FeaturePool, LearnSettings
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols.acquisition import AcquisitionSettings, Cutting
 
 LEARN_AND_DIGEST = """
 import hashlib, sys
 import motiondb
-from motiondb.learn.symbol_fitting import LearnSettings
+from motiondb.learn.recognition import LearnSettings
 with motiondb.open(sys.argv[1]) as db:
     found = db.learn(LearnSettings(seed=5))
 digest = hashlib.sha256()
@@ -82,7 +82,7 @@ def test_two_symbols_tie_to_the_lowest() -> None:
     )
     pool = pool_of([6])
     cutting = Cutting(*(np.array(c) for c in ([0, 3], [3, 6], [0, 0])))
-    actual = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
+    actual = recognition.segment_table(pool.features[:, :1], pool, one, cutting)
     np.testing.assert_array_equal(actual.symbols, [0, 0])
     np.testing.assert_array_equal(actual.scores[:, 0], actual.scores[:, 1])
 
@@ -105,7 +105,7 @@ def test_frames_of_the_table_are_frames_of_the_motion() -> None:
     )
     pool = pool_of([4, 5], odd=1)
     cutting = Cutting(*(np.array(c) for c in ([0, 4, 6], [4, 6, 9], [0, 0, 0])))
-    actual = symbol_fitting.segment_table(pool.features[:, :1], pool, one, cutting)
+    actual = recognition.segment_table(pool.features[:, :1], pool, one, cutting)
     np.testing.assert_array_equal(actual.capture_ids, [7, 8, 8])
     np.testing.assert_array_equal(actual.starts, [0, 0, 4])
     np.testing.assert_array_equal(actual.ends, [7, 4, 9])
@@ -114,18 +114,8 @@ def test_frames_of_the_table_are_frames_of_the_motion() -> None:
 def test_background_by_hand() -> None:
     """-(x^2 + y^2) / 2 - ln 2 pi, a frame's mean: x = 0, 2 and y = 0, 1 make -1.25 - ln 2 pi."""
     frames = np.array([[0.0, 0.0], [2.0, 1.0], [3.0, 0.0]], dtype=np.float32)
-    actual = symbol_fitting.background(frames, np.array([0, 2]), np.array([2, 3]))
+    actual = recognition.background(frames, np.array([0, 2]), np.array([2, 3]))
     np.testing.assert_allclose(actual, np.array([-1.25, -4.5]) - 1.8378770664)
-
-
-@pytest.mark.parametrize("n_symbols", [1, 3])
-def test_as_many_symbols_as_asked_for(tmp_path: Path, some: Path, n_symbols: int) -> None:
-    with motiondb.open(tmp_path / "m.duckdb") as db:
-        db.add(some)
-        learned = db.learn(LearnSettings(n_symbols=n_symbols))
-        assert learned.symbols.n_symbols == n_symbols
-        assert learned.segments.scores.shape[1] == n_symbols
-        assert db.learned.symbols.n_symbols == n_symbols
 
 
 def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, some: Path) -> None:

@@ -15,17 +15,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import motiondb
 from motiondb import files as capture
 from motiondb import store
 from motiondb.body import kinematics, retarget
-from motiondb.database.scenes import scene_folder, scene_making
+from motiondb.database.scenes import scene_folder, scene_making, scene_records
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_records import from_json, record_state, record_text, to_json
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.grammar.cfg.context_free import Tree
+from motiondb.scene.clips.clips import ClipSource
+from motiondb.store import SceneClip
 
 DIAGRAM = """diagram "Two"
 grammar basketball
@@ -185,6 +189,8 @@ def test_a_scene_tells_whether_time_ended_its_sampling(
         scene = db.scenes.update(db.scenes.find(made.folder), made.diagram)
     assert (len(scene.made.trace.best) == 2) == cut_short  # the start and one round
     assert scene.record.report["cut_short"] is cut_short
+    if cut_short:
+        assert scene.record.report["cut_at"]["rounds"] == 1
 
 
 @pytest.mark.parametrize(
@@ -298,30 +304,39 @@ def test_an_action_without_clips_is_named(made: Made, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "error"),
-    [("", "ValueError|JSONDecodeError"), ("{}", "KeyError"), ('{"format": "other"}', "KeyError")],
+    [
+        ("", "a fault: Expecting value"),
+        ("{}", "the format"),
+        ('{"format": "other"}', "the format"),
+        ("[" * 100_000, "at most 50 lists and objects within one another"),
+    ],
 )
 def test_other_files_are_no_scenes(tmp_path: Path, text: str, error: str) -> None:
     (tmp_path / "scene.json").write_text(text)
-    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*({error})"):
+    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*{error}"):
         scene_folder.read_scene_folder(tmp_path)
 
 
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("name", {}, "name is of type dict"),
-        ("diagram", 7, "diagram is of type int"),
-        ("grammar", [], "grammar is of type list"),
-        ("error", "low", "error is of type str"),
-        ("n_frames", None, "n_frames is of type NoneType"),
-        ("report", 7, "report is of type int"),
+        ("name", {}, "a text for name, found an object"),
+        ("diagram", 7, "a text for diagram, found a whole number"),
+        ("grammar", [], "a text for grammar, found a list"),
+        ("error", "low", "a number for error, found a text"),
+        ("n_frames", None, "a whole number for n_frames, found null"),
+        ("report", 7, "an object for report, found a whole number"),
         ("report", {"feet": 7}, "expected a record that can be reported, found"),
-        ("settings", 7, "expected a scene as motiondb scene make writes it, .*TypeError"),
+        (
+            "settings",
+            7,
+            "expected a scene as motiondb scene make writes it, .*an object for settings",
+        ),
         ("settings", {"chains": -3}, "expected a scene as .*chains: expected 1 to 64"),
         ("settings", {"wings": 2}, "expected a scene as .*wings"),
-        ("players", [{"name": "A1"}], "expected a scene as .*KeyError"),
-        ("rules", [[]], "expected a scene as .*TypeError"),
-        ("ball", {}, "expected a scene as .*TypeError"),
+        ("players", [{"name": "A1"}], "expected a scene as .*a field 'team'"),
+        ("rules", [[]], "an object for rules.0., found a list"),
+        ("ball", {}, "a table of numbers for ball"),
     ],
 )
 def test_a_record_that_was_changed_is_refused(
@@ -390,3 +405,60 @@ def test_nothing_half_is_left(made: Made, tmp_path: Path, monkeypatch: pytest.Mo
             db.scenes.write(made.scene, tmp_path / "new", drawn=False)
     assert {p.name: p.read_bytes() for p in (tmp_path / "two").iterdir()} == before
     assert [path.name for path in tmp_path.iterdir()] == ["two"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"chains": 0}, "chains: expected 1 to 64"),
+        ({"minutes": 0.0}, "minutes: expected a number above 0"),
+        ({"minutes": float("nan")}, "minutes: expected a number above 0"),
+        ({"rounds": 0}, "rounds: expected at least 1"),
+        ({"tries": 0}, "tries: expected at least 1"),
+    ],
+)
+def test_settings_that_make_no_sense(settings: dict, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        SceneSettings(**settings)
+
+
+def test_more_chains_go_on_in_the_same_ratio() -> None:
+    few, many = SceneSettings(chains=2).temperatures, SceneSettings(chains=7).temperatures
+    assert few == many[:2]
+    assert len(many) == 7
+    assert many[6] / many[5] == pytest.approx(many[5] / many[4])
+
+
+PLACES = st.tuples(
+    st.sampled_from(["a", "b", "c"]), st.integers(0, 3000), st.integers(0, 3000), st.booleans(),
+    st.sampled_from([-0.1, 0.0, 0.1]), st.sampled_from([0.9, 1.0]),
+)  # fmt: skip
+
+
+def library_of(places: list[tuple]) -> SimpleNamespace:
+    source = tuple(ClipSource(*place) for place in places)
+    return SimpleNamespace(terminals=("run",), of=lambda _: range(len(source)), source=source)
+
+
+def kept_at(place: tuple) -> SceneClip:
+    capture, *rest = place
+    return SceneClip("run", capture, "", *rest)
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(places=st.lists(PLACES, min_size=1, max_size=12), wanted=PLACES)
+def test_the_most_similar_entry_is_that_of_a_search_through_all(places, wanted):
+    clips = library_of(places)
+    clip = kept_at(wanted)
+    costs = [scene_records._unlike(source, clip) for source in clips.source]
+    assert scene_records._entry(clips, clip) == int(np.argmin(costs))
+
+
+def test_an_entry_that_is_there_is_found_itself():
+    places = [("a", 0, 30, False, 0.0, 1.0), ("b", 0, 30, False, 0.0, 1.0)]
+    assert scene_records._entry(library_of(places), kept_at(places[1])) == 1
+
+
+def test_an_action_that_lost_its_clips_is_named():
+    with pytest.raises(SceneError, match="run: expected clips of this action, found none"):
+        scene_records._entry(library_of([]), kept_at(("a", 0, 30, False, 0.0, 1.0)))

@@ -1,0 +1,220 @@
+"""Evidence of words in takes: log-odds by motion and captions, and upper bounds for questions.
+
+The word map gives the log-odds v of each word in a window around each segment of a capture, and in
+the whole capture. Words in captions of the capture are evidence in addition to the motion.
+
+**Upper bounds of the log-odds of a question, for all captures at once.**
+``by_question.search_take`` places the parts of a question in one capture, which takes some 0.1 ms.
+Most captures need not be looked at: the log-odds of a requested action are at most
+
+    1/2 (mean over its words of the largest v at any segment) + 1/2 v of the whole capture,
+
+those of an excluded action are at least the same with the smallest v, and the log-odds of all
+statements together rise with those of requested and fall with those of excluded actions. Captures
+are searched in the order of their bounds until no bound reaches the answers that there are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motiondb.language.question.readings import Reading
+from motiondb.meaning.counting import Described
+from motiondb.meaning.score_vectors import interval_vectors
+from motiondb.meaning.word_map import WordMap
+from motiondb.records import FloatArray, IntArray, SegmentTable
+
+WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
+UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
+WINDOW_MARGIN = 22  # Frames (0.75 s) by which a window extends beyond its segment on both sides
+
+
+@dataclass(frozen=True, eq=False)
+class TakeScores:
+    """Log-odds of the vocabulary in one capture."""
+
+    starts: IntArray  # (segments,): first frame of each segment
+    ends: IntArray  # (segments,): one past the last frame of each segment
+    windows: FloatArray  # (segments, words): log-odds in the window around each segment
+    whole: FloatArray  # (words,): log-odds of the whole capture
+
+
+def motion_log_odds(
+    fit: WordMap, standardised: FloatArray, starts: IntArray, ends: IntArray, margin: int
+) -> FloatArray:
+    """Log-odds of words in one capture, from its motion: array (segments + 1, words).
+
+    The last row is that of the whole capture.
+
+    Shapes: `standardised` (segments, columns); `starts`, `ends` (segments,).
+    """
+    low = np.concatenate([starts - margin, [0]])
+    high = np.concatenate([ends + margin, ends[-1:]])
+    return fit.log_odds(interval_vectors(standardised, starts, ends, low, high))
+
+
+def written_evidence(
+    n_segments: int,
+    spans: Sequence[tuple[int, int, FloatArray]],
+    starts: IntArray,
+    ends: IntArray,
+    n_words: int,
+) -> FloatArray:
+    """Log-odds added by captions: array (segments, words).
+
+    Shapes: `spans` each (words,); `starts`, `ends` (segments,).
+    """
+    evidence = np.zeros((n_segments, n_words))
+    if not spans:
+        return evidence
+    covered = np.zeros(n_segments, dtype=bool)
+    said = np.zeros((n_segments, n_words), dtype=bool)
+    for low, high, words in spans:
+        inside = (starts < high) & (ends > low)
+        covered |= inside
+        said[inside] |= words.astype(bool)
+    evidence[covered] = UNWRITTEN
+    evidence[said] = WRITTEN
+    return evidence
+
+
+def all_hold(log_odds: Sequence[FloatArray]) -> FloatArray:
+    """Log-odds that independent statements all hold, element by element.
+
+    `log_odds`: Log-odds of each statement, of one shape; at least one. A single one is returned as
+    it is.
+    """
+    if len(log_odds) == 1:
+        return log_odds[0]
+    log_p = -np.logaddexp(0.0, -np.stack(log_odds)).sum(axis=0)
+    log_p = np.minimum(log_p, -1e-300)  # certain, up to floating point
+    joint: FloatArray = log_p - np.log(-np.expm1(log_p))
+    return joint
+
+
+def joint_log_odds(log_odds: Sequence[float]) -> float:
+    """Log-odds that several independent statements all hold.
+
+    >>> joint_log_odds([0.25])
+    0.25
+    >>> round(joint_log_odds([0.0, 0.0]), 6)  # 1/2 * 1/2 = 1/4, whose log-odds are -ln 3
+    -1.098612
+    """
+    if len(log_odds) == 1:
+        return float(log_odds[0])
+    log_p = -float(np.logaddexp(0.0, -np.asarray(log_odds)).sum())
+    return log_p - math.log(-math.expm1(log_p))
+
+
+AT_ONCE = 4096
+"""Captures whose log-odds are joined into one array at a time. Chosen by hand: some 10 MB."""
+SLACK = 1e-6
+"""Nats that a bound may be too low by rounding. Chosen by hand, far above the rounding of doubles
+and far below what separates answers."""
+
+
+@dataclass(frozen=True, eq=False)
+class TakeExtremes:
+    """The largest and smallest log-odds of every word in every capture."""
+
+    captures: IntArray  # (captures,): numbers of the captures
+    highest: FloatArray  # (captures, words): largest log-odds over the segments of the capture
+    lowest: FloatArray  # (captures, words): smallest log-odds over its segments
+    whole: FloatArray  # (captures, words): log-odds of the whole capture
+
+
+def take_extremes(takes: Mapping[int, TakeScores]) -> TakeExtremes:
+    """Return the extremes of captures, each of which has at least one segment."""
+    highest, lowest, each = [], [], list(takes.values())
+    for first in range(0, len(each), AT_ONCE):
+        some = each[first : first + AT_ONCE]
+        firsts = np.cumsum([0, *(len(take.starts) for take in some[:-1])])
+        windows = np.concatenate([take.windows for take in some])
+        highest.append(np.maximum.reduceat(windows, firsts, axis=0))
+        lowest.append(np.minimum.reduceat(windows, firsts, axis=0))
+    if not highest:
+        none = np.zeros((0, 0))
+        return TakeExtremes(np.zeros(0, dtype=np.int64), none, none, none)
+    return TakeExtremes(
+        np.fromiter(takes, dtype=np.int64),
+        np.concatenate(highest),
+        np.concatenate(lowest),
+        np.stack([take.whole for take in each]),
+    )
+
+
+def upper_bounds(
+    extremes: TakeExtremes, readings: Sequence[Reading], number: Mapping[str, int]
+) -> FloatArray:
+    """Return what the log-odds of a question are at most in each capture: array (captures,)."""
+    bounds = np.full(len(extremes.captures), -np.inf)
+    for reading in readings:
+        np.maximum(bounds, _of_reading(extremes, reading, number), out=bounds)
+    return bounds
+
+
+def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, int]) -> FloatArray:
+    asked = [
+        _of_action(extremes.highest, extremes.whole, action, number, 0.5)
+        for first in sorted({part.repeat_of for part in reading.parts})
+        for action in reading.parts[first].actions
+    ]
+    elsewhere = {word for part in reading.parts for action in part.actions for word in action}
+    excluded = [
+        -all_hold(
+            [
+                _of_action(
+                    extremes.lowest,
+                    extremes.whole,
+                    action,
+                    number,
+                    1.0 if elsewhere.issuperset(action) else 0.5,
+                )
+                for action in exclusion.actions
+            ]
+        )
+        for exclusion in reading.exclusions
+    ]
+    return all_hold([*asked, *excluded])
+
+
+def _of_action(
+    near: FloatArray,
+    whole: FloatArray,
+    action: Sequence[str],
+    number: Mapping[str, int],
+    share: float,
+) -> FloatArray:
+    columns = [number[word] for word in action]
+    inside, outside = near[:, columns].mean(axis=1), whole[:, columns].mean(axis=1)
+    bound: FloatArray = share * inside + (1.0 - share) * outside
+    return bound
+
+
+def caption_evidence(
+    described: Sequence[Described],
+    table: SegmentTable,
+    rows: Mapping[int, slice],
+    number: Mapping[str, int],
+) -> dict[int, FloatArray]:
+    """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
+    spans: dict[int, list[tuple[int, int, FloatArray]]] = {}
+    for d in described:
+        said = np.zeros(len(number))
+        said[[number[w] for w in d.words if w in number]] = 1.0
+        spans.setdefault(d.capture_id, []).append((int(d.start), int(d.end), said))
+    return {
+        capture: written_evidence(
+            inside.stop - inside.start,
+            spans[capture],
+            table.starts[inside],
+            table.ends[inside],
+            len(number),
+        )
+        for capture, inside in rows.items()
+        if capture in spans
+    }
