@@ -17,6 +17,7 @@ from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database import MotionDB
 from motiondb.database.session import feature_arrays
 from motiondb.errors import MotionDBError
+from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift
 from motiondb.store import somebody_waits
 
@@ -164,7 +165,8 @@ class Watch:
     def _stamp(self) -> tuple[int, ...]:
         """Return size, time and inode of the file and of DuckDB's write-ahead log."""
         stamp: list[int] = []
-        for path in (self._held.path, self._held.path.with_name(f"{self._held.path.name}.wal")):
+        file = link_target(self._held.path)
+        for path in (file, log_of(file)):
             with suppress(OSError):
                 facts = path.stat()
                 stamp += [facts.st_size, facts.st_mtime_ns, facts.st_ino]

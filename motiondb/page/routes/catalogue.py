@@ -263,9 +263,10 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
         with page.held.use() as db, page.editing:
             if not page.edits:
                 raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
-            last = page.edits.pop()
+            last = page.edits[-1]
             row = db.browsed(last.capture)
             if row is None or row.captions != last.after:
+                page.edits.pop()
                 raise PageError(
                     f"{last.capture}: expected the words of this edit, found others."
                     " They were changed since, and stay as they are.",
@@ -273,6 +274,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
                     "ConflictError",
                 )
             db.set_captions(last.capture, last.before)
+            page.edits.pop()  # only now: a full disk leaves the edit to be undone later
             return WordsUndone(last.capture, db.captions(last.capture), len(page.edits))
 
 

@@ -9,8 +9,6 @@ import pytest
 from test_synthesis import true_terminals
 
 from motiondb.errors import QueryError
-from motiondb.grammar.cfg.context_free import read_grammar
-from motiondb.grammar.cfg.parse import ParseError, parse_passage, passage_grammar
 from motiondb.grammar.terminals import labelling
 from motiondb.records import FloatArray, Motion
 
@@ -77,9 +75,11 @@ def test_the_take_that_was_learned_from_reads_as_it_was(
 ) -> None:
     motion, reader = dance
     _, truth = true_terminals("ana/long_dance_2")
-    reading = labelling.read_string(reader, motion)
-    assert len(reading.starts) == len(truth.starts)
-    labels = labels_per_frame(reader.names, reading.starts, reading.ends, reading.labels)
+    transcription = labelling.read_string(reader, motion)
+    assert len(transcription.starts) == len(truth.starts)
+    labels = labels_per_frame(
+        reader.names, transcription.starts, transcription.ends, transcription.labels
+    )
     true = labels_per_frame(truth.names, truth.starts, truth.ends, truth.labels)
     assert np.mean([a == b for a, b in zip(labels, true)]) > 0.95
 
@@ -89,13 +89,15 @@ def test_another_performers_dance_reads_as_its_truth(
 ) -> None:
     _, reader = dance
     motion, truth = true_terminals("dora/long_dance_1")
-    reading = labelling.read_string(reader, motion)
-    labels = labels_per_frame(reader.names, reading.starts, reading.ends, reading.labels)
+    transcription = labelling.read_string(reader, motion)
+    labels = labels_per_frame(
+        reader.names, transcription.starts, transcription.ends, transcription.labels
+    )
     true = labels_per_frame(truth.names, truth.starts, truth.ends, truth.labels)
     known = [(a, b) for a, b in zip(labels, true) if b in reader.names]
     assert np.mean([a == b for a, b in known]) > 0.85
-    assert reading.ends[-1] == motion.n_frames
-    assert (reading.distances > 0).all()
+    assert transcription.ends[-1] == motion.n_frames
+    assert (transcription.distances > 0).all()
 
 
 def test_terminals_without_their_medoid_are_read_by_another_segment() -> None:
@@ -118,18 +120,6 @@ def test_a_motion_too_short_for_any_terminal_is_told(
     short = part(motion, 0, int(reader.shortest.min()) - 1)
     with pytest.raises(QueryError, match=r"expected frames that segments tile, each of at least"):
         labelling.read_string(reader, short)
-
-
-def test_passages_are_cut_where_sentences_end() -> None:
-    toy = read_grammar("S -> a B [0.5] | a [0.5]\nB -> b | c c")
-    trees = parse_passage(toy, ["a", "a", "b", "a", "c", "c", "a"])
-    assert ["".join(tree.leaves()) for tree in trees] == ["a", "ab", "acc", "a"]
-    assert all(tree.symbol == "S" for tree in trees)
-    assert passage_grammar(toy).rules[: len(toy.rules)] == toy.rules
-    with pytest.raises(ParseError) as error:
-        parse_passage(toy, ["a", "b", "b"])
-    assert (error.value.position, error.value.expected) == (2, ("a",))
-    assert error.value.may_end
 
 
 def test_the_reach_is_the_lesser_of_two_bounds() -> None:
