@@ -1,10 +1,9 @@
-"""What commands print and write: nothing that a terminal obeys, no database overwritten."""
+"""What commands print and write: nothing that a terminal obeys, no file of others overwritten."""
 
 from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 import unicodedata
@@ -12,38 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 import motiondb
-from motiondb.cli.main import app
 
 PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
-
-
-@pytest.mark.parametrize("name", ["motions.duckdb", "other.bvh"])
-def test_no_file_is_written_over_a_database(tmp_path: Path, learned_file: Path, name: str) -> None:
-    path = Path(shutil.copy(learned_file, tmp_path / name))
-    before = path.read_bytes()
-    words = ["knowledge", "export"] if name.endswith("duckdb") else ["export", "ana/walk_1", "-o"]
-    ended = CliRunner().invoke(app, [*words, str(path), "--db", str(path)])
-    assert ended.exit_code == 1
-    assert "found: a database of that name, which is never overwritten" in (
-        str(ended.exception).replace("found a database", "found: a database")
-    )
-    assert path.read_bytes() == before
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="output that is always full")
-def test_output_that_is_full_is_told(learned_file: Path) -> None:
-    with Path("/dev/full").open("w") as full:
-        ended = subprocess.run(
-            [*PROGRAM, "list", "--db", str(learned_file)],
-            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
-        )  # fmt: skip
-    assert ended.returncode == 1
-    assert ended.stderr == (
-        "error: output: expected to write all of it, found: no space left on device.\n"
-    )
 
 
 HOSTILE = "bow \x1b]0;title\x07 \x9b2J\x7f\u202e\u2028 caf\u00e9 \u4e2d\nnext"
