@@ -88,7 +88,7 @@ def hears_unseen_performers(learned: Learned) -> dict[int, word_evidence.TakeSco
         seen = np.array([performers[c] != performer for c in described])
         fit = word_map.fit_word_map(vectors[seen], presence[seen], who[seen])
         blind = _with_word_map(learned, fit)
-        takes |= {c: blind.seen_takes[c] for c in learned.rows if performers[c] == performer}
+        takes |= {c: blind.evidence.seen[c] for c in learned.rows if performers[c] == performer}
     return takes
 
 

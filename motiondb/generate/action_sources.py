@@ -303,9 +303,10 @@ def _shown(
 
 def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | None:
     """Evidence (segments, words) by other takes and other performers; None without any."""
-    take = learned.place_takes.get(capture)
+    take = learned.place_take(capture)
     if take is None:
-        return learned.seen_takes[capture].windows if capture in learned.seen_takes else None
+        seen = learned.evidence.seen
+        return seen[capture].windows if capture in seen else None
     evidence = take.windows.copy()
     by_others = learned.place_by_others.get(capture)
     if by_others is not None and learned.places is not None:

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from motiondb.records import Axes, FloatArray, MayBeUnknown, Sizes
 
 _RIDGE = 1.0  # chosen by hand; not tuned
+_LEAST_PRECISION = 1e-3  # of the prior of other coefficients, so that there is one solution
 _ROUNDS = 100  # largest number of Newton steps; a few suffice
 
 
@@ -115,10 +116,44 @@ def answer_probability(
     return result
 
 
+def fit_logistic(
+    x: FloatArray,
+    y: FloatArray,
+    start: FloatArray,
+    precision: FloatArray,
+    counts: FloatArray | None = None,
+    n_positive: int = 0,
+) -> FloatArray:
+    """Coefficients of logistic regression with a normal prior around `start`: array (columns,).
+
+    Newton's method, whose steps are projected so that the first `n_positive` coefficients stay at
+    least 0.
+
+    Shapes: `x` (n, columns); `y`, `counts` (n,); `start` (columns,); `precision` (columns,
+    columns).
+    """
+    n = np.ones(len(x)) if counts is None else counts
+    positive = np.arange(x.shape[1]) < n_positive
+    beta = start.copy()
+    for _ in range(_ROUNDS):
+        p = probability(x @ beta)
+        gradient = x.T @ (n * (y - p)) - precision @ (beta - start)
+        free = ~(positive & (beta <= 0.0) & (gradient <= 0.0))
+        curvature = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free]
+        step = np.zeros_like(beta)
+        step[free] = np.linalg.solve(curvature + precision[np.ix_(free, free)], gradient[free])
+        new = beta + step / max(1.0, float(np.abs(step).max()))
+        new[positive] = np.maximum(new[positive], 0.0)
+        if np.abs(new - beta).max() < 1e-9:
+            break
+        beta = new
+    return beta
+
+
 def fit_probability(
     cues: FloatArray, right: NDArray[np.bool_], counts: FloatArray | None = None
 ) -> tuple[FloatArray, float]:
-    """Weights and constant of the module's formula, by projected Newton steps.
+    """Weights and constant of the module's formula.
 
     Shapes: `cues` (answers, cues); `right`, `counts` (answers,); result (cues,).
     """
@@ -127,24 +162,30 @@ def fit_probability(
     spread = np.sqrt(n @ (cues - centre) ** 2 / n.sum())
     spread = np.where(spread > 1e-9, spread, 1.0)
     x = np.column_stack([(cues - centre) / spread, np.ones(len(cues))])
-    y = right.astype(np.float64)
-    ridge = np.append(np.full(cues.shape[1], _RIDGE), 1e-3)
-    beta = np.zeros(x.shape[1])
-    for _ in range(_ROUNDS):
-        p = probability(x @ beta)
-        gradient = x.T @ (n * (y - p)) - ridge * beta
-        held = np.append((beta[:-1] <= 0.0) & (gradient[:-1] <= 0.0), False)
-        free = ~held
-        hessian = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free] + np.diag(ridge[free])
-        step = np.zeros_like(beta)
-        step[free] = np.linalg.solve(hessian, gradient[free])
-        step /= max(1.0, float(np.abs(step).max()))
-        new = np.append(np.maximum(beta[:-1] + step[:-1], 0.0), beta[-1] + step[-1])
-        if np.abs(new - beta).max() < 1e-9:
-            break
-        beta = new
+    precision = np.diag([*np.full(cues.shape[1], _RIDGE), _LEAST_PRECISION])
+    y, start = right.astype(np.float64), np.zeros(x.shape[1])
+    beta = fit_logistic(x, y, start, precision, n, n_positive=cues.shape[1])
     weights = beta[:-1] / spread
     return weights, float(beta[-1] - weights @ centre)
+
+
+def calibrate(
+    z: FloatArray,
+    logits: FloatArray,
+    target: FloatArray,
+    centre: FloatArray | None = None,
+    information: FloatArray | None = None,
+) -> FloatArray:
+    """Logistic regression of presence on evidence and the prior's logit.
+
+    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
+    """
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
+    precision = _LEAST_PRECISION * np.eye(3) + (0.0 if information is None else information)
+    beta = fit_logistic(x, target.ravel().astype(np.float64), start, precision)
+    beta[0] = max(beta[0], 0.05)
+    return beta
 
 
 def separate(present: FloatArray, absent: FloatArray) -> float:
@@ -167,33 +208,3 @@ def separate(present: FloatArray, absent: FloatArray) -> float:
     accuracy = np.array([np.mean(present >= t) + np.mean(absent < t) for t in between])
     best = np.flatnonzero(accuracy >= accuracy.max() - 1e-12)
     return float(between[best[len(best) // 2]])
-
-
-def calibrate(
-    z: FloatArray,
-    logits: FloatArray,
-    target: FloatArray,
-    centre: FloatArray | None = None,
-    information: FloatArray | None = None,
-) -> FloatArray:
-    """Logistic regression of presence on evidence and the prior's logit, by Newton's method.
-
-    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
-    """
-    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
-    y = target.ravel()
-    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
-    prior_precision = np.diag([1e-3, 1e-3, 1e-3])
-    if information is not None:
-        prior_precision = prior_precision + information
-    beta = start.copy()
-    for _ in range(50):
-        p = 1.0 / (1.0 + np.exp(-np.clip(x @ beta, -50.0, 50.0)))
-        gradient = x.T @ (y - p) - prior_precision @ (beta - start)
-        hessian = (x * (p * (1 - p))[:, None]).T @ x + prior_precision
-        step = np.linalg.solve(hessian, gradient)
-        beta = beta + step / max(1.0, float(np.abs(step).max()) / 2.0)
-        if np.abs(step).max() < 1e-9:
-            break
-    beta[0] = max(beta[0], 0.05)
-    return beta

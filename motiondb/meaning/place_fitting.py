@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -21,15 +22,15 @@ from motiondb.language import vocabulary
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.place_map import (
     LABELLED,
+    FittedPlaces,
     ListedTakes,
+    PlaceMap,
     fit_place_map,
     fit_places,
     left_out_evidence,
-    map_places,
-    take_weights,
 )
 from motiondb.meaning.score_vectors import interval_vectors
-from motiondb.meaning.word_evidence import WINDOW_MARGIN
+from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -228,27 +229,70 @@ def listed_takes(
     return list(takes), ListedTakes(vectors, seconds, owners, actions, further, n_words, labelled)
 
 
-def place_evidence(
-    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
-) -> dict[int, FloatArray]:
-    """Evidence that each word is shown at each segment, per capture: arrays (segments, words).
+@dataclass(frozen=True, eq=False)
+class PlaceEvidence:
+    """Evidence that words are shown at the segments of a capture, from the motion alone.
 
-    For a take that was used in learning, the map is fitted without it; other takes use the map of
-    all.
-
-    Shapes: `standardised` (segments, columns).
+    For a take that was used in learning, the map is fitted without it.
     """
+
+    places: Places
+    performers: Mapping[int, str]  # Capture number -> performer
+    table: SegmentTable
+    standardised: FloatArray  # (segments, columns)
+    rows: Mapping[int, slice]  # Capture number -> rows of the table
+    placed: Mapping[int, slice]  # Capture number -> rows of ``fitted``, of takes that took part
+    fitted: FittedPlaces | None  # None if no take of the table took part
+    kept: dict[int, TakeScores] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def words(self) -> frozenset[int]:
+        """Numbers of the words whose places were learned."""
+        return frozenset(word for words in self.places.words.values() for word in words)
+
+    @cached_property
+    def listed_by(self) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that were placed in this performer's captures."""
+        return self.places.listed_by(self.performers)
+
+    @cached_property
+    def _everything(self) -> PlaceMap | None:
+        return None if self.fitted is None else self.fitted.everything()
+
+    def take(self, capture: int) -> TakeScores | None:
+        """The evidence for all words in a capture; None if there is none."""
+        if self.fitted is None or self._everything is None or capture not in self.rows:
+            return None
+        if capture not in self.kept:
+            rows = self.rows[capture]
+            with one_blas_thread():
+                if capture in self.placed:
+                    evidence = self.fitted.of_others(self.placed[capture])
+                else:
+                    vectors = window_vectors(self.table, self.standardised, rows)
+                    evidence = self._everything.evidence(vectors)
+            starts, ends = self.table.starts[rows], self.table.ends[rows]
+            self.kept[capture] = TakeScores(starts, ends, evidence, evidence.max(axis=0))
+        return self.kept[capture]
+
+
+def place_evidence(
+    places: Places,
+    table: SegmentTable,
+    standardised: FloatArray,
+    n_words: int,
+    performers: Mapping[int, str],
+) -> PlaceEvidence:
+    """The evidence of places for the captures of a table; `standardised` (segments, columns)."""
     rows = capture_rows(table)
-    captures, takes, shown = placed_takes(places, table, standardised, n_words)
-    with one_blas_thread():
-        evidence = left_out_evidence(takes, shown)
-    evidence_of = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
-    others = [capture for capture in rows if capture not in evidence_of]
-    if others:
-        fit = map_places(takes.vectors, shown, take_weights(takes))
-        for capture in others:
-            evidence_of[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
-    return evidence_of
+    placed: dict[int, slice] = {}
+    fitted = None
+    if places.only(rows).words:
+        captures, takes, shown = placed_takes(places, table, standardised, n_words)
+        placed = dict(zip(captures, takes.rows()))
+        with one_blas_thread():
+            fitted = fit_places(takes, shown)
+    return PlaceEvidence(places, performers, table, standardised, rows, placed, fitted)
 
 
 def unplaced_evidence(
@@ -260,7 +304,7 @@ def unplaced_evidence(
 ) -> dict[int, FloatArray]:
     """Evidence for every word without its places, per capture: arrays (segments, words).
 
-    As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
+    As :class:`PlaceEvidence`, but every segment of a take counts as showing all words of the take,
     each by 1 / sqrt(actions of the take). Only takes that were used in learning get evidence, each
     by the map of all others.
 
@@ -287,7 +331,7 @@ def evidence_by_others(
     n_words: int,
     performers: Mapping[int, str],
 ) -> dict[int, FloatArray]:
-    """Evidence as :func:`place_evidence`, for every capture by the map of other performers.
+    """Evidence as :class:`PlaceEvidence`, for every capture by the map of other performers.
 
     Shapes: `standardised` (segments, columns).
     """

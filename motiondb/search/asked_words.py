@@ -29,10 +29,8 @@ from motiondb.meaning.place_fitting import Written, interval_evidence
 from motiondb.meaning.word_evidence import (
     UNWRITTEN,
     WRITTEN,
-    TakeExtremes,
-    TakeScores,
+    TakeEvidence,
     caption_evidence,
-    take_extremes,
 )
 from motiondb.meaning.word_map import WordMap, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
@@ -86,8 +84,7 @@ class AddedColumns:
     counts: IntArray  # (added,): captures that hold each word, at least 1
     shares: FloatArray  # (learned words, added): weights of the learned words; 0 for written words
     checked: NDArray[np.bool_]  # (added,): whether own captions have checked their probabilities
-    odds: Mapping[int, FloatArray]  # (segments + 1, added): log-odds by the motion alone
-    written: Mapping[int, FloatArray]  # (segments, added): log-odds that captions and tags add
+    evidence: TakeEvidence  # Of the learned words, then the added ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,57 +125,10 @@ class AskedWords:
         """Which words some caption or tag holds now, or known words replace: array (words,)."""
         return np.append(self.learned.is_known(), np.ones(len(self.added), dtype=bool))
 
-    def odds(self, capture: int) -> FloatArray:
-        """Log-odds of all words by the motion of a capture: array (segments + 1, words)."""
-        learned = self.learned.motion_log_odds[capture]
-        if self.columns is None:
-            return learned
-        return np.concatenate([learned, self.columns.odds[capture]], axis=1)
-
-    def written(self, capture: int) -> FloatArray | None:
-        """Log-odds that captions and tags add: array (segments, words); None if there are none."""
-        learned = self.learned.written.get(capture)
-        added = None if self.columns is None else self.columns.written.get(capture)
-        if self.columns is None or (learned is None and added is None):
-            return learned
-        rows = self.learned.rows[capture]
-        n, n_added = rows.stop - rows.start, len(self.added)
-        both = (
-            np.zeros((n, len(self.names) - n_added)) if learned is None else learned,
-            np.zeros((n, n_added)) if added is None else added,
-        )
-        return np.concatenate(both, axis=1)
-
-    @cached_property
-    def seen_takes(self) -> Mapping[int, TakeScores]:
-        """Log-odds of all words in every capture, from the motion alone."""
-        if self.columns is None:
-            return self.learned.seen_takes
-        return {
-            capture: TakeScores(take.starts, take.ends, odds[:-1], odds[-1])
-            for capture, take in self.learned.seen_takes.items()
-            for odds in [self.odds(capture)]
-        }
-
-    @cached_property
-    def takes(self) -> Mapping[int, TakeScores]:
-        """Log-odds of all words in every capture, from the motion, the captions and the tags."""
-        if self.columns is None:
-            return self.learned.takes
-        takes = {}
-        for capture, take in self.seen_takes.items():
-            said = self.written(capture)
-            takes[capture] = take
-            if said is not None:
-                windows, whole = take.windows + said, take.whole + said.max(axis=0)
-                takes[capture] = TakeScores(take.starts, take.ends, windows, whole)
-        return takes
-
-    def extremes(self, written: bool) -> TakeExtremes:
-        """The largest and smallest log-odds of all words, of ``takes`` or of ``seen_takes``."""
-        if self.columns is None:
-            return self.learned.take_extremes if written else self.learned.seen_extremes
-        return take_extremes(self.takes if written else self.seen_takes)
+    @property
+    def evidence(self) -> TakeEvidence:
+        """Evidence of all words in all captures, from the motion, the captions and the tags."""
+        return self.learned.evidence if self.columns is None else self.columns.evidence
 
     @cached_property
     def said_places(self) -> Mapping[int, FloatArray]:
@@ -285,8 +235,10 @@ def with_written(
         np.array([len(word.captures) for word in chosen], dtype=np.int64),
         np.zeros((n_learned, len(chosen))),
         np.full(len(chosen), sure),
-        {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.motion_log_odds.items()},
-        _written_columns(learned, chosen),
+        learned.evidence.with_columns(
+            {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.evidence.odds.items()},
+            _written_columns(learned, chosen),
+        ),
     )
     names = (*learned.association.words, *(word.word for word in chosen))
     return AskedWords(learned, names, chosen, columns)
@@ -334,11 +286,11 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         return asked
     shares = mixture(list(taken.values()), asked.names)
     n_learned = len(learned.association.words)
-    odds = {capture: asked.odds(capture) @ shares for capture in learned.motion_log_odds}
     # written words say nothing of the motion: their share adds 0
-    said = {capture: asked.written(capture) for capture in learned.rows}
-    said_somewhere = {capture: values for capture, values in said.items() if values is not None}
-    written = {capture: values @ shares for capture, values in said_somewhere.items()}
+    evidence = asked.evidence.with_columns(
+        {capture: odds @ shares for capture, odds in asked.evidence.odds.items()},
+        {capture: said @ shares for capture, said in asked.evidence.written.items()},
+    )
     # a replaced word is checked if all words are that replace it
     checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
     weights = shares[:n_learned]
@@ -349,13 +301,8 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         counts = np.concatenate([before.counts, counts])
         weights = np.concatenate([before.shares, weights], axis=1)
         checked = np.concatenate([before.checked, checked])
-        odds = {c: np.concatenate([before.odds[c], v], axis=1) for c, v in odds.items()}
-        written = {
-            capture: np.concatenate([values[:, n_learned:], written[capture]], axis=1)
-            for capture, values in said_somewhere.items()
-        }
     word_map = with_virtual_words(asked.word_map, shares)
-    columns = AddedColumns(word_map, counts, weights, checked, odds, written)
+    columns = AddedColumns(word_map, counts, weights, checked, evidence)
     return AskedWords(learned, (*asked.names, *taken), asked.written_words, columns)
 
 

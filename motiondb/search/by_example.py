@@ -208,7 +208,7 @@ def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> 
     """The likeliest words of a stored interval whose probabilities own captions have checked."""
     if learned.fitted_word_map is None:
         return ()
-    take = learned.takes[capture]
+    take = learned.evidence.takes[capture]
     inside = (take.starts < end) & (take.ends > start)
     given = learned.is_known() & learned.checked
     odds = np.where(given, take.windows[inside].mean(axis=0), -np.inf)

@@ -58,21 +58,35 @@ class Chances:
     parts: tuple[PartChance | None, ...]
 
 
+@dataclass(frozen=True)
+class QuestionCertainty:
+    """What is known about the certainty of answers to one question."""
+
+    sure: calibration.Certainty | None  # Of an action
+    kinds: calibration.Certainties  # Of other kinds of questions
+    checked: bool  # Whether own captions have checked the probabilities of all words
+
+
+def question_certainty(asked: AskedWords, readings: Sequence[Reading]) -> QuestionCertainty:
+    """What is known about the certainty of answers to the readings of a question."""
+    learned, number = asked.learned, asked.numbers
+    words = {word for reading in readings for word in words_of_reading(reading)}
+    checked = all(asked.checked[number[word]] for word in words if word in number)
+    return QuestionCertainty(learned.word_certainty, learned.certainties, checked)
+
+
 def chances(
-    asked: AskedWords,
+    known: QuestionCertainty,
     readings: Sequence[Reading],
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
     """Certainty of an answer."""
-    reading = readings[hit.reading]
-    learned = asked.learned
-    sure = learned.word_certainty
+    reading, sure, kinds = readings[hit.reading], known.sure, known.kinds
     unknown = Chances(None, (None,) * len(reading.parts))
-    asked_words = {w for each in readings for w in words_of_reading(each)}
     if any(map(counts_or_lasts, readings)):
         return unknown
-    if not is_checked(asked, asked_words):
+    if not known.checked:
         return Chances(
             None, tuple(_of_part(None, hit, reading, k, why) for k in range(len(reading.parts)))
         )
@@ -82,19 +96,13 @@ def chances(
     requested = reasons.by_action(why)
     said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
     if len(readings) > 1:
-        known = all(map(_is_one_action, readings))
-        return (
-            chances_of_kind(learned.certainties.either, requested[0], None, said)
-            if known
-            else (unknown)
-        )
+        if not all(map(_is_one_action, readings)):
+            return unknown
+        return chances_of_kind(kinds.either, requested[0], None, said)
     if requested and excluded:
-        known = len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1
-        return (
-            chances_of_kind(learned.certainties.without, requested[0], excluded[0][0], said)
-            if known
-            else unknown
-        )
+        if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
+            return unknown
+        return chances_of_kind(kinds.without, requested[0], excluded[0][0], said)
     whole = calibration.answer_probability(sure, requested, excluded)
     return Chances(
         whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
@@ -106,12 +114,6 @@ def words_of_reading(reading: Reading) -> set[str]:
     asked = [action for part in reading.parts for action in part.actions]
     excluded = [action for exclusion in reading.exclusions for action in exclusion.actions]
     return {word for action in (*asked, *excluded) for word in action}
-
-
-def is_checked(asked: AskedWords, words: Iterable[str]) -> bool:
-    """Whether own captions have checked the probabilities of all words."""
-    number = asked.numbers
-    return all(asked.checked[number[word]] for word in words if word in number)
 
 
 def counts_or_lasts(reading: Reading) -> bool:

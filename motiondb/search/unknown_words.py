@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from motiondb.errors import UnknownWordsError
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.language.vocabulary import forms_of, lemma, nearest_words, split_actions
+from motiondb.language.vocabulary import STOP_WORDS, forms_of, lemma, nearest_words, split_actions
 from motiondb.learn.learned import Learned
 
 TAKEN = 0.5
@@ -123,7 +123,8 @@ def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
 def asked_forms(learned: Learned, text: str) -> dict[str, str]:
     """Words of a question: lemma -> word as written."""
     asked = split_actions(text, learned.synonyms, learned.lemmas)
-    written = {lemma(form, learned.lemmas): form for form in reversed(forms_of(text))}
+    forms = [form for form in reversed(forms_of(text)) if form not in STOP_WORDS]  # no lemma needed
+    written = {lemma(form, learned.lemmas): form for form in forms}
     return {word: written.get(word, word) for action in asked for word in action}
 
 

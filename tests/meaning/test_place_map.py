@@ -86,7 +86,8 @@ def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     weights = take_weights(takes)
     centre = weights @ takes.vectors / weights.sum()
     mean = weights @ shown / weights.sum()
-    predicted = place_map._prepare(takes.vectors, weights, takes.rows()).predict(shown)
+    evidence = place_map.left_out_evidence(takes, shown)
+    predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
     for inside in takes.rows():
         others = np.ones(len(shown), dtype=bool)
         others[inside] = False

@@ -22,7 +22,7 @@ def test_reasons_sum_to_the_searched_log_odds(learned_file: Path, question: str)
         actions = [[number[w] for w in action] for action in answer.actions]
         ids = {info.name: capture for capture, info in learned.captures.items()}
         for match, why in zip(answer.matches, answer.reasons):
-            hit = by_question.search_order(learned.takes[ids[match.capture]], actions)
+            hit = by_question.search_order(learned.evidence.takes[ids[match.capture]], actions)
             assert hit is not None
             assert math.isclose(reasons.total(why), hit.log_odds, rel_tol=1e-9, abs_tol=1e-9)
             probability = 1.0 / (1.0 + math.exp(-reasons.total(why)))
