@@ -9,11 +9,11 @@ from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
 from motiondb.generate.sentence_plan import Amount, PlannedAction
 from motiondb.language.question.amounts import adverb_of
-from motiondb.language.question.say import say_count, say_duration
+from motiondb.language.question.readings import say_count, say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
-from motiondb.meaning.calibration import probability
 from motiondb.meaning.place_certainty import count_performers, cues_of
+from motiondb.meaning.regression import probability
 from motiondb.records import MOTION_FPS, FloatArray
 
 NEAR_ENOUGH = 0.1  # Largest relative difference from a requested duration that still counts as met

@@ -30,12 +30,12 @@ from motiondb.learn.word_fitting import (
     fit_words_with_start,
 )
 from motiondb.meaning import counting, extents
-from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.edge_map import EdgeMap, FrameTake, fit_edge_map
 from motiondb.meaning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
 from motiondb.meaning.place_certainty import learn_certainty
 from motiondb.meaning.place_fitting import Places, Written, find_places
+from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
 from motiondb.records import Float32Array, SegmentTable
 from motiondb.symbols import acquisition, feature_space

@@ -26,9 +26,9 @@ from motiondb.language.translation import explanation, transition
 from motiondb.learn.checking import checked_words
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import (
-    calibration,
     description_map,
     place_fitting,
+    regression,
     score_vectors,
     word_evidence,
 )
@@ -136,12 +136,12 @@ class Learned(LearnedModel):
         return self.fitted_word_map is not None and bool(self.association.counts.any())
 
     @property
-    def word_certainty(self) -> calibration.Certainty | None:
+    def word_certainty(self) -> regression.Certainty | None:
         """Certainty of an answer to words; None if it could not be learned."""
         return self.certainties.words if self.has_words else None
 
     @property
-    def example_certainty(self) -> calibration.Certainty | None:
+    def example_certainty(self) -> regression.Certainty | None:
         """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
 

@@ -27,7 +27,7 @@ from motiondb.language import vocabulary
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.meaning import score_vectors
-from motiondb.meaning.ridge import by_fields
+from motiondb.meaning.regression import by_fields
 from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map, word_moments
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 

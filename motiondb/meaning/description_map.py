@@ -46,9 +46,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from motiondb.meaning.calibration import calibrate
 from motiondb.meaning.counting import Described, known_only, training_rows
-from motiondb.meaning.ridge import fit_ridge, shared_words
+from motiondb.meaning.regression import calibrate, fit_ridge, shared_words
 from motiondb.meaning.score_vectors import ScoreSpace, unit
 from motiondb.records import FloatArray, IntArray, SegmentTable
 

@@ -36,7 +36,7 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_FPS
 from motiondb.meaning.place_map import spreads_of
-from motiondb.meaning.ridge import residuals_without
+from motiondb.meaning.regression import residuals_without
 from motiondb.records import Float32Array, FloatArray
 
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)

@@ -40,9 +40,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.calibration import Certainty, fit_probability, probability
 from motiondb.meaning.counting import Described
-from motiondb.meaning.ridge import Sums, sum_rows
+from motiondb.meaning.regression import Certainty, Sums, fit_probability, probability, sum_rows
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread

@@ -80,7 +80,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.meaning.ridge import Fitted, fit_ridge, prepare
+from motiondb.meaning.regression import Fitted, fit_ridge, prepare
 from motiondb.records import FloatArray, IntArray
 
 RIDGE = 0.03

@@ -50,8 +50,14 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.calibration import calibrate
-from motiondb.meaning.ridge import Sums, by_fields, fit_ridge, left_out, shared_words
+from motiondb.meaning.regression import (
+    Sums,
+    by_fields,
+    calibrate,
+    fit_ridge,
+    left_out,
+    shared_words,
+)
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
 

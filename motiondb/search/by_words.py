@@ -24,19 +24,25 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import manner_of
-from motiondb.language.question.readings import KnownQuestion, Reading, hinted, readings, with_hints
-from motiondb.language.question.say import plain_actions
+from motiondb.language.question.readings import (
+    KnownQuestion,
+    Reading,
+    hinted,
+    plain_actions,
+    readings,
+    with_hints,
+)
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import decode, understand
+from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question, word_evidence
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK, WINDOW_MARGIN, upper_bounds
 from motiondb.meaning.word_map import usual
 from motiondb.records import MOTION_FPS, FloatArray, Match, MatchPart
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import AskedWords, WrittenWord
+from motiondb.search.asked_words import AskedWords, Taking, WrittenWord, hints_of, understand
 from motiondb.search.chances import (
     Chances,
     WordSource,
@@ -48,7 +54,6 @@ from motiondb.search.chances import (
     words_of_reading,
 )
 from motiondb.search.reasons import Explanation, WordReason, explain
-from motiondb.search.unknown_words import Taking, hints_of
 
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and

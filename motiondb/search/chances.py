@@ -3,7 +3,7 @@
 Only probabilities that were learned from questions of the same kind are given. These kinds are
 
     actions asked for, in order or at once; exclusions alone:
-        the product of the probabilities of the statements (``calibration.answer_probability``),
+        the product of the probabilities of the statements (``regression.answer_probability``),
     one action but not another; one of several actions:
         learned separately (:mod:`motiondb.meaning.asked_certainty`).
 
@@ -27,9 +27,9 @@ from motiondb.language.question.readings import Reading
 from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
-from motiondb.meaning import calibration
+from motiondb.meaning import regression
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.calibration import KindCertainty, kind_cues
+from motiondb.meaning.regression import KindCertainty, kind_cues
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
 
@@ -62,8 +62,8 @@ class Chances:
 class QuestionCertainty:
     """What is known about the certainty of answers to one question."""
 
-    sure: calibration.Certainty | None  # Of an action
-    kinds: calibration.Certainties  # Of other kinds of questions
+    sure: regression.Certainty | None  # Of an action
+    kinds: regression.Certainties  # Of other kinds of questions
     checked: bool  # Whether own captions have checked the probabilities of all words
 
 
@@ -103,7 +103,7 @@ def chances(
         if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
             return unknown
         return chances_of_kind(kinds.without, requested[0], excluded[0][0], said)
-    whole = calibration.answer_probability(sure, requested, excluded)
+    whole = regression.answer_probability(sure, requested, excluded)
     return Chances(
         whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
     )
@@ -153,7 +153,7 @@ def chances_of_kind(
 
 
 def _of_part(
-    sure: calibration.Certainty | None,
+    sure: regression.Certainty | None,
     hit: QuestionHit,
     reading: Reading,
     k: int,
@@ -181,7 +181,7 @@ def _of_part(
 
 
 def _probability(log_odds: float) -> float:
-    return float(calibration.probability(log_odds))
+    return float(regression.probability(log_odds))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from threadpoolctl import threadpool_limits
 
 from motiondb.meaning import description_map
-from motiondb.meaning.calibration import calibrate
 from motiondb.meaning.description_map import (
     ALPHA,
     BETA,
@@ -21,6 +20,7 @@ from motiondb.meaning.description_map import (
     kernel,
     score_probabilities,
 )
+from motiondb.meaning.regression import calibrate
 from motiondb.meaning.score_vectors import unit
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]

@@ -13,8 +13,13 @@ import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search import reasons
-from motiondb.search.asked_words import learned_words, with_replaced
-from motiondb.search.unknown_words import Taking, unknown_words, with_likeliest
+from motiondb.search.asked_words import (
+    Taking,
+    learned_words,
+    unknown_words,
+    with_likeliest,
+    with_replaced,
+)
 
 
 @pytest.fixture(scope="module")

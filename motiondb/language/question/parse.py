@@ -31,7 +31,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
 from motiondb.errors import QueryError
-from motiondb.language.question.say import say
+from motiondb.language.question.readings import say
 from motiondb.language.question.tokens import Token, tokenize
 from motiondb.language.question.tree import (
     Action,
@@ -328,7 +328,7 @@ def parse(
 ) -> Question:
     """Understand a question.
 
-    >>> from motiondb.language.question.say import say
+    >>> from motiondb.language.question.readings import say
     >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
     'walk, then (run or jump), not sit down'
     """

@@ -14,8 +14,7 @@ import motiondb
 from motiondb.cli.main import app
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.language.question.readings import readings
-from motiondb.language.question.say import say
+from motiondb.language.question.readings import readings, say
 from motiondb.meaning import by_question
 from motiondb.search import reasons
 
