@@ -37,8 +37,6 @@ from motiondb.meaning.description_map import DescriptionMap
 from motiondb.meaning.motion_judge import said_words
 from motiondb.meaning.place_fitting import (
     Written,
-    evidence_by_others,
-    unplaced_evidence,
 )
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, meaning_space
 from motiondb.meaning.word_map import CaptionMap, WordMap, solve_caption_map
@@ -237,21 +235,6 @@ class Learned(LearnedModel):
         rows, n_words = (self.segments, self.standardised), len(self.association.words)
         return place_fitting.place_evidence(self.places, *rows, n_words, self.performers)
 
-    def place_take(self, capture: int) -> word_evidence.TakeScores | None:
-        """Evidence for the places of words in a capture; None if there is none."""
-        return None if self.placed is None else self.placed.take(capture)
-
-    @cached_property
-    def place_by_others(self) -> dict[int, FloatArray]:
-        """Evidence for the place of all words, by other performers: arrays (segments, words).
-
-        Empty if no places were learned.
-        """
-        if self.places is None or not self.places.only(self.rows).words:
-            return {}
-        standardised, n = self.standardised, len(self.association.words)
-        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
-
     @cached_property
     def performers(self) -> dict[int, str]:
         """Capture number -> performer, as given or from the name of the capture."""
@@ -260,8 +243,8 @@ class Learned(LearnedModel):
     @cached_property
     def unplaced(self) -> dict[int, FloatArray]:
         """Evidence for words by a map that ignores places and is fitted without the take itself."""
-        said, n_words = said_words(self.described, self.word_numbers), len(self.association.words)
-        return unplaced_evidence(self.places, said, self.segments, self.standardised, n_words)
+        said = said_words(self.described, self.word_numbers)
+        return {} if self.placed is None else self.placed.unplaced(said)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:

@@ -54,15 +54,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from motiondb.meaning import by_question, place_fitting
+from motiondb.meaning import by_question
 from motiondb.meaning.by_question import lower_quartile
 from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.place_fitting import Places, Written
-from motiondb.meaning.place_map import PlaceMap, fit_places
+from motiondb.meaning.place_fitting import Places, Written, place_evidence
+from motiondb.meaning.place_map import PlaceMap
 from motiondb.meaning.regression import Certainty, fit_probability, probability
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
@@ -369,15 +368,8 @@ def known_elsewhere(
 
     Shapes: `standardised` (segments, columns).
     """
-    captures, takes, shown = place_fitting.placed_takes(places, table, standardised, n_words)
-    owners = np.array([performers[c] for c in captures])[takes.owners]
-    fit = fit_places(takes, shown)
-
-    @cache
-    def without(left_out: frozenset[str]) -> PlaceMap:
-        return fit.without(np.flatnonzero(np.isin(owners, sorted(left_out))))
-
-    return Elsewhere(without, places.listed_by(performers))
+    evidence = place_evidence(places, table, standardised, n_words, performers)
+    return Elsewhere(evidence.without, evidence.listed_by)
 
 
 def fit_certainty(

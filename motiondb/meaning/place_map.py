@@ -138,15 +138,9 @@ class FittedPlaces:
 
     fitted: Fitted
 
-    def everything(self) -> PlaceMap:
-        """Return the map of all rows."""
-        return self._map(self.fitted.slopes)
-
     def without(self, rows: IntArray) -> PlaceMap:
         """Return the map without the rows of these numbers; the means stay those of all rows."""
-        return self._map(self.fitted.without(rows))
-
-    def _map(self, slopes: FloatArray) -> PlaceMap:
+        slopes = self.fitted.without(rows)
         offsets = -self.fitted.regression.centre @ slopes
         return PlaceMap(slopes, np.asarray(offsets), spreads_of(self.fitted.mean))
 
