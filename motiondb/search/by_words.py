@@ -19,6 +19,7 @@ import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -268,18 +269,8 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     matches = tuple(
         match
         if match.probability is None
-        else replace(
-            match,
-            probability=share * match.probability,
-            interval_probability=_times(match.interval_probability, share),
-            parts=tuple(
-                replace(
-                    part,
-                    probability=_times(part.probability, share),
-                    interval_probability=_times(part.interval_probability, share),
-                )
-                for part in match.parts
-            ),
+        else _less_certain(
+            replace(match, parts=tuple(_less_certain(part, share) for part in match.parts)), share
         )
         for match in answer.matches
     )
@@ -296,8 +287,17 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     )
 
 
-def _times(probability: float | None, share: float) -> float | None:
-    return None if probability is None else share * probability
+_Certain = TypeVar("_Certain", Match, MatchPart)
+
+
+def _less_certain(answer: _Certain, share: float) -> _Certain:
+    """An answer or a part of one, with its probabilities times a share."""
+    whole, interval = answer.probability, answer.interval_probability
+    return replace(
+        answer,
+        probability=None if whole is None else share * whole,
+        interval_probability=None if interval is None else share * interval,
+    )
 
 
 def _search_decoded(
