@@ -175,4 +175,12 @@ def database(path: Path, *, writing: bool = False, create: bool = False) -> Iter
     from motiondb import MotionDB
 
     with MotionDB(path, read_only=not writing, create=create, wait=seconds_to_wait()) as db:
+        _tell(db.log_note)
         yield db
+    _tell(db.log_note)
+
+
+def _tell(note: str) -> None:
+    """Print a note, if there is one, on standard error."""
+    if note:
+        typer.echo(f"note: {note}", err=True)

@@ -12,7 +12,6 @@ import pytest
 
 import motiondb
 from motiondb import MotionDB, store
-from motiondb.language.translation import transition
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import decode
 from motiondb.records import SymbolSpace
@@ -66,43 +65,12 @@ def test_learning_shortened_the_description_each_time(learned: Learned) -> None:
     assert (np.diff(lengths) < 0).all()
 
 
-def test_symbols_are_left_to_right(learned: Learned) -> None:
-    """A4: a state stays or goes on; nothing else has a probability."""
-    symbols = learned.symbols
-    exists = np.arange(symbols.self_loops.shape[1]) < symbols.n_states[:, None]
-    assert ((symbols.self_loops >= 0) & (symbols.self_loops < 1)).all()
-    assert (symbols.self_loops[~exists] == 0).all()
-    assert (symbols.covars[exists] > 0).all()
-
-
 def test_segments_and_words_need_not_agree_in_number(learned: Learned) -> None:
     """A6: captions about whole captures, with fewer and with more words than segments."""
     shapes = sorted(Counter(dict(learned.lengths)).elements())
     n_segments, m = np.array(shapes).T
     assert (n_segments > m).any()
     assert (n_segments < m).any()
-
-
-def test_the_association_is_a_distribution_and_grew_likelier(learned: Learned) -> None:
-    """A7, A8: rows of t and a sum to 1; the smallest step of the log-likelihood is no fall."""
-    fitted = learned.association
-    sums = fitted.translation.sum(axis=1)
-    assert np.all(np.isclose(sums, 1.0) | (sums == 0.0))
-    for table in fitted.alignment.values():
-        np.testing.assert_allclose(table.sum(axis=1), 1.0)
-    assert np.diff(fitted.log_likelihoods).min() > -1e-6
-
-
-def test_transitions_are_distributions(db: MotionDB, learned: Learned, space: SymbolSpace) -> None:
-    """A9, A16: plain, by clusters and mixed, begin and end included."""
-    counts = store.load_transition_counts(db.store)
-    for table in (
-        transition.log_bigram(counts),
-        transition.log_clustered_bigram(counts, space.clusters),
-        transition.log_interpolated_bigram(counts, space.clusters),
-    ):
-        np.testing.assert_allclose(np.exp(table).sum(axis=1), 1.0)
-    assert counts[0].sum() == len(learned.rows) == counts[:, 0].sum()
 
 
 def test_decoding_carries_its_certificate(learned: Learned) -> None:
@@ -113,35 +81,6 @@ def test_decoding_carries_its_certificate(learned: Learned) -> None:
         assert decoded.certificate == "optimal"
         assert decoded.nodes_expanded >= 0
         assert -np.inf < decoded.log_probability <= decoded.bound + 1e-9
-
-
-def test_distances_between_symbols(space: SymbolSpace) -> None:
-    """A13: symmetric, not negative, zero diagonal, each with its variance."""
-    distances = space.distances
-    np.testing.assert_array_equal(distances, distances.T)
-    assert (distances >= 0).all()
-    assert (np.diag(distances) == 0).all()
-    assert distances[~np.eye(len(distances), dtype=bool)].min() > 0
-    assert (space.variances >= 0).all()
-    assert space.variances.max() > 0
-
-
-def test_the_space_keeps_distances(space: SymbolSpace) -> None:
-    """A14: stress falls with dimensions; the stored coordinates have the stored stress."""
-    assert (np.diff(space.stress) <= 1e-9).all()
-    x = space.coordinates
-    actual = np.linalg.norm(x[:, None] - x[None], axis=2)
-    upper = np.triu_indices(len(x), 1)
-    gap, size = actual[upper] - space.distances[upper], space.distances[upper]
-    stress = np.sqrt(np.sum(gap**2) / np.sum(size**2))
-    assert stress == pytest.approx(space.stress[x.shape[1] - 1], abs=1e-6)
-
-
-def test_every_symbol_belongs_to_one_cluster(learned: Learned, space: SymbolSpace) -> None:
-    """A15."""
-    assert len(space.clusters) == learned.symbols.n_symbols
-    assert set(space.clusters.tolist()) == set(range(len(space.weights)))
-    assert space.weights.sum() == pytest.approx(1.0)
 
 
 def _is_usable(learned: Learned, words: list[str], clustered: bool) -> bool:

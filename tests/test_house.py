@@ -43,6 +43,35 @@ def test_imports_go_one_way(tmp_path: Path) -> None:
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
+OPENERS = {
+    "motiondb/files/safe_files.py": "the one way",
+    "motiondb/files/limits.py": "of the system",
+    "motiondb/files/readers/amass.py": "members of an archive",
+    "motiondb/store/connection/opening.py": "of the system",
+    "motiondb/store/connection/migrations.py": "the package's own",
+    "motiondb/database/learn/knowledge.py": "the package's own",
+    "motiondb/database/session.py": "the package's own",
+    "motiondb/database/scenes/scene_texts.py": "the package's own",
+    "motiondb/store/catalogue/cache.py": "writes",
+    "motiondb/fetch/download.py": "its own parts",
+    "motiondb/page": "its own files, and uploads",
+    "cli/main.py": "the null device",
+}  # Where files are opened in another way than ``open_file``, and which
+
+
+def test_a_users_file_is_opened_in_one_way() -> None:
+    opening = {"open", "read_text", "read_bytes"}
+    found = {
+        short(path)
+        for path, tree in MODULES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and getattr(node.func, "attr", getattr(node.func, "id", "")) in opening
+        and not ast.unparse(node.func).endswith(("grammars.open", "motiondb.open"))
+    }
+    assert [path for path in sorted(found) if not path.startswith(tuple(OPENERS))] == []
+
+
 def test_the_contract_of_the_commands_names_every_room() -> None:
     contracts = PROJECT["tool"]["importlinter"]["contracts"]
     (contract,) = [c for c in contracts if c.get("source_modules") == ["motiondb.cli"]]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body import body
-from motiondb.records import FloatArray
+from motiondb.records import MOTION_FPS, FloatArray
 
 MAX_SPEED = 14.0
 """Metres per second on the standard body above which a joint is taken to leap. Sprinters run at 12,
@@ -84,6 +84,27 @@ def implausible(points: FloatArray, fps: float, leg_length: float) -> str:
         span = f"{longest:.2g} s without interruption"
         return f"a motion faster than {MAX_SPEED:g} m/s for {span}{usual}"
     return f"{share:.0%} of the frames jumping or without numbers{usual}"
+
+
+def fastest_note(positions: FloatArray) -> tuple[str, ...]:
+    """Note a joint of the solved body that moves faster than any person.
+
+    The measured points of such a capture may be slow: where two joints have each other's names, the
+    bones between them turn over from one frame to the next.
+
+    Shapes: `positions` (frames, 21, 3), metres on the standard body.
+    """
+    if len(positions) < 2:
+        return ()
+    speed = np.linalg.norm(np.diff(positions, axis=0), axis=-1) * MOTION_FPS
+    frame, joint = np.unravel_index(int(speed.argmax()), speed.shape)
+    if speed[frame, joint] <= MAX_SPEED:
+        return ()
+    return (
+        f"{body.JOINTS[joint]} moves at {speed[frame, joint]:.3g} m/s, {frame / MOTION_FPS:.2f} s "
+        "after the start: faster than any person; compare the names of the joints with the motion, "
+        "or name them with --joint-map",
+    )
 
 
 def wild_frames(points: FloatArray, fps: float, leg_length: float) -> NDArray[np.bool_]:

@@ -76,7 +76,7 @@ def motion_from_positions(keypoints: FloatArray, fps: float) -> Motion:
         local_rotations=rotation.unroll(rotations).astype(np.float32),
         root_positions=root.astype(np.float32),
         leg_length=leg_length,
-        notes=notes,
+        notes=notes + cleaning.fastest_note(positions),
     )
 
 

@@ -82,6 +82,15 @@ class MotionDB(Captures):
         """Close the file; a second call does nothing."""
         self.session.close()
 
+    @property
+    def log_note(self) -> str:
+        """What to know of the log beside the file, else "": while open, that the file came without.
+
+        After closing: that the log stays, and holds the latest changes. This happens where a
+        program was ended by force and no other has written since.
+        """
+        return self.session.store.log_note
+
     def release(self) -> None:
         """Close the file until the next use, so that other processes can write.
 

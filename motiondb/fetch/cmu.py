@@ -25,6 +25,7 @@ from motiondb.fetch.download import (
     disk_fault,
     size,
 )
+from motiondb.files.safe_files import read_bounded, read_bounded_text, whole_file
 
 CMU_URL = "http://mocap.cs.cmu.edu"
 CMU_SHEET = "cmu-captions.tsv"
@@ -233,7 +234,10 @@ def _items(
 
 def _is_whole(path: Path, check: Check, longest: int) -> bool:
     """Whether a file is there and passes its check."""
-    return path.is_file() and path.stat().st_size <= longest and check(path.read_bytes()) is None
+    try:
+        return check(read_bounded(path, longest)) is None
+    except OSError:
+        return False
 
 
 def caption_row(trial: Trial) -> str:
@@ -257,7 +261,14 @@ def read_rows(sheet: Path) -> list[str]:
     """
     if not sheet.exists():
         return []
-    lines = sheet.read_text(encoding="utf-8-sig").splitlines()
+    try:
+        lines = read_bounded_text(sheet).splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "another encoding"
+        raise SheetError(
+            f"{sheet}: expected a sheet in UTF-8, found: {reason}. Move it away, or fetch to "
+            "another folder."
+        ) from None
     if not lines:
         return []
     if lines[0] != _HEADER:
@@ -274,11 +285,10 @@ def write_rows(sheet: Path, rows: Iterable[str], trials: Iterable[Trial]) -> Non
     rows = list(rows)
     known = {_file(row) for row in rows}
     rows += [row for row in map(caption_row, trials) if _file(row) not in known]
-    draft = sheet.with_name(sheet.name + ".part")
     text = "\n".join([_HEADER, *sorted(rows, key=_file)]) + "\n"
     try:
-        draft.write_text(text, encoding="utf-8", newline="\n")
-        draft.replace(sheet)
+        with whole_file(sheet) as draft:
+            draft.write_bytes(text.encode())
     except OSError as error:
         raise disk_fault(sheet, error) from None
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from motiondb.errors import CaptureError
+from motiondb.files.safe_files import is_file, open_file
 from motiondb.files.text import quoted
 
 FORMATS = MappingProxyType(
@@ -192,7 +193,7 @@ def named_skeleton(path: Path, name: str, folder: Path, allow_outside: bool = Fa
         for base in (root, path.parent):
             for ending in ("", ".asf"):
                 candidate = base / (name + ending)
-                if not _is_file(candidate):
+                if not is_file(candidate):
                     continue
                 if allow_outside or candidate.resolve().is_relative_to(root.resolve()):
                     return candidate
@@ -242,21 +243,13 @@ def _children(folder: Path) -> list[Path]:
         return []
 
 
-def _is_file(path: Path) -> bool:
-    """Say whether a path leads to a file; a path that the system refuses does not."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
 def _is_deepmimic(path: Path) -> bool:
     """Say whether a text file starts like JSON and names its Frames near its start or end.
 
     A file that may not be read may be one, so that reading it tells why not.
     """
     try:
-        with path.open("rb") as file:
+        with open_file(path) as file:
             start = file.read(_LOOK)
             file.seek(max(0, path.stat().st_size - _LOOK))
             end = file.read(_LOOK)

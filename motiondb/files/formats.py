@@ -7,6 +7,7 @@ untrusted data: any exception of a reader that is not an error of this project b
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.readers.amc import AsfFile
+from motiondb.files.safe_files import open_file
 from motiondb.records import Clip
 
 _UNIT_LENGTH = 1e-3
@@ -117,10 +119,9 @@ def read_capture_bytes(
 def read_file(path: Path, options: ReadOptions) -> bytes:
     """Return the content of a file that is not too large."""
     try:
-        if not path.is_file() and path.exists():  # a pipe would be waited for
-            raise CaptureError(path, "expected a file, found something else. Name another file.")
-        check_file_size(path.stat().st_size, path, options.limits)
-        return path.read_bytes()
+        with open_file(path) as file:
+            check_file_size(os.fstat(file.fileno()).st_size, path, options.limits)
+            return file.read()
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise CaptureError(path, f"expected a readable file, found: {reason}.") from error

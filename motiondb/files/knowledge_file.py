@@ -27,15 +27,14 @@ import hashlib
 import json
 import re
 import zlib
-from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from motiondb.errors import KnowledgeError
-from motiondb.files.safe_files import whole_file
+from motiondb.files.json_text import JSONError, parse_json, to_record
+from motiondb.files.safe_files import read_bounded, whole_file
 from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.knowledge import APART, MOST_WORDS, Knowledge, Origin, array_faults
 from motiondb.records import FloatArray
@@ -47,6 +46,19 @@ MOST_HEADER = 1_000_000  # Largest second line
 MOST_DATA = 64_000_000  # Largest number of bytes of the data
 _WORD = re.compile(r"[^\W_][\w'-]{0,63}")
 _TEXT = 2_000  # characters of a text of the origin
+_GET_AGAIN = "The file is damaged, or not a file of knowledge: get it again."
+_Arrays = tuple[tuple[str, tuple[int, ...]], ...]
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The second line of a file."""
+
+    origin: Origin
+    words: tuple[str, ...]
+    arrays: _Arrays
+    size: int
+    sha256: str
 
 
 def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
@@ -83,8 +95,7 @@ def read_knowledge(path: str | Path) -> Knowledge:
     """Read a file of knowledge."""
     path = Path(path)
     try:
-        with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
+        content = read_bounded(path, MOST_BYTES)
     except OSError as error:
         raise KnowledgeError(
             f"{path}: expected a file of knowledge, found: {error.strerror or error}. "
@@ -101,18 +112,16 @@ def from_bytes(content: bytes, source: str) -> Knowledge:
         raise _fault(source, f"at most {MOST_BYTES:,} bytes", "more")
     line, _, stream = content[len(HEADING) :].partition(b"\n")
     header = _read_header(line, source)
-    origin = _read_origin(header["origin"], source)
-    words = _read_words(header["words"], source)
     data = _inflate(stream, header, source)
-    arrays = _read_arrays(data, header["arrays"], source)
-    faults = array_faults(arrays, len(words))
+    arrays = _read_arrays(data, header.arrays, source)
+    faults = array_faults(arrays, len(header.words))
     if faults:
         raise KnowledgeError(
             "\n".join(f"{source}: {fault}." for fault in faults[:5])
             + " The file is damaged or was not written by motiondb: get it again."
         )
     digest = hashlib.sha256(content).hexdigest()
-    given = dict(zip(APART, (replace(origin, digest=digest), words, None)))
+    given = dict(zip(APART, (replace(header.origin, digest=digest), header.words, None)))
     return from_values(Knowledge, arrays, given=given)
 
 
@@ -121,82 +130,51 @@ def read_summary(content: bytes, source: str) -> tuple[Origin, tuple[str, ...]]:
     if not content.startswith(HEADING):
         raise _fault(source, f"the line {HEADING.decode().strip()!r}", repr(content[:30])[1:])
     header = _read_header(content[len(HEADING) :].partition(b"\n")[0], source)
-    return _read_origin(header["origin"], source), _read_words(header["words"], source)
+    return header.origin, header.words
 
 
 def _fault(source: str, expected: str, actual: str) -> KnowledgeError:
-    return KnowledgeError(
-        f"{source}: expected {expected}, found {actual}. "
-        "The file is damaged, or not a file of knowledge: get it again."
-    )
+    return KnowledgeError(f"{source}: expected {expected}, found {actual}. {_GET_AGAIN}")
 
 
-def _read_header(line: bytes, source: str) -> dict[str, Any]:
+def _read_header(line: bytes, source: str) -> _Header:
     if len(line) > MOST_HEADER:
         raise _fault(source, f"a second line of at most {MOST_HEADER:,} bytes", "a longer one")
     try:
-        header = json.loads(line.decode("ascii"))
-    except (ValueError, RecursionError):
-        raise _fault(source, "a second line in JSON", "something else") from None
-    expected = {"origin": dict, "words": list, "arrays": list, "size": int, "sha256": str}
-    if not isinstance(header, dict) or set(header) != set(expected):
-        raise _fault(source, f"the fields {', '.join(expected)}", "others")
-    for name, kind in expected.items():
-        if not isinstance(header[name], kind) or isinstance(header[name], bool):
-            raise _fault(source, f"{name!r} as {kind.__name__}", type(header[name]).__name__)
+        header = to_record(_Header, parse_json(line))
+    except JSONError as fault:
+        raise KnowledgeError(f"{source}: {fault}. {_GET_AGAIN}") from None
+    _check_origin(header.origin, source)
+    _check_words(header.words, source)
     return header
 
 
-def _read_origin(facts: Mapping[str, Any], source: str) -> Origin:
-    expected = {field.name for field in fields(Origin)} - {"digest"}
-    if set(facts) != expected:
-        raise _fault(source, f"an origin with {', '.join(sorted(expected))}", "another")
-    texts = {name: facts[name] for name in ("name", "version", "credit")}
-    numbers = {name: facts[name] for name in ("captures", "captions", "performers", "seconds")}
-    licences, runs = facts["licences"], facts["runs"]
+def _check_origin(origin: Origin, source: str) -> None:
+    texts = (origin.name, origin.version, origin.credit, *origin.licences)
+    texts = (*texts, *(json.dumps(run) for run in origin.runs))
+    numbers = (origin.captures, origin.captions, origin.performers, origin.seconds)
     sound = (
-        all(isinstance(t, str) and _is_text(t) for t in texts.values())
-        and all(_is_number(n) for n in numbers.values())
-        and isinstance(licences, dict)
-        and all(_is_text(k) and _is_number(n) for k, n in licences.items())
-        and isinstance(runs, list)
-        and all(isinstance(run, dict) and _is_text(json.dumps(run)) for run in runs)
+        all(len(text) <= _TEXT and text.isprintable() for text in texts)
+        and all(0 <= number <= 1e12 for number in (*numbers, *origin.licences.values()))
+        and len(origin.runs) <= 100
+        and len(origin.licences) <= 100
+        and not origin.digest
     )
-    if not sound or len(runs) > 100 or len(licences) > 100:
+    if not sound:
         raise _fault(source, "an origin of short texts and numbers", "others")
-    return Origin(
-        name=facts["name"],
-        version=facts["version"],
-        captures=int(facts["captures"]),
-        captions=int(facts["captions"]),
-        performers=int(facts["performers"]),
-        seconds=float(facts["seconds"]),
-        licences=licences,
-        runs=tuple(runs),
-        credit=facts["credit"],
-    )
 
 
-def _is_text(text: str) -> bool:
-    return len(text) <= _TEXT and text.isprintable()
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= 1e12
-
-
-def _read_words(words: list[Any], source: str) -> tuple[str, ...]:
+def _check_words(words: tuple[str, ...], source: str) -> None:
     if len(words) > MOST_WORDS:
         raise _fault(source, f"at most {MOST_WORDS} words", str(len(words)))
-    if not all(isinstance(word, str) and _WORD.fullmatch(word) for word in words):
+    if not all(_WORD.fullmatch(word) for word in words):
         raise _fault(source, "words of letters", "others")
-    if words != sorted(set(words)):
+    if list(words) != sorted(set(words)):
         raise _fault(source, "sorted words, each once", "others")
-    return tuple(words)
 
 
-def _inflate(stream: bytes, header: Mapping[str, Any], source: str) -> bytes:
-    size = header["size"]
+def _inflate(stream: bytes, header: _Header, source: str) -> bytes:
+    size = header.size
     if not 0 < size <= MOST_DATA:
         raise _fault(source, f"1 to {MOST_DATA:,} bytes of data", str(size)[:20])
     unpack = zlib.decompressobj()
@@ -206,19 +184,21 @@ def _inflate(stream: bytes, header: Mapping[str, Any], source: str) -> bytes:
         raise _fault(source, "a zlib stream after the second line", "something else") from None
     if len(data) != size or not unpack.eof or unpack.unused_data:
         raise _fault(source, f"{size:,} bytes of data", "more or fewer")
-    if hashlib.sha256(data).hexdigest() != header["sha256"]:
+    if hashlib.sha256(data).hexdigest() != header.sha256:
         raise _fault(source, "data with the SHA-256 that its header gives", "other data")
     return data
 
 
-def _read_arrays(data: bytes, listed: list[Any], source: str) -> dict[str, FloatArray]:
+def _read_arrays(data: bytes, listed: _Arrays, source: str) -> dict[str, FloatArray]:
     numbers = len(data) // 4
     if len(listed) > 100:
         raise _fault(source, "at most 100 arrays", str(len(listed)))
     arrays: dict[str, FloatArray] = {}
     place = 0
-    for entry in listed:
-        name, shape = _read_entry(entry, source)
+    for name, shape in listed:
+        usual = len(name) <= 60 and name.isprintable() and len(shape) <= 4
+        if not usual or not all(0 <= n <= MOST_DATA for n in shape):
+            raise _fault(source, "a name and a shape for every array", "something else")
         size = int(np.prod(shape, dtype=object)) if shape else 1
         if name in arrays or size > numbers - place:
             raise _fault(source, "every array once, and data for it", f"{name!r} otherwise")
@@ -228,18 +208,3 @@ def _read_arrays(data: bytes, listed: list[Any], source: str) -> dict[str, Float
     if 4 * place != len(data):
         raise _fault(source, f"{4 * place:,} bytes of data for its arrays", f"{len(data):,}")
     return arrays
-
-
-def _read_entry(entry: object, source: str) -> tuple[str, tuple[int, ...]]:
-    if isinstance(entry, list) and len(entry) == 2:
-        name, shape = entry
-        if (
-            isinstance(name, str)
-            and len(name) <= 60
-            and name.isprintable()
-            and isinstance(shape, list)
-            and len(shape) <= 4
-            and all(type(n) is int and 0 <= n <= MOST_DATA for n in shape)
-        ):
-            return name, tuple(shape)
-    raise _fault(source, "a name and a shape for every array", "something else")

@@ -1,13 +1,16 @@
-"""Writing files whole or not at all, reading no more than a file should hold, and names of files.
+"""Files that a user names: read within bounds, written whole or not at all.
+
+Only regular files are opened for reading (:func:`open_file`): a pipe may never give a byte, and a
+device may give bytes without end. Programs hand over their output in a file; ``/dev/stdin`` is read
+where the shell has put a file in its place (``< FILE``), and ``-`` is a name like any other.
 
 A draft has the name ``.NAME.PROCESS.THREAD.part`` beside the file, with NAME cut to
 :data:`_LONGEST`. It is renamed when it is complete. A process that is killed leaves its draft; the
-next one that writes the same file removes it.
+next one that writes the same file removes it. A symbolic link stays: the file that it stands for is
+replaced. What belongs to a database is never written over (:func:`check_output`).
 
-A file that a user names may be larger than it should be, or have no end. A pipe is read like a
-file, so that a shell may put a program in place of one; so what the system says of a file's size
-does not count. And ``pathlib`` raises an error for a name that the system cannot have, such as one
-of 300 characters; here such a name is that of no file.
+``pathlib`` raises an error for a name that the system cannot have, such as one of 300 characters;
+here such a name is that of no file.
 """
 
 from __future__ import annotations
@@ -17,11 +20,13 @@ import glob
 import io
 import os
 import re
+import stat
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from motiondb.errors import StoreError
 
@@ -35,11 +40,86 @@ MOST_TEXT = 10_000_000
 what such files hold."""
 
 
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a draft that is renamed to ``path`` at the end, or removed after an error."""
+_OTHER_KINDS = (
+    (stat.S_ISFIFO, "a pipe; save what it gives in a file, and name that file"),
+    (stat.S_ISSOCK, "a socket; name a file"),
+    (stat.S_ISCHR, "a device; name a file"),
+    (stat.S_ISBLK, "a device; name a file"),
+)
+
+
+def _refuse_other_kinds(mode: int, is_folder_refused: bool) -> None:
+    """Raise OSError for the mode of a pipe, a socket or a device, and of a folder where asked."""
+    for is_kind, reason in _OTHER_KINDS:
+        if is_kind(mode):
+            raise OSError(errno.EINVAL, reason)
+    if is_folder_refused and stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+
+
+def open_file(path: str | os.PathLike[str]) -> BinaryIO:
+    """Open a user's file for reading; OSError if it is not a regular file, or cannot be read."""
+    flags = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
+    try:
+        _refuse_other_kinds(Path(path).stat().st_mode, True)  # opening a device may act on it
+        # a pipe that has taken the name meanwhile is not waited for
+        descriptor = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    except ValueError:  # a null character, or letters that no encoding has
+        raise OSError(errno.EINVAL, "a name that no system accepts") from None
+    try:
+        _refuse_other_kinds(os.fstat(descriptor).st_mode, True)
+    except OSError:
+        os.close(descriptor)
+        raise
+    return os.fdopen(descriptor, "rb")
+
+
+def link_target(path: Path) -> Path:
+    """Return the file that a name stands for: the target of a symbolic link, else the name."""
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
+
+
+def log_of(path: Path) -> Path:
+    """Return the log that DuckDB keeps beside a database."""
+    return path.with_name(f"{path.name}.wal")
+
+
+def check_one_name(path: Path) -> None:
+    """Raise OSError for a file with several names (hard links): only one would be replaced."""
+    with suppress(FileNotFoundError):
+        status = path.stat()
+        if stat.S_ISREG(status.st_mode) and status.st_nlink > 1:
+            raise OSError(
+                errno.EMLINK,
+                f"a file with {status.st_nlink} names (hard links), of which only one would be "
+                "replaced; remove names until it has one, or name another file",
+            )
+
+
+def check_output(path: Path) -> None:
+    """Raise OSError for the name of an output that belongs to a database, or is no file."""
     if is_duckdb(path):
         raise FileExistsError(errno.EEXIST, "a database of that name, which is never overwritten")
+    if ".wal" in path.suffixes:
+        raise FileExistsError(errno.EEXIST, "the name of a database's log; choose another name")
+    for folder in (path, *path.absolute().parents):
+        if folder.suffix == ".cache" and is_duckdb(folder.with_suffix("")):
+            raise FileExistsError(
+                errno.EEXIST, f"the cache of the database {folder.stem}; choose another name"
+            )
+    with suppress(FileNotFoundError):
+        _refuse_other_kinds(path.stat().st_mode, False)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
+
+    Of a link the target is replaced. OSError if ``path`` may not be written (:func:`check_output`).
+    """
+    path = link_target(path)
+    check_output(path)
+    check_one_name(path)
     stem = path.name.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
     _sweep(path.parent, stem)
     draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
@@ -60,7 +140,7 @@ def delete_all(*files: Path) -> None:
 def is_duckdb(path: Path) -> bool:
     """Return whether there is a database file of this name, going by what stands in it."""
     try:
-        with path.open("rb") if path.is_file() else io.BytesIO() as file:
+        with open_file(path) as file:
             return file.read(12)[8:] == b"DUCK"
     except OSError:
         return False
@@ -102,8 +182,8 @@ def _sweep(folder: Path, stem: str) -> None:
 
 
 def read_bounded(path: Path, most: int = MOST_TEXT) -> bytes:
-    """Return the content of a file that is not too large."""
-    with path.open("rb") as file:
+    """Return the content of a regular file that is not too large."""
+    with open_file(path) as file:
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"more than {most / 1e6:g} MB")
@@ -123,7 +203,7 @@ def is_file(name: str | os.PathLike[str]) -> bool:
     """
     try:
         return Path(name).is_file()
-    except OSError:
+    except (OSError, ValueError):
         return False
 
 
@@ -135,7 +215,7 @@ def is_folder(name: str | os.PathLike[str]) -> bool:
     """
     try:
         return Path(name).is_dir()
-    except OSError:
+    except (OSError, ValueError):
         return False
 
 
@@ -152,7 +232,12 @@ def plain_name(path: Path) -> str:
 
 
 def check_file_name(path: Path) -> None:
-    """Refuse the name of a database that the system cannot have."""
+    """Refuse the name of a database that the system cannot have, or of a database's log."""
+    if ".wal" in path.suffixes:
+        raise StoreError(
+            f"{path}: expected the name of a database, found that of a database's log. "
+            "Give another name."
+        )
     try:
         str(path).encode("utf-8")
     except UnicodeEncodeError:
@@ -164,6 +249,11 @@ def check_file_name(path: Path) -> None:
         path.exists()
         draft = f".{path.name}.new-{os.getpid()}-{threading.get_ident()}.wal"
         path.with_name(draft).exists()  # the longest name of a file made beside it
+    except PermissionError:
+        raise StoreError(
+            f"{path}: expected a file in a folder that this user may read, found: permission "
+            "denied. Get the right to read the folder."
+        ) from None
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise StoreError(

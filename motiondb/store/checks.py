@@ -21,6 +21,7 @@ import duckdb
 import numpy as np
 
 from motiondb.errors import MotionDBError, StoreError
+from motiondb.files.safe_files import log_of
 from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
 from motiondb.store.catalogue.sources import load_source
 from motiondb.store.connection.faults import damage_sentence
@@ -221,6 +222,8 @@ def check_store(store: Store, *, sources: bool = False) -> list[str]:
     """
     faults: list[str] = []
     try:
+        if store.lacked_log:
+            faults.append(store.log_note)
         faults += _cut_short(store)
         damaged = _unreadable_columns(store)
         if damaged:
@@ -246,7 +249,7 @@ def _cut_short(store: Store) -> list[str]:
     free blocks off the end. It cuts whole blocks only. Changes that are still in the log beside the
     file have their blocks in memory only.
     """
-    if store.path.with_name(f"{store.path.name}.wal").exists():
+    if log_of(store.path).exists():
         return []
     ((size, total, used),) = store.connection.execute(
         "SELECT block_size, total_blocks, used_blocks FROM pragma_database_size() "

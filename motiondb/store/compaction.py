@@ -7,7 +7,7 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import delete_all, plain_name
+from motiondb.files.safe_files import check_one_name, delete_all, link_target, log_of, plain_name
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
@@ -19,7 +19,8 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
 
     Other processes may read the file meanwhile, but not write: it is held open for reading until
     the new file has taken its place, so that no change can be lost. A kill leaves the
-    old file, and a copy that the next command deletes.
+    old file, and a copy that the next command deletes. Of a symbolic link, the file that it stands
+    for is replaced.
 
     Parameters
     ----------
@@ -38,14 +39,19 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     Raises
     ------
     StoreError
-        The file cannot be opened, or the disk has no room for the copy.
+        The file cannot be opened or has several names (hard links), or the disk has no room for
+        the copy.
     """
-    path = Path(path)
+    path = link_target(Path(path))
+    try:
+        check_one_name(path)
+    except OSError as error:
+        raise StoreError(f"{path}: expected one name to replace, found {error.strerror}.") from None
     new = path.with_name(f".{path.name}.compact")
     open_store(path, create=False, wait=wait).close()  # brings the log into the file
     before, identity = path.stat().st_size, _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
-        if path.with_name(f"{path.name}.wal").exists():
+        if log_of(path).exists():
             raise StoreError(
                 f"{path}: expected all changes in the file, found some in the log beside it "
                 f"({path.name}.wal): another program is writing, or the disk has no room to bring "
@@ -59,7 +65,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
                     "one in its place. Nothing was changed; run the command again."
                 )
             _copy(store)
-            if new.with_name(f"{new.name}.wal").exists():  # what it holds would be missing
+            if log_of(new).exists():  # what it holds would be missing
                 raise StoreError(
                     f"{path}: expected room for a copy beside it, found too little. "
                     "The old file was kept; look at the disk."
@@ -73,7 +79,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
         except OSError as error:
             raise StoreError(_no_room(path, error)) from error
         finally:
-            delete_all(new, new.with_name(f"{new.name}.wal"))
+            delete_all(new, log_of(new))
     return before, path.stat().st_size
 
 

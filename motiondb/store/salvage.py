@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from motiondb.errors import MotionDBError, StoreError
+from motiondb.files.safe_files import link_target, log_of
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Event, Motion, Run
 from motiondb.store.catalogue.annotations import (
     load_captions,
@@ -93,10 +94,10 @@ def opened_damaged(path: str | Path, *, wait: float = 0.0) -> Iterator[tuple[Sto
         path = Path(path)
         return Store(path, lambda _mode, _wait: connect(path, True, wait=wait), read_only=True)
 
-    path = Path(path)
+    path = link_target(Path(path))
     if not path.exists():
         raise StoreError(f"{path}: expected a database, found no such file. Name another file.")
-    log = path.with_name(f"{path.name}.wal")
+    log = log_of(path)
     try:
         store = connected(path)
     except StoreError as error:

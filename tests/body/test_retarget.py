@@ -231,6 +231,19 @@ def test_sample_captures_keep_their_joints(name: str) -> None:
     )
 
 
+def test_a_joint_of_the_solved_body_that_leaps_is_noted() -> None:
+    rest, _ = kinematics.forward(
+        body.PARENTS, body.OFFSETS, np.tile(rotation.IDENTITY, (3, 21, 1)), np.zeros((3, 3))
+    )
+    elbow, wrist = body.INDEX["l_elbow"], body.INDEX["l_wrist"]
+    forearm = np.linalg.norm(body.OFFSETS[wrist])
+    points = rest.copy()
+    points[:, wrist] = points[:, elbow] + [[0.002, 0, 0], [-0.002, 0, 0], [0.002, 0, 0]]
+    (note,) = retarget.motion_from_positions(points, 30.0).notes  # the points move at 0.12 m/s
+    assert note.startswith(f"l_wrist moves at {2 * forearm * 30:.3g} m/s, 0.00 s after the start")
+    assert retarget.motion_from_positions(rest, 30.0).notes == ()
+
+
 def test_what_is_no_body_is_refused_and_a_few_broken_frames_are_mended() -> None:
     points = posed(pelvis=np.zeros((60, 3)))
     points[10:12] = np.nan

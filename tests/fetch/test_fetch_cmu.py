@@ -333,6 +333,16 @@ def test_a_server_that_falls_silent(site, tmp_path, pauses) -> None:
     assert files_in(tmp_path) == whole(site)
 
 
+@pytest.mark.parametrize(
+    ("part", "said"), [("head", "no whole head within 0.2 s"), ("body", "bytes a second")]
+)
+def test_a_server_that_sends_byte_by_byte_is_given_up(site, tmp_path, part: str, said: str) -> None:
+    site.slow[WALK] = part
+    with pytest.raises(UnreachableError, match=said):
+        fetch(site, tmp_path, timeout=0.2, attempts=2)
+    assert len(site.asked(WALK)) == 2
+
+
 def test_a_folder_that_cannot_be_made(site, tmp_path) -> None:
     (tmp_path / "14").write_text("a file in the way")
     with pytest.raises(UnreachableError) as caught:
@@ -412,7 +422,7 @@ def test_a_server_that_drips_meets_the_deadline(tmp_path, monkeypatch) -> None:
         with server.accept()[0] as client:
             client.sendall(b"HTTP/1.0 200 OK\r\n\r\n")
             while not stop.wait(0.02):
-                client.sendall(b"<TR>")
+                client.sendall(b"<TR>" * 50)
 
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=drip, args=(server,), daemon=True)

@@ -103,8 +103,8 @@ def test_pipes_and_broken_links_are_named_and_not_waited_for(tmp_path: Path, fol
     report = add(folder, tmp_path)
     assert report.added == ("good",)
     assert report.problems == (
-        f"{folder}/02_01.amc: {folder}/02.asf: expected a file, found something else. "
-        "Name another file.",
+        f"{folder}/02_01.amc: {folder}/02.asf: expected a readable file, found: a pipe; "
+        "save what it gives in a file, and name that file.",
     )
     assert report.notes == (
         f"{folder}/gone.bvh: a link that leads to no file is not read",

@@ -98,17 +98,23 @@ def test_the_summary_is_read_without_the_numbers() -> None:
     [
         (b"", "expected the line 'motiondb knowledge 1', found ''"),
         (b"PK\x03\x04", "expected the line 'motiondb knowledge 1'"),
-        (HEADING, "expected a second line in JSON"),
-        (HEADING + b"[" * 100_000 + b"\n", "expected a second line in JSON"),
-        (HEADING + b"[]\n", "expected the fields origin, words, arrays, size, sha256"),
+        (HEADING, "expected JSON, found a fault"),
+        (HEADING + b"[" * 100_000 + b"\n", "at most 50 lists and objects within one another"),
+        (HEADING + b"[]\n", "expected an object, found a list"),
         (HEADING + b" " * 2_000_000, "expected a second line of at most 1,000,000 bytes"),
         (GOOD[:-20], "bytes of data, found more or fewer"),
         (GOOD + b"more", "bytes of data, found more or fewer"),
         (GOOD.replace(b'"walk"', b'"wa k"'), "expected words of letters, found others"),
         (GOOD.replace(b'"walk"', b'"jump"'), "expected sorted words, each once"),
-        (GOOD.replace(b'"seconds":60.5', b'"seconds":NaN'), "short texts and numbers"),
+        (GOOD.replace(b'"seconds":60.5', b'"seconds":NaN'), "finite numbers, found NaN"),
         (GOOD.replace(b'"name":"small"', b'"name":"sm\\u001b[2J"'), "short texts and numbers"),
-        (GOOD.replace(b'"name":"small"', b'"name":["sma"]'), "short texts and numbers"),
+        (GOOD.replace(b'"name":"small"', b'"name":["sma"]'), "a text for origin.name"),
+        (
+            GOOD.replace(b'"kind":"learn"', b'"kind":' + b"[" * 500 + b"]" * 500),
+            "at most 50 lists and objects within one another",
+        ),
+        (GOOD.replace(b'"learn"', b'"\\ud800"'), "half of a surrogate pair"),
+        (GOOD.replace(b'"size":', b'"more":1,"size":'), "expected the fields origin, words"),
         (
             GOOD.replace(b'"feature_space.mean"', b'"__reduce__"'),
             "expected the array 'feature_space.mean'",
@@ -143,7 +149,7 @@ def test_a_file_that_is_too_large_is_not_read(
 ) -> None:
     monkeypatch.setattr(knowledge_file, "MOST_BYTES", 1_000)
     (tmp_path / "large").write_bytes(GOOD)
-    with pytest.raises(KnowledgeError, match="expected at most 1,000 bytes, found more"):
+    with pytest.raises(KnowledgeError, match=r"found: more than 0\.001 MB"):
         read_knowledge(tmp_path / "large")
 
 

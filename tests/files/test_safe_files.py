@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from motiondb.files.safe_files import is_running, read_bounded, read_bounded_text, whole_file
+from motiondb import files
+from motiondb.errors import CaptureError
+from motiondb.files.safe_files import (
+    is_running,
+    open_file,
+    read_bounded,
+    read_bounded_text,
+    whole_file,
+)
 
 _KILLED = """
 import os, signal, sys
@@ -95,6 +104,64 @@ def test_a_database_is_never_overwritten(tmp_path: Path) -> None:
     assert names(tmp_path) == {"motions.bvh"}
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("m.duckdb.wal", "the name of a database's log"),
+        ("other.wal.checkpoint", "the name of a database's log"),
+        ("m.duckdb.cache", "the cache of the database m.duckdb"),
+        ("m.duckdb.cache/walk.bvh", "the cache of the database m.duckdb"),
+    ],
+)
+def test_what_belongs_to_a_database_is_never_written(tmp_path: Path, name: str, said: str) -> None:
+    (tmp_path / "m.duckdb").write_bytes(b"checksumDUCK and more")
+    with pytest.raises(FileExistsError, match=said), whole_file(tmp_path / name) as draft:
+        draft.write_bytes(b"other")
+    assert names(tmp_path) == {"m.duckdb"}
+
+
+def test_the_file_that_a_link_stands_for_is_replaced(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    for target in ("there/out.bvh", "there/new.bvh"):
+        link = tmp_path / Path(target).name
+        link.symlink_to(target)
+        (tmp_path / "there/out.bvh").write_bytes(b"before")
+        with whole_file(link) as draft:
+            draft.write_bytes(b"after")
+        assert link.is_symlink()
+        assert (tmp_path / target).read_bytes() == b"after"
+    assert names(tmp_path / "there") == {"out.bvh", "new.bvh"}
+
+
+def test_a_file_with_two_names_is_not_replaced_under_one(tmp_path: Path) -> None:
+    path = tmp_path / "out.bvh"
+    path.write_bytes(b"before")
+    (tmp_path / "second").hardlink_to(path)
+    with pytest.raises(OSError, match=r"2 names \(hard links\)"), whole_file(path) as draft:
+        draft.write_bytes(b"after")
+    assert path.read_bytes() == (tmp_path / "second").read_bytes() == b"before"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes and sockets with names")
+def test_only_files_are_opened_and_none_is_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.bvh")
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(os.path.relpath(tmp_path / "socket"))
+        with pytest.raises(OSError, match="a socket"):
+            open_file(tmp_path / "socket")
+    for name, said in (("pipe.bvh", "a pipe"), ("", "directory"), ("a\0", "no system accepts")):
+        with pytest.raises(OSError, match=said):
+            open_file(f"{tmp_path}/{name}")
+    with pytest.raises(OSError, match="a pipe"), whole_file(tmp_path / "pipe.bvh"):
+        pass
+    with pytest.raises(CaptureError) as error:
+        files.read_capture(tmp_path / "pipe.bvh")
+    assert str(error.value) == (
+        f"{tmp_path}/pipe.bvh: expected a readable file, found: a pipe; save what it gives in a "
+        "file, and name that file."
+    )
+
+
 def test_a_file_is_read_up_to_the_bound(tmp_path: Path) -> None:
     path = tmp_path / "a"
     path.write_bytes(b"12345")
@@ -114,5 +181,5 @@ def test_every_end_of_line_becomes_one(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="a file without an end")
 def test_a_file_without_an_end_is_refused() -> None:
-    with pytest.raises(OSError, match="more than 1 MB"):
+    with pytest.raises(OSError, match="a device; name a file"):
         read_bounded(Path("/dev/zero"), 1_000_000)

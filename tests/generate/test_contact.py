@@ -105,12 +105,6 @@ def test_one_who_stands_still_stays() -> None:
     assert contact.foot_slip(motion) == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("n_frames", [1, 2])
-def test_a_frame_or_two_are_left_alone(n_frames: int) -> None:
-    motion = standing(n_frames)
-    assert contact.lock_feet(motion) is motion
-
-
 def test_one_in_the_air_has_no_contact() -> None:
     motion = standing(12, height=STANDING + 0.4)
     positions, _ = retarget.motion_positions(motion)

@@ -3,79 +3,53 @@
 import numpy as np
 import pytest
 
+from motiondb.body import body, rotation
 from motiondb.generate import direction
+from motiondb.generate.direction import furthest_part, gone
+from motiondb.generate.occurrences import COUNTED, find_occurrences, measured_track
+from motiondb.records import Motion
+
+HEIGHT, SIDEWAYS, AHEAD, YAW = range(4)
+Steps = tuple[tuple[float, int], ...]
 
 
-def _heights(*steps: tuple[float, int]) -> np.ndarray:
+def path_of(column: int, *steps: tuple[float, int]) -> np.ndarray:
+    """A path (frames, 4) with one column in steps of (value, frames)."""
     path = np.zeros((sum(n for _, n in steps), 4))
-    path[:, 0] = np.concatenate([np.full(n, height) for height, n in steps])
+    path[:, column] = np.concatenate([np.full(n, value) for value, n in steps])
     return path
 
 
-def test_standing_up_goes_up_and_sitting_down_goes_down() -> None:
-    up = _heights((0.5, 60), (0.8, 60))
-    assert direction.gone(up, "up") == pytest.approx(2.0)
-    assert direction.gone(up, "down") == pytest.approx(-2.0)
+RUN, REST = (1.2, 60), (0.0, 30)
 
 
-def test_a_jump_is_no_way_up() -> None:
-    assert direction.gone(_heights((0.9, 60), (1.3, 12), (0.9, 60)), "up") == 0.0
-    first, behind = direction.furthest_part(_heights((0.9, 60), (1.3, 12), (0.9, 60)), "up", 132)
-    assert behind - first == 1
-
-
-def test_turning_left_is_positive_yaw() -> None:
-    path = np.zeros((31, 4))
-    path[:, 3] = 0.7
-    assert direction.gone(path, "left") == pytest.approx(1.0)
-    assert direction.gone(path, "right") == pytest.approx(-1.0)
-
-
-def test_a_step_to_either_side_is_sideways() -> None:
-    path = np.zeros((31, 4))
-    for speed in (0.4, -0.4):
-        path[:, 1] = speed
-        assert direction.gone(path, "sideways") == pytest.approx(1.0)
+@pytest.mark.parametrize(
+    ("column", "steps", "gone"),
+    [
+        (HEIGHT, ((0.5, 60), (0.8, 60)), {"up": 2.0, "down": -2.0}),
+        (HEIGHT, ((0.9, 60), (1.3, 12), (0.9, 60)), {"up": 0.0}),  # a jump is no way up
+        (YAW, ((0.7, 31),), {"left": 1.0, "right": -1.0}),
+        (SIDEWAYS, ((0.4, 31),), {"sideways": 1.0}),
+        (SIDEWAYS, ((-0.4, 31),), {"sideways": 1.0}),
+        (YAW, ((1.4, 30), (0.0, 31)), {"turn": 2.0, "around": 1.4 / 2.5}),
+        (YAW, ((-1.4, 30), (0.0, 31)), {"turn": 2.0, "around": 1.4 / 2.5}),
+        (AHEAD, (RUN, REST), {"stop": 1.2, "start": 0.0}),
+        (AHEAD, (REST, RUN), {"start": 1.2}),
+        (AHEAD, (REST, RUN, REST), {"stop": 1.2}),
+        (AHEAD, (RUN, REST, RUN), {"stop": 0.0}),
+        (AHEAD, ((3.5, 60), (1.5, 60)), {"stop": 0.0}),  # to run slower is no stop
+    ],
+)
+def test_words_of_direction_are_measured(column: int, steps: Steps, gone: dict) -> None:
+    path = path_of(column, *steps)
+    actual = {word: direction.gone(path, word) for word in gone}
+    assert actual == pytest.approx(gone)
 
 
 def test_the_furthest_part_is_the_shortest_that_goes_nearly_as_far() -> None:
-    path = _heights((0.5, 50), (0.9, 80))
-    assert direction.furthest_part(path, "up", 130) == (49, 51)
-
-
-def _speeds(*steps: tuple[float, int]) -> np.ndarray:
-    path = np.zeros((sum(n for _, n in steps), 4))
-    path[:, 2] = np.concatenate([np.full(n, speed) for speed, n in steps])
-    return path
-
-
-def test_a_stop_ends_at_rest() -> None:
-    assert direction.gone(_speeds((1.2, 60), (0.0, 30)), "stop") == pytest.approx(1.2)
-    assert direction.gone(_speeds((0.0, 30), (1.2, 60), (0.0, 30)), "stop") == pytest.approx(1.2)
-    assert direction.gone(_speeds((1.2, 60), (0.0, 30), (1.2, 60)), "stop") == pytest.approx(0.0)
-
-
-def test_running_slower_is_no_stop() -> None:
-    assert direction.gone(_speeds((3.5, 60), (1.5, 60)), "stop") == 0.0
-
-
-def test_a_start_begins_at_rest() -> None:
-    assert direction.gone(_speeds((0.0, 30), (1.2, 60)), "start") == pytest.approx(1.2)
-    assert direction.gone(_speeds((1.2, 60), (0.0, 30)), "start") == pytest.approx(0.0)
-
-
-def test_the_part_that_stops_is_cut_where_the_speed_falls() -> None:
-    path = _speeds((1.2, 60), (0.0, 30), (1.2, 60))
-    first, behind = direction.furthest_part(path, "stop", 90)
-    assert 55 <= first <= 60 < behind <= 70
-
-
-def test_a_turn_is_measured_to_either_side() -> None:
-    path = np.zeros((61, 4))
-    for yaw in (1.4, -1.4):
-        path[:30, 3] = yaw
-        assert direction.gone(path, "turn") == pytest.approx(2.0)
-        assert direction.gone(path, "around") == pytest.approx(1.4 / 2.5)
+    assert direction.furthest_part(path_of(HEIGHT, (0.5, 50), (0.9, 80)), "up", 130) == (49, 51)
+    first, behind = direction.furthest_part(path_of(AHEAD, RUN, REST, RUN), "stop", 90)
+    assert 55 <= first <= 60 < behind <= 70  # cut where the speed falls
 
 
 def test_a_jump_leaves_the_usual_height_and_a_run_does_not() -> None:
@@ -87,3 +61,83 @@ def test_a_jump_leaves_the_usual_height_and_a_run_does_not() -> None:
     assert direction.gone(jump, "jump") == pytest.approx(9 / 30 / 0.2)
     assert direction.gone(run, "hop") < 0.5
     assert direction.gone(np.full((90, 4), 0.9), "hop") == 0.0
+
+
+N_FRAMES = 150
+
+
+def _track() -> np.ndarray:
+    """Somebody who stands on both feet, arms down."""
+    track = np.zeros((N_FRAMES, 10))
+    track[:, 0] = 0.9
+    return track
+
+
+def _fly(track: np.ndarray, start: int, end: int, feet: tuple[slice, slice]) -> None:
+    """A flight; each foot is up in some frames."""
+    track[start:end, 0] = 1.1
+    for foot, frames in enumerate(feet):
+        track[frames, 4 + foot] = 0.2
+
+
+def test_flights_are_counted() -> None:
+    track = _track()
+    for start in (30, 90):
+        _fly(track, start, start + 10, (slice(start, start + 10), slice(start, start + 10)))
+    for word in ("jump", "leap", "jete", "hop"):
+        assert find_occurrences(track, word) == [(30, 40), (90, 100)]
+    track[60:62, 0] = 1.1  # too short
+    assert len(find_occurrences(track, "jump")) == 2
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "hops"),
+    [
+        ((50, 60), (30, 80), 1),  # on the left foot
+        ((30, 80), (50, 60), 1),  # on the right foot
+        ((50, 60), (50, 60), 1),  # with both feet
+        ((30, 60), (50, 80), 0),  # from the right foot to the left: a leap
+        ((30, 50), (50, 80), 0),  # one foot is always on the ground
+    ],
+)
+def test_a_hop_ends_on_a_foot_that_it_began_on(
+    left: tuple[int, int], right: tuple[int, int], hops: int
+) -> None:
+    track = _track()
+    _fly(track, 50, 60, (slice(*left), slice(*right)))
+    assert len(find_occurrences(track, "hop")) == hops
+    assert len(find_occurrences(track, "leap")) == 1
+    assert gone(track, "hop") == pytest.approx(hops)
+
+
+def test_kicks_of_both_legs_at_once_are_one() -> None:
+    track = _track()
+    track[20:32, 4] = track[28:40, 5] = track[80:90, 5] = 0.8
+    track[110:120, 4] = 0.3  # a step
+    assert find_occurrences(track, "kick") == [(20, 40), (80, 90)]
+    assert gone(track, "kick") == pytest.approx(2.0)
+    assert furthest_part(track, "kick", 30) == (79, 89)
+
+
+def test_a_punch_begins_quickly() -> None:
+    track = _track()
+    track[20:25, 6] = track[60:90, 6] = track[100:104, 8] = 1.0
+    track[17:20, 7] = 4.0
+    track[55:60, 7] = 0.8  # reaching
+    track[98:101, 9] = 2.5
+    assert find_occurrences(track, "punch") == [(20, 25), (100, 104)]
+
+
+def test_a_track_is_measured_in_a_motion() -> None:
+    rotations = np.tile(np.array([1.0, 0.0, 0.0, 0.0]), (60, len(body.JOINTS), 1))
+    roots = np.tile([0.0, body.LEG_LENGTH + body.ANKLE_HEIGHT, 0.0], (60, 1))
+    lifted = rotations.copy()
+    quarter = rotation.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(-np.pi / 2.0))
+    lifted[20:30, body.INDEX["l_hip"]] = quarter
+    for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
+        motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
+        track = measured_track(motion)
+        assert track.shape == (60, 10)
+        np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
+        assert find_occurrences(track, "kick") == kicks
+        assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")

@@ -1,11 +1,15 @@
 """Excerpts: how they grow, are cut, and are repeated."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motiondb.body import body, pose_vectors, rotation
+from motiondb.generate import cycles, excerpt_motion
 from motiondb.generate.action_sources import Source, usual_directions
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpt_report import _say_places, miscounted
@@ -29,10 +33,17 @@ def _source(values: list[float], frames: int = 60) -> Source:
     return Source(7, rows, starts, starts + frames, np.array(values), 0.5)
 
 
-def test_an_excerpt_grows_to_neighbours_that_are_nearly_as_good() -> None:
-    actual = find_excerpts([_source([-4.0, 2.0, 1.0, -4.0])], 150)
-    best = actual[0]
-    assert (best.capture, best.start, best.end, best.score) == (7, 60, 180, 1.0)
+@pytest.mark.parametrize(
+    ("values", "frames", "spans"),
+    [
+        ([-4.0, 2.0, 1.0, -4.0], 60, {(60, 180)}),  # grows to what is nearly as good
+        ([-9.0, -5.0, 3.0, -2.0, -9.0], 30, {(45, 120)}),  # 15 of -5, 30 of 3, 30 of -2
+        ([3.0, -9.0], 20, {(0, 40)}),  # too short a capture is used whole
+        ([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], 90, {(270, 360), (450, 540)}),  # no approach alone
+    ],
+)
+def test_excerpts_grow_to_their_length(values: list[float], frames: int, spans: set) -> None:
+    assert {(e.start, e.end) for e in find_excerpts([_source(values, frames)], 150)} >= spans
 
 
 def test_a_long_stretch_is_cut_into_windows() -> None:
@@ -52,11 +63,17 @@ def _laid(action: PlannedAction, poses: np.ndarray) -> int:
     return lay_out(action, (0, len(poses)), Movement(poses, edges)).n_frames
 
 
-def test_a_count_of_a_periodic_movement_is_a_number_of_cycles() -> None:
-    poses = _wave(100, 25)
-    for times in (1, 2, 7):
-        action = PlannedAction((("walk",),), times=Amount(times, times))
-        assert _laid(action, poses) == times * 25
+@pytest.mark.parametrize(
+    ("frames", "asked", "laid"),
+    [
+        (100, {"times": Amount(1, 1)}, 25),
+        (100, {"times": Amount(7, 7)}, 175),
+        (80, {"seconds": Amount(10.0, 10.0)}, 300),
+        (80, {"seconds": Amount(1.0, 1.0)}, 30),
+    ],
+)
+def test_counts_and_durations_are_reached_by_cycles(frames: int, asked: dict, laid: int) -> None:
+    assert _laid(PlannedAction((("walk",),), **asked), _wave(frames, 25)) == laid
 
 
 def test_a_count_of_a_single_movement_repeats_the_whole() -> None:
@@ -66,33 +83,6 @@ def test_a_count_of_a_single_movement_repeats_the_whole() -> None:
     assert len(actual.parts) == 3
     assert len(set(actual.parts)) == 1
     assert actual.said.endswith("3 times")
-
-
-def test_a_duration_is_reached_by_further_cycles() -> None:
-    action = PlannedAction((("walk",),), seconds=Amount(10.0, 10.0))
-    assert _laid(action, _wave(80, 25)) == 300
-
-
-def test_a_shorter_duration_cuts_the_excerpt() -> None:
-    action = PlannedAction((("walk",),), seconds=Amount(1.0, 1.0))
-    assert _laid(action, _wave(80, 25)) == 30
-
-
-def test_a_short_segment_is_extended_to_its_better_side() -> None:
-    source = _source([-9.0, -5.0, 3.0, -2.0, -9.0], frames=30)
-    best = find_excerpts([source], 150)[0]
-    assert (best.start, best.end) == (45, 120)  # 15 of -5, 30 of 3, 30 of -2
-
-
-def test_a_capture_that_is_too_short_is_used_whole() -> None:
-    best = find_excerpts([_source([3.0, -9.0], frames=20)], 150)[0]
-    assert (best.start, best.end) == (0, 40)
-
-
-def test_the_approach_is_no_excerpt_of_its_own() -> None:
-    source = _source([0.0, 0.0, -9.0, 4.0, -9.0, 2.5], frames=90)
-    excerpts = find_excerpts([source], 150)
-    assert {(e.start, e.end) for e in excerpts} == {(270, 360), (450, 540)}
 
 
 def test_what_is_over_when_it_is_done_is_not_lengthened() -> None:
@@ -188,17 +178,6 @@ def _number(
     return [int(number) for number in numbers]
 
 
-def test_what_shares_more_than_half_is_one_place() -> None:
-    assert _number([(1, 0, 90), (1, 44, 134), (1, 45, 135)], [1.0, 0.9, 0.8]) == [0, 0, 1]
-    assert _number([(1, 0, 90), (1, 45, 135)], [1.0, 0.9]) == [0, 1]
-    assert _number([(1, 0, 90), (2, 0, 90)], [1.0, 0.9]) == [0, 1]
-
-
-def test_captures_take_turns() -> None:
-    spans = [(1, 0, 90), (1, 100, 190), (1, 200, 290), (2, 0, 90)]
-    assert _number(spans, [2.0, 1.9, 1.8, 1.0]) == [0, 2, 3, 1]
-
-
 def test_what_is_much_worse_is_no_place_unless_it_is_clear() -> None:
     spans = [(1, 0, 90), (2, 0, 90), (3, 0, 90)]
     assert _number(spans, [0.0, -COMPARABLE, -COMPARABLE - 0.1]) == [0, 1, -1]
@@ -224,3 +203,86 @@ def test_numbers_run_from_the_best_on_without_gaps(drawn: list) -> None:
     assert set(numbers) - {-1} == set(range(max(numbers) + 1))
     for number in set(numbers) - {-1}:
         assert len({spans[n][0] for n in range(len(spans)) if numbers[n] == number}) == 1
+
+
+def _path(n_frames: int, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    path = np.zeros((n_frames, 4))
+    path[:, 0], path[:, 2] = 0.9, speed
+    return path, np.tile(rotation.IDENTITY, (n_frames, len(body.JOINTS), 1))
+
+
+@given(st.floats(0.7, 1.4))
+def test_another_rate_keeps_the_way(rate: float) -> None:
+    path, turned = _path(61, 1.0)
+    played, _ = excerpt_motion.resample(path, turned, rate)
+    assert len(played) == int(60 / rate + 1e-9) + 1
+    way = pose_vectors.from_path(path, turned).root_positions[-1, 2]
+    turned = np.tile(turned[:1], (len(played), 1, 1))
+    new = pose_vectors.from_path(played, turned).root_positions[-1, 2]
+    assert new == pytest.approx(way, abs=rate / 30 + 1e-6)
+
+
+def test_twice_the_rate_takes_every_second_frame() -> None:
+    path, turned = _path(9, 1.0)
+    path[:, 0] = np.arange(9)
+    played, _ = excerpt_motion.resample(path, turned, 2.0)
+    assert played[:, 0].tolist() == [0.0, 2.0, 4.0, 6.0, 8.0]
+    assert played[:, 2].tolist() == [2.0] * 5
+
+
+def test_speed_is_the_mean_over_the_joints() -> None:
+    motion = pose_vectors.from_path(*_path(30, 1.5))
+    np.testing.assert_allclose(excerpt_motion.joint_speeds(motion), 1.5, atol=1e-3)
+    still = pose_vectors.from_path(*_path(1, 1.5))
+    assert excerpt_motion.joint_speeds(still).tolist() == [0.0]
+
+
+@given(st.floats(0.2, 4.0), st.lists(st.floats(0.2, 4.0), min_size=2, max_size=8), st.booleans())
+def test_a_natural_rate_stays_within_the_captures(
+    speed: float, speeds: list[float], fast: bool
+) -> None:
+    recorded = np.array([speed, *speeds])
+    wanted = excerpt_motion.wanted_speed(recorded, fast)
+    rate = excerpt_motion.natural_rate(speed, wanted, recorded, fast)
+    assert recorded.min() - 1e-9 <= speed * rate <= recorded.max() + 1e-9
+    assert (rate >= 1.0) if fast else (rate <= 1.0)
+    assert 1.0 / excerpt_motion.MOST_CHANGE - 1e-9 <= rate <= excerpt_motion.MOST_CHANGE + 1e-9
+
+
+def naive_self_difference(poses: np.ndarray, longest: int) -> list[float]:
+    """D(T), one pair of frames after the other."""
+    spread = 2.0 * sum(float(np.var(poses[:, d])) for d in range(poses.shape[1]))
+    actual = [0.0]
+    for lag in range(1, longest + 1):
+        pairs = [(poses[t + lag] - poses[t]) for t in range(len(poses) - lag)]
+        actual.append(float(np.mean([d @ d for d in pairs])) / spread)
+    return actual
+
+
+def test_self_difference_is_that_of_the_slow_twin() -> None:
+    poses = np.random.default_rng(0).normal(size=(30, 3))
+    np.testing.assert_allclose(
+        cycles.self_difference(poses, 12), naive_self_difference(poses, 12), rtol=1e-9
+    )
+
+
+@given(st.integers(15, 40), st.integers(0, 100))
+def test_the_period_of_a_wave_is_found(period: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    phase = 2 * np.pi * (np.arange(4 * period) / period + rng.random())
+    poses = np.stack([np.sin(phase), np.cos(phase)], axis=1)
+    poses += rng.normal(scale=0.02, size=poses.shape)
+    actual = cycles.find_period(poses)
+    assert actual is not None
+    assert abs(actual - period) <= 1
+
+
+@given(st.integers(0, 9), st.integers(1, 20), st.integers(0, 6), st.integers(0, 15))
+def test_repetition_plays_the_loop_more_often(a: int, length: int, times: int, rest: int) -> None:
+    loop = cycles.Loop(a, a + length, 0.0)
+    parts = cycles.repeat(0, a + length + rest, loop, times)
+    assert sum(end - start for start, end in parts) == a + length + rest + times * length
+    assert parts[0][0] == 0
+    assert parts[-1][1] == a + length + rest
+    assert all(after[0] == a and before[1] == a + length
+               for before, after in itertools.pairwise(parts))  # fmt: skip

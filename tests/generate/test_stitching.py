@@ -56,14 +56,6 @@ def test_the_choice_equals_enumeration(seed: int, length: int, weight: float) ->
     assert cost_of(candidates, tuple(chosen), weight) == pytest.approx(best)
 
 
-def test_the_true_successor_joins_at_no_cost() -> None:
-    one = Candidates(np.array([7]), np.array([0]), np.array([9]), *np.ones((2, 1, 2)), np.zeros(1))
-    two = Candidates(
-        np.array([7, 8]), np.array([9, 9]), np.array([20, 20]), *np.ones((2, 2, 2)), np.zeros(2)
-    )
-    np.testing.assert_allclose(stitching.join_costs(one, two), [[0.0, 1e-3]])
-
-
 def sources(n_captures: int = 3, n_frames: int = 60) -> Sources:
     """Captures whose height is 100 * capture + frame, turned by as many milliradians."""
     made: Sources = {}
@@ -73,12 +65,6 @@ def sources(n_captures: int = 3, n_frames: int = 60) -> Sources:
         turn = rotation.from_axis_angle(np.array([1.0, 0, 0]), values * 1e-3)
         made[capture] = (path, np.repeat(turn[:, None], 21, axis=1))
     return made
-
-
-def test_pieces_that_follow_one_another_have_no_seam() -> None:
-    made = stitching.stitch([Piece(0, 0, 10), Piece(0, 10, 30)], sources())
-    np.testing.assert_array_equal(made.path[:, 0], np.arange(30))
-    np.testing.assert_array_equal(made.shares, 1.0)
 
 
 def test_a_seam_by_hand() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from motiondb.errors import MotionDBError
 from robustness_tasks.odd_texts import WHOLE, text_case, whole_text
-from robustness_tasks.reading import READS, Place, make_case
+from robustness_tasks.reading import READS, Place
 
 ASKING = ("filter", "question", "terminals", "name")
 """Kinds of text that are read with a database."""
@@ -34,17 +34,7 @@ def test_odd_questions_are_answered_or_refused(
             READS[kind](text_case(seed, kind)[1], Place(tmp_path, learned_file))
 
 
-def test_every_kind_of_text_has_a_reader() -> None:
-    assert set(READS) == set(WHOLE)
-
-
 @pytest.mark.parametrize("kind", ["synonyms", "joint map", "grammar", "motion grammar", "tactics"])
 def test_the_whole_texts_that_cases_damage_are_read(tmp_path: Path, kind: str) -> None:
     for text in WHOLE[kind]:
         READS[kind](whole_text(text).encode(), Place(tmp_path, tmp_path / "none"))
-
-
-def test_a_case_is_the_same_every_time() -> None:
-    assert [text_case(seed) for seed in range(40)] == [text_case(seed) for seed in range(40)]
-    kinds = {make_case(seed).kind for seed in range(400)}
-    assert {"capture .bvh", "capture .c3d", "words import", "tactics"} <= kinds

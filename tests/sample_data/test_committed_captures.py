@@ -178,9 +178,9 @@ def test_the_same_seed_gives_the_committed_bytes(tmp_path: Path) -> None:
     some = ["ana/walk_1.bvh", "chidi/layup_1.bvh", "dora/long_dance_1.bvh", "emil/sit_down_1.bvh"]
     make(tmp_path, seed=1, only=some)
     for file in some:
-        assert (tmp_path / "captures" / file).read_bytes() == (
-            FOLDER / "captures" / file
-        ).read_bytes()
+        made, committed = ((at / "captures" / file).read_text() for at in (tmp_path, FOLDER))
+        # which of 180 and -180 comes out of rounding depends on the processor
+        assert made.replace("-180 ", "180 ") == committed.replace("-180 ", "180 ")
     for name in ("captions", "segments", "events"):
         made = (tmp_path / f"{name}.tsv").read_text(encoding="utf-8").splitlines()
         committed = (FOLDER / f"{name}.tsv").read_text(encoding="utf-8").splitlines()

@@ -291,7 +291,8 @@ def read_joint_map(path: Path) -> dict[str, str]:
     try:
         lines = read_bounded_text(path).splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise MotionDBError(f"{path}: expected a readable joint map, found {error}.") from None
+        reason = getattr(error, "strerror", None) or "another encoding than UTF-8"
+        raise MotionDBError(f"{path}: expected a readable joint map, found: {reason}.") from None
     pairs: dict[str, str] = {}
     faults = []
     for number, line in enumerate(lines, start=1):

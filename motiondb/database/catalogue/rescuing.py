@@ -18,7 +18,7 @@ from motiondb import files, store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
-from motiondb.files.safe_files import check_file_name, delete_all, is_running
+from motiondb.files.safe_files import check_file_name, delete_all, is_running, log_of
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 
@@ -66,7 +66,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
         _sweep(output)
         draft = output.with_name(f".{output.name}.{os.getpid()}-{threading.get_ident()}.rescue")
-        log = draft.with_name(f"{draft.name}.wal")
+        log = log_of(draft)
         delete_all(draft, log)  # of an earlier process of the same number
         try:
             with store.open_store(draft) as new:
@@ -82,6 +82,8 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
                     " Give another name with -o."
                 )
             draft.replace(output)
+        except StoreError as error:  # the draft's name would tell nobody anything
+            raise StoreError(str(error).replace(str(draft), str(output))) from error
         except OSError as error:
             reason = error.strerror or str(error)
             raise StoreError(

@@ -18,6 +18,7 @@ import numpy as np
 from motiondb import store
 from motiondb.database.grammars.grammar_sequences import Material
 from motiondb.database.learned_grammar import LearnedGrammar
+from motiondb.files import ReadOptions, read_file
 from motiondb.files.safe_files import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
@@ -90,7 +91,7 @@ def take_of(material: Material, example: str | Path | Motion) -> int | None:
     if isinstance(example, Motion):
         return None
     if is_file(example):
-        sha256 = store.digest(Path(example).read_bytes())
+        sha256 = store.digest(read_file(Path(example), ReadOptions()))
         sources = enumerate(material.learned.sources)
         return next((take for take, source in sources if source.sha256 == sha256), None)
     info = store.load_capture(material.database, str(example), or_file=True)

@@ -37,6 +37,7 @@ from motiondb.database.scenes.scene_records import from_json, to_json
 from motiondb.database.scenes.scene_texts import GRAMMAR, TACTICS
 from motiondb.errors import MotionDBError, SceneError
 from motiondb.files.gltf_writer import Character
+from motiondb.files.safe_files import check_output, is_running, link_target, read_bounded_text
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.tactics import Diagram
@@ -424,6 +425,7 @@ def check_scene_folder(folder: Path) -> None:
             f"{folder}: expected the folder {folder.parent}, found none. Make the folder first."
         )
     try:
+        check_output(folder)
         Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent)).rmdir()
     except OSError as error:
         raise _unwritable(folder, error) from None
@@ -449,7 +451,7 @@ def read_scene_folder(folder: Path) -> store.StoredScene:
     """Read the record in a scene's folder."""
     path = folder / RECORD
     try:
-        record = from_json(path.read_text(encoding="utf-8"), str(path))
+        record = from_json(read_bounded_text(path), str(path))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "other bytes than text"
         raise SceneError(
@@ -486,7 +488,7 @@ def _mend(folder: Path) -> None:
     """
     for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
         owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")
-        if kind not in ("part", "old") or not owner.isdigit() or _runs(int(owner)):
+        if kind not in ("part", "old") or not owner.isdigit() or is_running(int(owner)):
             continue
         if kind == "old" and not folder.exists():
             left.rename(folder)
@@ -494,22 +496,13 @@ def _mend(folder: Path) -> None:
             shutil.rmtree(left, ignore_errors=True)
 
 
-def _runs(process: int) -> bool:
-    """Return whether a process is alive, or True if that cannot be known."""
-    if os.name != "posix":
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
-
-
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise."""
+    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise.
+
+    A link stays: the folder that it stands for is replaced.
+    """
+    folder = link_target(folder)
     _mend(folder.absolute())
     check_scene_folder(folder)
     folder = folder.absolute()

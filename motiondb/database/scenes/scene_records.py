@@ -18,6 +18,7 @@ from motiondb import store
 from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
+from motiondb.files.json_text import JSONError, parse_json, to_record
 from motiondb.grammar.cfg.context_free import choices_of, derive_by
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
@@ -157,48 +158,17 @@ def to_json(record: store.StoredScene) -> str:
     return json.dumps(facts, indent=1, ensure_ascii=False)
 
 
-_TYPES: dict[str, type | tuple[type, ...]] = {
-    "name": str,
-    "diagram": str,
-    "grammar": str,
-    "error": (int, float),
-    "n_frames": int,
-    "report": dict,
-}
-
-
-def _check_types(facts: Mapping[str, Any]) -> None:
-    for key, kind in _TYPES.items():
-        if not isinstance(facts[key], kind):
-            raise TypeError(f"{key} is of type {type(facts[key]).__name__}")
-
-
 def from_json(text: str, where: str) -> store.StoredScene:
     """Read a record from its text."""
     try:
-        facts = json.loads(text)
-        if facts.pop("format") != FORMAT:
-            raise KeyError("format")
-        players = tuple(
-            store.ScenePlayer(
-                **(
-                    player
-                    | {
-                        "rules": tuple(player["rules"]),
-                        "origin": tuple(player["origin"]),
-                        "clips": tuple(store.SceneClip(**clip) for clip in player["clips"]),
-                    }
-                )
-            )
-            for player in facts.pop("players")
-        )
-        rules = tuple(store.SceneRule(**rule) for rule in facts.pop("rules"))
-        ball = np.array(facts.pop("ball"), dtype=float).reshape(-1, 3)
-        SceneSettings(**facts["settings"])
-        _check_types(facts)
-        return store.StoredScene(**facts, players=players, rules=rules, ball=ball)
-    except (ValueError, KeyError, TypeError, AttributeError, SceneError) as error:
+        facts = parse_json(text)
+        if not isinstance(facts, dict) or facts.pop("format", None) != FORMAT:
+            raise JSONError(f"the format {FORMAT!r}", "another")
+        record = to_record(store.StoredScene, facts)
+        to_record(SceneSettings, dict(record.settings), "settings")
+        return replace(record, ball=record.ball.reshape(-1, 3))
+    except (ValueError, SceneError) as error:
         raise SceneError(
             f"{where}: expected a scene as motiondb scene make writes it, found something else"
-            f" ({type(error).__name__}: {error}). Make it again."
+            f" ({error}). Make it again."
         ) from None

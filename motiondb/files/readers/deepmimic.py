@@ -12,7 +12,6 @@ bone lengths of its humanoid; lengths of head, hands and toes are approximate.
 
 from __future__ import annotations
 
-import json
 import math
 from types import MappingProxyType
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.errors import CaptureError
+from motiondb.files.json_text import JSONError, parse_json
 from motiondb.files.limits import MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.files.text import MAX_DIGITS, Faults, clean_bytes, decode, shorten
 from motiondb.records import Clip, FloatArray, Skeleton
@@ -109,22 +109,11 @@ def read_deepmimic(data: bytes, path: object, options: ReadOptions | None = None
 
 def _read_frames(data: bytes, path: object) -> list[object]:
     """Return the list "Frames" of the JSON text."""
-    if len(data) > _MAX_BYTES:
-        raise CaptureError(
-            path,
-            f"expected at most {_MAX_BYTES / 1e6:g} MB of JSON, found {len(data) / 1e6:.4g} MB. "
-            "Cut the motion.",
-        )
     try:
-        text = decode(clean_bytes(data, path))
-        content = json.loads(text, parse_int=_number, parse_float=_number)
-    except json.JSONDecodeError as error:
-        fault = f"expected JSON, found a fault: {error.msg}. The file may be cut short."
-        raise CaptureError(path, [(error.lineno, fault)]) from error
-    except RecursionError as error:
-        raise CaptureError(
-            path, "expected a list of frames, found deeply nested lists. Export the motion again."
-        ) from error
+        content = parse_json(decode(clean_bytes(data, path)), _MAX_BYTES, _number)
+    except JSONError as fault:
+        advice = "The file may be cut short." if fault.line else "Export the motion again."
+        raise CaptureError(path, [(fault.line, f"{fault}. {advice}")]) from None
     frames = content.get("Frames") if isinstance(content, dict) else None
     if not isinstance(frames, list):
         raise CaptureError(

@@ -26,6 +26,7 @@ from motiondb.database.scenes.scene_texts import (
     shipped,
     shipped_text,
 )
+from motiondb.files.safe_files import read_bounded
 from motiondb.page.diagrams import DiagramShape, RequestedDiagram, diagram_of, diagram_shape
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.routes.parameters import Body, Name
@@ -174,7 +175,7 @@ def _is_own(path: Path) -> bool:
 
 
 def _read(path: Path) -> str:
-    return path.read_text(encoding="utf-8-sig", errors="replace")
+    return read_bounded(path).decode("utf-8-sig", "replace")
 
 
 def _title(text: str, name: str) -> str:

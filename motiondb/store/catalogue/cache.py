@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -29,7 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
-from motiondb.files.safe_files import is_being_written
+from motiondb.files.json_text import parse_json
+from motiondb.files.safe_files import is_being_written, read_bounded
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.handle import Store
@@ -128,13 +130,15 @@ def _read_motions(store: Store) -> Arrays:
 
 def _read_arrays(folder: Path, stem: str) -> Arrays:
     """Map all arrays of the list, and check that each matches its entry."""
-    text = (folder / f"{stem}.json").read_bytes()
-    listed = json.loads(text)
+    listed = parse_json(read_bounded(folder / f"{stem}.json"))
     if listed["version"] != _VERSION or listed["checksum"] != _list_checksum(listed["arrays"]):
         raise ValueError("the list is damaged")
     arrays: Arrays = {}
     for name, facts in listed["arrays"].items():
-        array = np.load(folder / f"{stem}-{name}.npy", mmap_mode="r", allow_pickle=False)
+        file = folder / f"{stem}-{name}.npy"
+        if not file.is_file():  # a pipe would be waited for
+            raise ValueError(f"the array {name} is no file")
+        array = np.load(file, mmap_mode="r", allow_pickle=False)
         if _facts(array) != facts:
             raise ValueError(f"the array {name} is damaged")
         arrays[name] = array
@@ -152,9 +156,10 @@ def _write_arrays(folder: Path, kind: str, stem: str, arrays: Arrays) -> None:
     with _draft(folder / f"{stem}.json") as file:
         file.write(json.dumps(listed).encode())
     current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
-    for old in folder.glob(f"{kind}-*"):
+    ours = re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)(\.new-\d+-\d+)?")
+    for old in folder.glob(f"{kind}-*"):  # a user may keep files here, such as motions-2024.json
         with suppress(OSError):
-            if old.name not in current and not is_being_written(old):
+            if ours.fullmatch(old.name) and old.name not in current and not is_being_written(old):
                 old.unlink()
 
 

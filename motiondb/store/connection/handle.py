@@ -11,8 +11,11 @@ block that needs it (:meth:`Store.in_use`); cursors of an earlier root are repla
 
 from __future__ import annotations
 
+import ctypes
+import os
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +25,8 @@ from typing import ClassVar
 import duckdb
 
 from motiondb.errors import StoreError
+from motiondb.files.safe_files import log_of
+from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
 
@@ -87,7 +92,12 @@ class Store:
         self._is_closed = False
         self._is_lent = False
         self._is_writing = False
+        self._is_marked = False  # Whether the file says that there is a log beside it
+        self._process = os.getpid()
+        _refuse_forked(path)
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
+        _OPENED.add(self)
+        self.lacked_log = log_mark.is_log_missing(self.connection)
 
     @property
     def connection(self) -> Connection:
@@ -129,9 +139,30 @@ class Store:
         """Whether the current thread is in a block that keeps the root open."""
         return self._local.depth > 0
 
+    @property
+    def log_note(self) -> str:
+        """What to say of the log: that it was missing at opening, or stays after closing; or ""."""
+        if not self._is_closed:
+            return log_mark.missing_sentence(self.path) if self.lacked_log else ""
+        return log_mark.left_sentence(self.path) if log_of(self.path).exists() else ""
+
+    def mark_log(self) -> None:
+        """See to it, before a change, that the file says that there is a log beside it."""
+        if not self._is_marked:
+            with self._turn:
+                self._is_marked = log_mark.set_mark(self._open_root(), self.path)
+
+    def keep_log(self) -> None:
+        """See to it, after a change, that there is a log where the file says so."""
+        if self._is_marked:
+            with self._turn:
+                log_mark.keep_log(self._open_root(), self.path)
+
     @contextmanager
     def in_use(self) -> Iterator[bool]:
         """Keep the root open while the block runs; gives whether this is the outermost block."""
+        if self._process != os.getpid():
+            raise _forked(self.path, self._process)
         local = self._local
         if not local.depth:
             with self._turn:
@@ -182,13 +213,15 @@ class Store:
         """Close the file; a second call does nothing.
 
         Blocks of other threads that have begun may end first, for ``_LAST_BLOCKS`` seconds at most;
-        later requests are refused.
+        later requests are refused. In a forked process the file is left to the one that opened it.
         """
+        if self._process != os.getpid():
+            return
         with self._turn:
             self._is_closed = True
             self._turn.wait_for(lambda: self._users <= bool(self._local.depth), _LAST_BLOCKS)
             if self._root is not None:
-                _close(self._root)
+                self._close_root(self._root)
 
     def __enter__(self) -> Store:
         return self
@@ -208,12 +241,18 @@ class Store:
                 self._turn.wait_for(lambda: self._users <= bool(self._local.depth))
                 self._is_lent = is_lent
                 if self._root is not None and not self._is_closed:
-                    _close(self._root)
+                    self._close_root(self._root)
                     self._root = None
                     self._opening += 1
             finally:
                 self._is_swapping = False
                 self._turn.notify_all()
+
+    def _close_root(self, root: duckdb.DuckDBPyConnection) -> None:
+        if not self.read_only:
+            log_mark.clear_mark(root)
+        self._is_marked = False
+        _close(root)
 
     def _cursor(self) -> duckdb.DuckDBPyConnection:
         """The cursor of the current thread, which is in a block that keeps the root open."""
@@ -251,6 +290,36 @@ class Store:
                         raise
                     return self._connect(False, wait)  # as another store of this process
             time.sleep(_PAUSE)
+
+
+_OPENED: weakref.WeakSet[Store] = weakref.WeakSet()
+
+
+def _forked(path: Path, process: int) -> StoreError:
+    return StoreError(
+        f"{path}: expected to be used in the process that opened it ({process}), found it in "
+        f"another ({os.getpid()}) that was forked from it. Close the database before the fork and "
+        "open it again in each process, or start processes by the method 'spawn'."
+    )
+
+
+def _refuse_forked(path: Path) -> None:
+    """Refuse a file that the process from which this one was forked had open: DuckDB shares it."""
+    for store in list(_OPENED):
+        is_foreign = store._process != os.getpid() and not store._is_closed
+        if is_foreign and store.path.absolute() == path.absolute():
+            raise _forked(path, store._process)
+
+
+def _leave_to_parent() -> None:
+    """Keep a forked process from closing the files of its parent when it ends, which crashes it."""
+    for store in list(_OPENED):
+        if store._root is not None:
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(store._root))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_leave_to_parent)
 
 
 @contextmanager

@@ -29,6 +29,8 @@ from motiondb.files.safe_files import (
     delete_all,
     is_being_written,
     is_duckdb,
+    link_target,
+    log_of,
     plain_name,
 )
 from motiondb.store.connection import migrations
@@ -56,6 +58,7 @@ def open_store(
     """
     path = Path(path)
     check_file_name(path)
+    path = link_target(path)  # so that there is one log, and one draft, by whatever name
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         if read_only or not create:
             actual = "an empty file" if path.exists() else "no such file"
@@ -101,7 +104,7 @@ def _create(path: Path) -> None:
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
     _sweep_drafts(path)
-    log = new.with_name(f"{new.name}.wal")
+    log = log_of(new)
     delete_all(new, log)  # of an earlier process of the same number
     try:
         with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
@@ -143,6 +146,11 @@ def connect(
         raise StoreError(
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
+    if log_of(path).is_symlink():  # DuckDB would delete the link, and leave what it stands for
+        raise StoreError(
+            f"{path}: expected its log {log_of(path).name} as a file, found a link. Put the file "
+            "that it stands for in its place."
+        )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
     while True:
         try:
@@ -167,6 +175,11 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
         return (
             f"{path}: expected a free database, found it held by this process ({os.getpid()}) "
             "in another mode. Close it first."
+        )
+    if "Permission denied" in text:
+        return (
+            f"{path}: expected a database that this user may open, found: permission denied. "
+            "Get the right to read it, and to write it and its folder for commands that change it."
         )
     is_other = path.is_file() and os.access(path, os.R_OK) and not is_duckdb(path)
     if "not a valid DuckDB" in text or "Is a directory" in text or is_other:

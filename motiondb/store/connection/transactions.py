@@ -43,6 +43,7 @@ def transaction(store: Store) -> Iterator[Connection]:
             " Save after that block."
         )
     with store.write_lock, store.open_for_writing(), store.in_use():
+        store.mark_log()
         _begin(store)
         store.in_transaction = True
         try:
@@ -51,6 +52,7 @@ def transaction(store: Store) -> Iterator[Connection]:
                 write_meta(store, key, uuid.uuid4().hex)
             store.connection.execute("COMMIT")
             Store.changes_saved += 1
+            store.keep_log()
         except BaseException as error:
             _undo(store, error)
             raise

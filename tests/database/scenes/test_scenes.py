@@ -298,30 +298,39 @@ def test_an_action_without_clips_is_named(made: Made, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "error"),
-    [("", "ValueError|JSONDecodeError"), ("{}", "KeyError"), ('{"format": "other"}', "KeyError")],
+    [
+        ("", "a fault: Expecting value"),
+        ("{}", "the format"),
+        ('{"format": "other"}', "the format"),
+        ("[" * 100_000, "at most 50 lists and objects within one another"),
+    ],
 )
 def test_other_files_are_no_scenes(tmp_path: Path, text: str, error: str) -> None:
     (tmp_path / "scene.json").write_text(text)
-    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*({error})"):
+    with pytest.raises(SceneError, match=f"expected a scene as motiondb.*{error}"):
         scene_folder.read_scene_folder(tmp_path)
 
 
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("name", {}, "name is of type dict"),
-        ("diagram", 7, "diagram is of type int"),
-        ("grammar", [], "grammar is of type list"),
-        ("error", "low", "error is of type str"),
-        ("n_frames", None, "n_frames is of type NoneType"),
-        ("report", 7, "report is of type int"),
+        ("name", {}, "a text for name, found an object"),
+        ("diagram", 7, "a text for diagram, found a whole number"),
+        ("grammar", [], "a text for grammar, found a list"),
+        ("error", "low", "a number for error, found a text"),
+        ("n_frames", None, "a whole number for n_frames, found null"),
+        ("report", 7, "an object for report, found a whole number"),
         ("report", {"feet": 7}, "expected a record that can be reported, found"),
-        ("settings", 7, "expected a scene as motiondb scene make writes it, .*TypeError"),
+        (
+            "settings",
+            7,
+            "expected a scene as motiondb scene make writes it, .*an object for settings",
+        ),
         ("settings", {"chains": -3}, "expected a scene as .*chains: expected 1 to 64"),
         ("settings", {"wings": 2}, "expected a scene as .*wings"),
-        ("players", [{"name": "A1"}], "expected a scene as .*KeyError"),
-        ("rules", [[]], "expected a scene as .*TypeError"),
-        ("ball", {}, "expected a scene as .*TypeError"),
+        ("players", [{"name": "A1"}], "expected a scene as .*a field 'team'"),
+        ("rules", [[]], "an object for rules.0., found a list"),
+        ("ball", {}, "a table of numbers for ball"),
     ],
 )
 def test_a_record_that_was_changed_is_refused(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from random_grammars import grammars
 
 from motiondb.grammar.cfg.context_free import (
@@ -17,6 +19,8 @@ from motiondb.grammar.cfg.context_free import (
     format_grammar,
     read_grammar,
 )
+from motiondb.grammar.cfg.loops import format_loops, with_loops
+from motiondb.grammar.derivation.derive import derive
 
 TOY = """
 S -> r X1 X2 m
@@ -27,14 +31,6 @@ X4 -> d | empty
 """
 
 
-def test_the_toy_grammar_has_eight_rules_as_the_paper_counts_them():
-    # S and X1 one each, X2, X3, X4 two each
-    grammar = read_grammar(TOY)
-    assert len(grammar.rules) == 8
-    assert grammar.nonterminals == ("S", "X1", "X2", "X3", "X4")
-    assert grammar.terminals == ("d", "f", "m", "p", "r", "s")
-
-
 def test_text_read_again_is_the_same_grammar():
     grammar = read_grammar(TOY)
     assert read_grammar(format_grammar(grammar)) == grammar
@@ -43,13 +39,6 @@ def test_text_read_again_is_the_same_grammar():
 def test_probabilities_given_are_kept_and_the_rest_is_shared():
     grammar = read_grammar("S -> a [0.5] | b | c")
     assert [rule.probability for rule in grammar.rules] == [0.5, 0.25, 0.25]
-
-
-def test_a_derivation_is_its_rules_in_preorder():
-    grammar = read_grammar(TOY)
-    tree = derive_by(grammar, [0, 1, 4, 6, 5, 2])
-    assert tree.leaves() == ("r", "f", "d", "p", "m")
-    assert choices_of(tree) == (0, 1, 4, 6, 5, 2)
 
 
 def test_a_derivation_a_thousand_deep_is_read_back():
@@ -101,11 +90,6 @@ def test_useless_grammars_are_refused(grammar, message):
         check_grammar(grammar)
 
 
-def test_an_empty_grammar_derives_nothing() -> None:
-    with pytest.raises(GrammarError, match="expected a rule for the start symbol 'S', found none"):
-        derive_by(Grammar("S", (), ("a",)), [0])
-
-
 @given(grammars())
 def test_derived_symbols_equal_those_of_repeated_passes(grammar: Grammar) -> None:
     deriving = {s for s in grammar.terminals if not grammar.is_nonterminal(s)}
@@ -113,3 +97,50 @@ def test_derived_symbols_equal_those_of_repeated_passes(grammar: Grammar) -> Non
     for _ in grammar.rules:
         deriving |= {r.left for r in grammar.rules if deriving.issuperset(r.right)}
     assert derived_symbols(grammar.rules, leaves) == deriving
+
+
+@pytest.mark.parametrize(
+    ("rules", "shown"),
+    [
+        ("A -> x A | x", "A -> x+ [0.5]"),
+        ("A -> x y A | empty", "A -> (x y)* [0.5]"),
+        ("A -> A x | x", "A -> x+ [0.5]"),
+        ("A -> x A | y", "A -> (x [0.5])* y"),
+        ("A -> A x [0.2] | y A [0.3] | z [0.5]", "A -> (y [0.3])* z (x [0.2])*"),
+        ("A -> l A r A | empty", "A -> (l A r)* [0.5]"),
+        ("A -> l A r | x", "A -> l A r [0.5] | x [0.5]"),
+        ("A -> x | y", "A -> x [0.5] | y [0.5]"),
+    ],
+)
+def test_a_loop_is_shown_as_the_repetition_that_it_is(rules, shown):
+    assert format_loops(read_grammar(f"S -> A\n{rules}")).splitlines()[1] == shown
+
+
+@pytest.mark.parametrize(
+    ("rules", "shown"),
+    [
+        ("S -> a A x y b\nA -> x y A | empty", "S -> a A b\nA -> (x y)+ [0.5]"),
+        ("S -> x A b A x | c\nA -> A x | empty", "S -> A b A [0.5] | c [0.5]\nA -> x+ [0.5]"),
+        ("S -> a A x A\nA -> x A | empty", "S -> a A x A\nA -> x* [0.5]"),  # one x for two
+        ("S -> A B b\nA -> B A | empty\nB -> x", "S -> A b\nA -> B+ [0.5]\nB -> x"),
+        ("A -> x A | empty", "A -> x* [0.5]"),
+    ],
+)  # fmt: skip
+def test_a_repetition_beside_its_own_part_is_shown_as_once_or_more(rules, shown):
+    grammar = read_grammar(rules)
+    assert format_loops(grammar) == shown
+
+
+CHAIN = read_grammar("S -> go A end\nA -> B A [0.7] | B [0.3]\nB -> x | y B y [0.2]")
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10_000))
+def test_a_tree_with_loops_has_the_same_leaves_and_no_chain(seed):
+    tree = derive(CHAIN, np.random.default_rng(seed))
+    drawn = with_loops(tree)
+    assert drawn.leaves() == tree.leaves()
+    rounds = sum(node.symbol == "A" for node in tree.nodes())
+    (joined,) = [node for node in drawn.nodes() if node.symbol.startswith("A")]
+    assert joined.symbol == ("A" if rounds == 1 else f"A x{rounds}")
+    assert len(joined.children) == rounds

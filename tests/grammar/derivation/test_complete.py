@@ -129,14 +129,6 @@ def test_completions_of_endless_languages_are_the_best_of_all_short_strings(gram
     assert ours == pytest.approx(matching[:3], rel=1e-6)
 
 
-def test_an_ambiguous_string_counts_with_all_its_trees():
-    # x p x p x has two trees of .3^2 .4^3
-    completions = complete(AMBIGUOUS, pattern("x p x p x"), 1)
-    assert completions.probability == pytest.approx(2 * 0.3**2 * 0.4**3)
-    assert completions.sentences[0].probability == pytest.approx(1.0)
-    assert completions.proven
-
-
 def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
     asked = pattern("a ... b")
     rng = np.random.default_rng(5)

@@ -130,13 +130,6 @@ def test_strings_of_a_length_come_in_their_proportions() -> None:
     assert chi_square(counts, chance, n) < 13.8
 
 
-def test_same_seed_same_tree() -> None:
-    grammar = read_grammar("S -> S S [0.5] | a | b")
-    for length in (None, 12):
-        trees = [derive(grammar, np.random.default_rng(7), length=length) for _ in range(2)]
-        assert trees[0] == trees[1]
-
-
 def test_a_negative_length_is_refused() -> None:
     with pytest.raises(GrammarError, match=r"length: expected 0 or more symbols, found -1\."):
         derive(read_grammar("S -> a"), np.random.default_rng(0), length=-1)

@@ -4,102 +4,51 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from naive_rules import LITTLE, A, B, S, T, acyclic_rules, keeps_laws_of, looping_rules, strings_of
 
 from motiondb.grammar.cfg.context_free import read_grammar
 from motiondb.grammar.cfg.parse import accepts
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.induction.induction import induce, induce_with_bits, without_loops
-from motiondb.grammar.induction.law_checks import Laws, keeps_laws
 from motiondb.grammar.induction.loop_evidence import (
+    Context,
     judge_loops,
     keep_supported,
     rounds_asked,
+    split_context,
     stops_at_bound,
+    unlike_context,
     write_out,
 )
 from motiondb.grammar.induction.refitting import PARENT, RULE, SPAN, read_all, refit
-from motiondb.grammar.induction.rule_arrays import LEFT, ROWS, table_of
-from motiondb.grammar.induction.rule_compaction import Effort
 from motiondb.grammar.languages import derived_strings
 from motiondb.grammar.rules import rule_laws
 from motiondb.grammar.rules.rule_set import RuleSet
 
-# terminals 0, 1, 2; start 3; nonterminals 4 and 5
-T, S, A, B = 3, 3, 4, 5
-LITTLE = Effort(begun=8, repeated=8, tries=2000)
 
-
-@st.composite
-def rule_sets(draw):
-    """Rules of any kind: loops, empty right sides, symbols that never end or are not reached."""
-    symbol = st.sampled_from([0, 1, 2, A, B])
-    rules = {}
-    for left in (S, A, B):
-        rights = st.lists(symbol, min_size=int(left == S), max_size=3).map(tuple)
-        rights = rights.filter(lambda right, left=left: right != (left,))
-        rules[left] = draw(st.dictionaries(rights, st.integers(1, 4), min_size=1, max_size=3))
-    constants = draw(st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=1))
-    singles = draw(st.frozensets(st.integers(0, 2), max_size=2))
-    return RuleSet(T, rules, constants, draw(st.booleans()), singles, loops=True)
-
-
-def strings_of(rules, symbol, longest):
-    """All strings of at most ``longest`` terminals, by applying rules until nothing is new."""
-    known = {left: set() for left in rules}
-
-    def of(right):
-        actual = {()}
-        for part in right:
-            ends = {(part,)} if part < T else known[part]
-            actual = {a + b for a in actual for b in ends if len(a + b) <= longest}
-        return actual
-
-    while True:
-        size = sum(map(len, known.values()))
-        for left, rights in rules.items():
-            for right in rights:
-                known[left] |= of(right)
-        if sum(map(len, known.values())) == size:
-            return known[symbol]
-
-
-def compiled_check(rules, may_loop):
-    table = table_of(rules, 32, 200)
-    lefts = table.rows[: table.used[ROWS], LEFT]
-    alternatives = np.bincount(lefts - T, minlength=8)
-    weights, marks = np.zeros(T, dtype=np.int64), np.zeros(T, dtype=np.int64)
-    for terminal in rules.constants:
-        weights[terminal] = 10_007 ** (terminal + 1)
-    for place, terminal in enumerate(sorted(rules.singles)):
-        marks[terminal] = 1 << place
-    total = sum(int(weights[c]) * number for c, number in rules.constants.items())
-    mask = np.zeros(8, dtype=np.bool_)
-    mask[: len(may_loop)] = may_loop
-    laws = Laws(weights, marks, total, rules.empties, mask, bool(mask.any()))
-    return bool(keeps_laws(table, alternatives, laws))
-
-
-@settings(max_examples=100, deadline=None)
-@given(rule_sets())
-def test_the_search_checks_the_laws_of_loops_as_the_plain_check_does(rules):
-    assert compiled_check(rules, [True] * 3) == rules.lawful()
-
-
-@settings(max_examples=75, deadline=None)
-@given(rule_sets(), st.lists(st.booleans(), min_size=3, max_size=3).filter(any))
-def test_only_nonterminals_that_may_loop_do(rules, may_loop):
+@settings(max_examples=120, deadline=None)
+@given(looping_rules(), st.lists(st.booleans(), min_size=3, max_size=3).filter(any))
+def test_the_search_checks_the_laws_as_the_plain_check_does_and_who_may_loop(rules, may_loop):
     looping = rule_laws.recursive_lefts(rules.rules)
     allowed = all(may_loop[left - S] for left in looping)
-    assert compiled_check(rules, may_loop) == (rules.lawful() and allowed)
+    assert keeps_laws_of(rules, may_loop) == (rules.lawful() and allowed)
+
+
+@settings(max_examples=40, deadline=None)
+@given(acyclic_rules(least=0), looping_rules())
+def test_the_search_checks_the_laws_without_loops_as_the_plain_check_does(rules, laws):
+    rules.constants, rules.singles = laws.constants, laws.singles
+    assert keeps_laws_of(rules, [False] * 3) == rules.lawful()
 
 
 @settings(max_examples=50, deadline=None)
-@given(rule_sets())
+@given(looping_rules())
 def test_laws_hold_for_all_short_strings(rules):
     if not rules.lawful():
         return
@@ -146,7 +95,7 @@ def naive_bits(rules, string):
 
 
 @settings(max_examples=40, deadline=None)
-@given(rule_sets(), st.lists(st.integers(0, 2), min_size=1, max_size=4).map(tuple))
+@given(looping_rules(), st.lists(st.integers(0, 2), min_size=1, max_size=4).map(tuple))
 def test_rules_with_loops_are_parsed_in_the_fewest_bits(rules, sentence):
     if rule_laws.derives_itself_alone(rules.rules):
         return
@@ -270,3 +219,67 @@ def test_one_to_three_times_stays_bounded_with_fifty_sentences():
     text = "S -> stand A rest\nA -> l r | l r l r | l r l r l r"
     grammar = induce(drawn(text, 50, 1), effort=LITTLE)
     assert {len(s) for s in derived_strings(grammar, np.random.default_rng(0), 300)} == {4, 6, 8}
+
+
+ROUNDS = {1: 8, 2: 4, 3: 2, 5: 1}
+ONE_OF_BOTH = {(*[k] * n, 2): count for k in (0, 1) for n, count in ROUNDS.items()}
+
+
+@pytest.mark.parametrize(("sentences", "doubted"), [(3, False), (4, True)])
+def test_a_loop_that_never_ends_at_once_by_hand(sentences, doubted):
+    # A -> 0 A | empty, one round or three: below A it ends every second time, below S never;
+    # .5^6 = .0156, .5^8 = .0039
+    flat = RuleSet(T, {S: {(0, 1): sentences, (0, 0, 0, 1): sentences}}, loops=True)
+    rules = RuleSet(T, {S: {(A, 1): 1}, A: {(0, A): 1, (): 1}}, loops=True)
+    assert unlike_context(rules, flat) == (Context(S, (A, 1), 0) if doubted else None)
+
+
+EITHER = {S: {(A, B, 2): 1}, A: {(0, A): 1, (): 1}, B: {(1, B): 1, (): 1}}
+
+
+def test_two_loops_of_which_one_is_always_idle_become_two_rules():
+    flat = RuleSet(T, {S: ONE_OF_BOTH}, loops=True)
+    rules = RuleSet(T, EITHER, loops=True)
+    actual = unlike_context(rules, flat)
+    assert (actual.left, actual.right, actual.beside is not None) == (S, (A, B, 2), True)
+    kept = keep_supported(refit(rules, flat), flat, 2)
+    expected = {(*[k] * n, 2) for k in (0, 1) for n in range(1, 8)}
+    assert strings_of(kept.rules, S, 8) == expected
+
+
+def test_two_loops_that_go_on_independently_are_kept():
+    rounds = {0: 4, **ROUNDS}
+    told = {(*[0] * i, *[1] * j, 2): rounds[i] * rounds[j] for i, j in product(rounds, repeat=2)}
+    flat = RuleSet(T, {S: told}, loops=True)
+    rules = refit(RuleSet(T, EITHER, loops=True), flat)
+    assert unlike_context(rules, flat) is None
+
+
+@st.composite
+def contexts(draw, rules):
+    """A place of a nonterminal in a rule, perhaps beside a rule of another place, or the start."""
+    places = [
+        (left, right, k)
+        for left, rights in rules.rules.items()
+        for right in rights
+        for k, symbol in enumerate(right)
+        if symbol >= T
+    ]
+    left, right, place = draw(st.sampled_from([(-1, (), 0), *places]))
+    others = [k for k, symbol in enumerate(right) if symbol >= T and k != place]
+    beside = None
+    if others and draw(st.booleans()):
+        other = draw(st.sampled_from(others))
+        beside = other, draw(st.sampled_from(sorted(rules.rules[right[other]])))
+    return Context(left, right, place, beside)
+
+
+@settings(max_examples=100, deadline=None)
+@given(looping_rules((0, 1, S, A, B)), st.data())
+def test_splitting_a_context_changes_no_string(rules, data):
+    rules = RuleSet(T, rules.rules, loops=True)
+    context = data.draw(contexts(rules))
+    before = {left: dict(rights) for left, rights in rules.rules.items()}
+    actual = split_context(rules, context)
+    assert strings_of(actual.rules, S, 4) == strings_of(rules.rules, S, 4)
+    assert rules.rules == before

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from naive_rules import A, B, S, T, acyclic_rules
 
 from motiondb.grammar.induction.law_checks import Laws, keeps_laws
 from motiondb.grammar.induction.rewriting import (
@@ -27,25 +28,8 @@ from motiondb.grammar.induction.rule_arrays import (
     rules_of,
     table_of,
 )
+from motiondb.grammar.induction.rule_compaction import absorb_neighbours, release_ends
 from motiondb.grammar.rules.rule_set import RuleSet
-
-# terminals 0, 1, 2; start 3; nonterminals 4 and 5, 4 may use 5
-T, S, A, B = 3, 3, 4, 5
-RIGHTS = {
-    S: st.sampled_from([0, 1, 2, A, B]),
-    A: st.sampled_from([0, 1, 2, B]),
-    B: st.sampled_from([0, 1, 2]),
-}
-
-
-@st.composite
-def rule_sets(draw):
-    rules = {}
-    for left, symbol in RIGHTS.items():
-        rights = st.lists(symbol, min_size=1, max_size=5).map(tuple)
-        counted = st.dictionaries(rights, st.integers(1, 4), min_size=1, max_size=4)
-        rules[left] = draw(counted)
-    return RuleSet(T, rules)
 
 
 class Arrays:
@@ -106,7 +90,7 @@ def replaced(right, part, symbol):
 
 
 @settings(max_examples=40, deadline=None)
-@given(rule_sets(), st.lists(st.integers(0, 2), min_size=1, max_size=3).map(tuple))
+@given(acyclic_rules(), st.lists(st.integers(0, 2), min_size=1, max_size=3).map(tuple))
 def test_a_part_is_replaced_wherever_it_stands(rule_set, part):
     arrays = Arrays(rule_set)
     place = arrays.spell(part)
@@ -125,7 +109,7 @@ def test_a_part_is_replaced_wherever_it_stands(rule_set, part):
 
 
 @settings(max_examples=40, deadline=None)
-@given(rule_sets())
+@given(acyclic_rules())
 def test_two_nonterminals_become_one_as_if_renamed(rule_set):
     twin = rule_set.copy()
     twin.rename({B: A})
@@ -134,7 +118,7 @@ def test_two_nonterminals_become_one_as_if_renamed(rule_set):
 
 
 @settings(max_examples=40, deadline=None)
-@given(rule_sets())
+@given(acyclic_rules())
 def test_a_nonterminal_of_one_rule_is_written_out(rule_set):
     spelled, count = next(iter(rule_set.rules[B].items()))
     rule_set.rules[B] = {spelled: count}
@@ -147,7 +131,7 @@ def test_a_nonterminal_of_one_rule_is_written_out(rule_set):
 
 
 @settings(max_examples=40, deadline=None)
-@given(rule_sets(), st.data())
+@given(acyclic_rules(), st.data())
 def test_alternatives_are_written_into_the_one_rule_that_uses_them(rule_set, data):
     for left in (S, A):  # B stands nowhere but in a rule of its own
         kept = {tuple(s for s in right if s != B): n for right, n in rule_set.rules[left].items()}
@@ -187,29 +171,13 @@ def test_parts_at_two_places_become_alternatives(one_row):
 
 
 @settings(max_examples=40, deadline=None)
-@given(
-    rule_sets(),
-    st.dictionaries(st.integers(0, 2), st.integers(0, 2), max_size=2),
-    st.frozensets(st.integers(0, 2), max_size=2),
-    st.booleans(),
-)
-def test_bits_and_laws_are_those_of_the_rule_set(rule_set, constants, singles, empty):
-    if empty:
-        rule_set.rules[B][()] = 1
-    rule_set.constants, rule_set.singles = constants, singles
+@given(acyclic_rules(least=0))
+def test_bits_are_those_of_the_rule_set(rule_set):
     arrays = Arrays(rule_set)
     alternatives, nodes = np.zeros(8, dtype=np.int64), np.zeros(8, dtype=np.int64)
     logs = np.log2(np.maximum(np.arange(64), 1))
     bits = bits_of(arrays.table, nodes, alternatives, logs)
     assert bits == pytest.approx(rule_set.bits())
-    weights, marks = np.zeros(T, dtype=np.int64), np.zeros(T, dtype=np.int64)
-    for terminal in constants:
-        weights[terminal] = 10_007 ** (terminal + 1)
-    for place, terminal in enumerate(sorted(singles)):
-        marks[terminal] = 1 << place
-    total = sum(int(weights[c]) * number for c, number in constants.items())
-    laws = Laws(weights, marks, total, rule_set.empties, np.zeros(8, bool), False)
-    assert keeps_laws(arrays.table, alternatives, laws) == rule_set.lawful()
 
 
 @pytest.mark.parametrize("loops", [False, True])
@@ -224,3 +192,28 @@ def test_rules_that_use_a_nonterminal_without_rules_break_the_laws(loops: bool) 
     for _ in range(200):
         np.ones(64, dtype=np.bool_)  # memory that is reused without being cleared
         assert not keeps_laws(table, alternatives, laws)
+
+
+@pytest.mark.parametrize(
+    ("change", "rules", "held"),
+    [
+        # neighbours that differ, that are constant or single, or that save no bits
+        (absorb_neighbours, {S: {(A, 1): 2}, A: {(0, A, 0): 1, (0,): 2}}, {}),
+        (absorb_neighbours, {S: {(A, 1): 2}, A: {(0, A, 1): 1, (0,): 2}}, {"singles": {1}}),
+        (absorb_neighbours, {S: {(A, 1): 2}, A: {(0, A, 1): 1, (0,): 2}}, {"constants": {1: 1}}),
+        (
+            absorb_neighbours,
+            {
+                S: {(A, 1): 4, (1, A, 1): 1},
+                A: {(0, A, 1): 1, (0,): 1, (0,) * 2: 1, (0,) * 3: 1, (0,) * 4: 1},
+            },
+            {},
+        ),
+        # ends that cost bits to move, or that stand within the loop
+        (release_ends, {S: {(0, A, A): 2, (A, 0): 1}, A: {(0, A): 1, (0, 1): 5}}, {}),
+        (release_ends, {S: {(0, A): 2}, A: {(0, A, 0): 1, (0, 1): 2}}, {}),
+    ],
+)
+def test_neighbours_and_ends_of_loops_that_stay(change, rules, held) -> None:
+    rule_set = RuleSet(T, rules, **held, loops=True)
+    assert change(rule_set) is rule_set

@@ -9,8 +9,6 @@ import pytest
 from test_synthesis import true_terminals
 
 from motiondb.errors import QueryError
-from motiondb.grammar.cfg.context_free import read_grammar
-from motiondb.grammar.cfg.parse import ParseError, parse_passage, passage_grammar
 from motiondb.grammar.terminals import labelling
 from motiondb.records import FloatArray, Motion
 
@@ -118,18 +116,6 @@ def test_a_motion_too_short_for_any_terminal_is_told(
     short = part(motion, 0, int(reader.shortest.min()) - 1)
     with pytest.raises(QueryError, match=r"expected frames that segments tile, each of at least"):
         labelling.read_string(reader, short)
-
-
-def test_passages_are_cut_where_sentences_end() -> None:
-    toy = read_grammar("S -> a B [0.5] | a [0.5]\nB -> b | c c")
-    trees = parse_passage(toy, ["a", "a", "b", "a", "c", "c", "a"])
-    assert ["".join(tree.leaves()) for tree in trees] == ["a", "ab", "acc", "a"]
-    assert all(tree.symbol == "S" for tree in trees)
-    assert passage_grammar(toy).rules[: len(toy.rules)] == toy.rules
-    with pytest.raises(ParseError) as error:
-        parse_passage(toy, ["a", "b", "b"])
-    assert (error.value.position, error.value.expected) == (2, ("a",))
-    assert error.value.may_end
 
 
 def test_the_reach_is_the_lesser_of_two_bounds() -> None:

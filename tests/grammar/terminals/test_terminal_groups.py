@@ -6,11 +6,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motiondb.body import rotation
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.terminals import candidates, exchange
-from motiondb.grammar.terminals.distances import Poses
+from motiondb.grammar.terminals import candidates, distances, exchange, tuning
+from motiondb.grammar.terminals.distances import (
+    Poses,
+    segment_distance,
+    segment_distances,
+)
 from motiondb.grammar.terminals.medoids import group_by_medoids
 from motiondb.grammar.terminals.terminals import score
+from motiondb.records import Motion
 
 
 def points(n: int, seed: int) -> np.ndarray:
@@ -177,3 +183,146 @@ def test_exchanges_lower_the_cost_to_what_it_is_from_nothing(n_groups: int) -> N
     path_cost, _ = candidates.cheapest_path(task.cells, table.min(axis=0), task.cut_costs)
     lengths = (task.cells.ends - task.cells.starts)[state.medoids]
     assert state.cost == pytest.approx(path_cost + task.medoid_price * lengths.sum(), rel=1e-6)
+
+
+N_FRAMES = 300
+BOUNDS = (0, 110, 300)
+
+
+def made(seed: int, n_groups: int = 5) -> tuple[tuning.Grouping, tuning.Costs]:
+    rng = np.random.default_rng(seed)
+    values = np.cumsum(rng.normal(0, 0.2, (N_FRAMES, 3)), axis=0).astype(np.float32)
+    values = np.sin(values).astype(np.float32)
+    fixed = np.isin(np.arange(N_FRAMES + 1), BOUNDS)
+    rest = rng.uniform(0, 1e-4, N_FRAMES + 1)
+    costs = tuning.Costs(values, fixed, rest, 0.1 / N_FRAMES, 0.9 / N_FRAMES / 3.5, 6)
+    cuts = np.unique(np.concatenate([np.arange(0, N_FRAMES, 15), BOUNDS]))
+    cuts = cuts[np.append(np.diff(cuts) >= 6, True)]
+    lengths = np.diff(cuts)
+    distances = segment_distances(values, cuts[:-1], cuts[1:])
+    medoids, labels = group_by_medoids(
+        distances, n_groups, weights=costs.weight * lengths, prices=costs.price * lengths
+    )
+    return tuning.Grouping(cuts, labels, medoids), costs
+
+
+def best_medoid(grouping: tuning.Grouping, costs: tuning.Costs, k: int) -> float:
+    """The least that a group can cost with its members, from nothing."""
+    starts, ends = grouping.cuts[:-1], grouping.cuts[1:]
+    members = np.flatnonzero(grouping.labels == k)
+    gaps = segment_distances(costs.values, starts[members], ends[members])
+    lengths = (ends - starts)[members]
+    return float((costs.weight * lengths @ gaps + costs.price * lengths).min())
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("temperature", [0.0, 0.5])
+def test_the_incremental_cost_is_the_cost_from_nothing(seed: int, temperature: float) -> None:
+    grouping, costs = made(seed)
+    settings = tuning.TuningSettings(temperature=temperature, most_steps=1500)
+    state, total = tuning._begin(grouping, costs), tuning.total_cost(grouping, costs)
+    draws = np.random.default_rng(seed).random((1500, 4))
+    actual = tuning.Best(*(part.copy() for part in state[:3]))
+    chance = settings.temperature * total / len(grouping.labels)
+    pace = tuning.Pace(4, chance, total, total)
+    total, best_total = tuning.take_steps(state, costs, draws, pace, actual)
+    best = tuning.Grouping(*actual)
+    now = tuning.Grouping(*state[:3])
+    assert total == pytest.approx(tuning.total_cost(now, costs), rel=1e-6)
+    assert best_total == pytest.approx(tuning.total_cost(best, costs), rel=1e-6)
+    assert best_total < tuning.total_cost(grouping, costs)
+    by_groups = sum(best_medoid(now, costs, k) for k in range(5)) + costs.rest[now.cuts].sum()
+    assert total == pytest.approx(by_groups, rel=1e-6)
+
+
+@pytest.mark.parametrize("temperature", [0.0, 0.1])
+def test_tuning_keeps_takes_lengths_and_groups(temperature: float) -> None:
+    grouping, costs = made(7)
+    settings = tuning.TuningSettings(temperature=temperature, most_steps=4000)
+    best, steps = tuning.tune(grouping, costs, np.random.default_rng(0), settings)
+    assert 0 < steps <= 4000
+    assert tuning.total_cost(best, costs) < tuning.total_cost(grouping, costs)
+    assert set(BOUNDS) <= set(best.cuts.tolist())
+    assert np.diff(best.cuts).min() >= costs.shortest
+    assert len(best.cuts) == len(grouping.cuts)
+    assert sorted(np.unique(best.labels)) == list(range(5))
+    assert (best.labels[best.medoids] == np.arange(5)).all()
+
+
+def test_a_group_of_one_keeps_its_last_segment() -> None:
+    grouping, costs = made(2, n_groups=len(made(2)[0].labels) - 1)
+    best, _ = tuning.tune(
+        grouping, costs, np.random.default_rng(1), tuning.TuningSettings(most_steps=800)
+    )
+    n_groups = len(grouping.medoids)
+    assert sorted(np.unique(best.labels)) == list(range(n_groups))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 12), st.integers(1, 12), st.integers(0, 10_000))
+def test_it_is_the_printed_formula_symmetric_and_zero_for_itself(n: int, m: int, seed: int) -> None:
+    values = np.random.default_rng(seed).normal(size=(n + m, 3)).astype(np.float32)
+    actual = segment_distance(values, 0, n, n, n + m)
+    assert actual == pytest.approx(naive.segment_distance(values, 0, n, n, n + m), rel=1e-5)
+    assert actual == segment_distance(values, n, n + m, 0, n)
+    assert segment_distance(values, 0, n, 0, n) == 0.0
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 8), st.integers(1, 4), st.integers(1, 3), st.integers(0, 10_000))
+def test_repeating_every_frame_changes_nothing(
+    length: int, slower: int, times: int, seed: int
+) -> None:
+    """Where one length is a multiple of the other; rounding down is exact there."""
+    values = np.random.default_rng(seed).normal(size=(length * (slower + 1), 3)).astype(np.float32)
+    twice = np.repeat(values, times, axis=0)
+    a, b = length * slower, len(values)
+    assert segment_distance(twice, 0, a * times, a * times, b * times) == pytest.approx(
+        segment_distance(values, 0, a, a, b), rel=1e-5
+    )
+    one = values[:length]
+    both = np.concatenate([one, np.repeat(one, times, axis=0)])
+    assert segment_distance(both, 0, length, length, len(both)) == 0.0
+
+
+def test_poses_do_not_see_place_and_heading() -> None:
+    motion = naive.swinging_motion(60)
+    turn = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), np.array(1.1))
+    rotations = motion.local_rotations.astype(np.float64)
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    root = rotation.rotate(turn, motion.root_positions.astype(np.float64)) + np.array(
+        [3.0, 0.0, -2.0]
+    )
+    moved = Motion(rotations.astype(np.float32), root.astype(np.float32))
+    assert np.allclose(distances.pose_vectors(motion), distances.pose_vectors(moved), atol=2e-5)
+
+
+def test_principal_axes_keep_the_distances() -> None:
+    motion = naive.swinging_motion(80)
+    raw = distances.pose_vectors(motion)
+    values = distances.make_poses([motion]).values
+    assert values.shape[1] < raw.shape[1]
+    full = np.linalg.norm(raw[:, None] - raw[None], axis=2)
+    kept = np.linalg.norm(values[:, None] - values[None], axis=2)
+    assert (kept <= full + 1e-4).all()
+    assert (kept**2).sum() >= distances.KEPT * (full**2).sum() - 1e-6
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 60), st.integers(1, 4), st.integers(0, 10_000))
+def test_the_largest_distance_is_exact(n: int, dimensions: int, seed: int) -> None:
+    values = np.random.default_rng(seed).standard_t(2, size=(n, dimensions))
+    full = np.linalg.norm(values[:, None] - values[None], axis=2)
+    assert distances.largest_distance(values, block=5) == pytest.approx(full.max(), rel=1e-9)
+
+
+def test_takes_that_cannot_be_used_are_named() -> None:
+    good = naive.swinging_motion(20)
+    broken = Motion(good.local_rotations, np.full((20, 3), np.nan, dtype=np.float32))
+    empty = Motion(good.local_rotations[:0], good.root_positions[:0])
+    with pytest.raises(GrammarError, match=r"expected at least one take, found none\. Name"):
+        distances.make_poses([])
+    with pytest.raises(GrammarError, match=r"take 2: expected frames, found none\. Leave it out"):
+        distances.make_poses([good, empty])
+    with pytest.raises(GrammarError, match=r"take 2: expected numbers, found NaN or infinity"):
+        distances.make_poses([good, broken])

@@ -6,7 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.scene.clips.clip_cutting import compose, relative
+from motiondb.body import rotation
+from motiondb.body.pose_vectors import yaw
+from motiondb.scene.clips.clip_cutting import compose, inverse, relative
 from motiondb.scene.clips.clips import (
     VariantSettings,
     edited_paths,
@@ -35,24 +37,6 @@ def test_bending_and_stretching_are_step_by_step(
     path = np.vstack([np.zeros(3), np.random.default_rng(seed).normal(size=(n, 3))])
     (actual,) = edited_paths(path, np.array([[bend, stretch]]))
     np.testing.assert_allclose(actual, slow(path, bend, stretch), atol=1e-9)
-
-
-def test_a_straight_way_becomes_an_arc_of_the_same_length() -> None:
-    path = np.column_stack([np.zeros(101), np.linspace(0.0, 2.0, 101), np.zeros(101)])
-    (arc,) = edited_paths(path, np.array([[np.pi / 2, 1.0]]))
-    radius = 2.0 / (np.pi / 2)  # a quarter circle of length 2, to the side of +x
-    np.testing.assert_allclose(arc[-1], [radius, radius, np.pi / 2], atol=1e-4)
-
-
-@given(st.floats(-2.0, 2.0), st.floats(0.5, 2.0), st.integers(0, 99))
-def test_a_mirrored_way_is_edited_to_the_mirror_image(
-    bend: float, stretch: float, seed: int
-) -> None:
-    path = np.vstack([np.zeros(3), np.random.default_rng(seed).normal(size=(9, 3))])
-    flip = np.array([-1.0, 1.0, -1.0])
-    (actual,) = edited_paths(path * flip, np.array([[-bend, stretch]]))
-    (twin,) = edited_paths(path, np.array([[bend, stretch]]))
-    np.testing.assert_allclose(actual, twin * flip, atol=1e-9)
 
 
 def test_frames_around_a_clip_bend_no_further() -> None:
@@ -91,8 +75,24 @@ def test_nobody_turns_faster_than_people_do() -> None:
     assert len(edits_of(way(1.0, 6), "middle", bends)) == 2
 
 
-def test_every_piece_is_in_the_library_as_it_is() -> None:
-    settings = VariantSettings()
-    for kind in ("start", "middle", "stop", "whole"):
-        for length in (0.0, 0.2, 1.0):
-            assert [0.0, 1.0] in edits_of(way(length, 6), kind, settings).tolist()
+number = st.floats(-20.0, 20.0)
+places = st.builds(lambda x, z, t: np.array([x, z, t]), number, number, number)
+
+
+@given(places, places)
+def test_it_is_a_turn_about_the_vertical_and_a_shift(first: np.ndarray, second: np.ndarray) -> None:
+    point = np.array([second[0], 0.0, second[1]])
+    turned = rotation.rotate(yaw(first[2]), point)
+    actual = compose(first, second)
+    np.testing.assert_allclose(actual[:2], first[:2] + turned[[0, 2]], atol=1e-9)
+    ahead = rotation.rotate(yaw(actual[2]), np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(ahead[[0, 2]], [np.sin(actual[2]), np.cos(actual[2])], atol=1e-9)
+
+
+@given(places, places, places)
+def test_order_of_brackets_does_not_matter_and_inverses_undo(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray
+) -> None:
+    np.testing.assert_allclose(compose(compose(a, b), c), compose(a, compose(b, c)), atol=1e-9)
+    np.testing.assert_allclose(compose(inverse(a), compose(a, b)), b, atol=1e-9)
+    np.testing.assert_allclose(compose(a, relative(b, a)), b, atol=1e-9)

@@ -12,9 +12,12 @@ from motiondb.scene.clips.clip_cutting import ShownMotion, body_frames, compose,
 from motiondb.scene.clips.clips import (
     ClipLibrary,
     ClipSource,
+    SeamEnds,
     VariantSettings,
     clip_motion,
     make_library,
+    rest_costs,
+    seam_costs,
     source_frames,
 )
 
@@ -78,16 +81,6 @@ def test_entries_stand_by_terminal(plain: ClipLibrary) -> None:
     for number, name in enumerate(plain.terminals):
         assert (plain.terminal[list(plain.of(name))] == number).all()
     assert plain.n_frames[: len(plain.of("run"))].tolist() == [10, 20, 10, 25, 15] * 2
-
-
-def test_types_are_those_that_samplers_count_on(plain: ClipLibrary) -> None:
-    for array in (plain.terminal, plain.first, plain.n_frames, plain.event_frame, plain.path_start):
-        assert array.dtype == np.int32
-    assert plain.seam.dtype == np.float32
-    assert plain.seam_class.dtype == np.int32
-    for array, columns in ((plain.step, 3), (plain.path, 3), (plain.hand, 3)):
-        assert array.dtype == np.float64
-        assert array.shape[1] == columns
 
 
 def test_steps_lead_to_where_the_capture_goes_on(plain: ClipLibrary) -> None:
@@ -225,3 +218,41 @@ def test_nothing_shown_gives_an_empty_library() -> None:
     assert len(library.source) == 0
     assert library.first.tolist() == [0, 0, 0]
     assert library.path.shape == library.step.shape == library.hand.shape == (0, 3)
+
+
+def seam_ends(n: int, seed: int = 0) -> SeamEnds:
+    rng = np.random.default_rng(seed)
+    shape = (n, 2, 21, 3)
+    return SeamEnds(
+        captures=np.arange(n) % 3,
+        starts=np.arange(n) * 10,
+        ends=np.arange(n) * 10 + 30,
+        entries=rng.normal(size=shape),
+        exits=rng.normal(size=shape),
+    )
+
+
+def test_costs_equal_those_of_the_slow_twin() -> None:
+    clips = seam_ends(150, seed=1)
+    costs = seam_costs(clips)
+    assert costs.dtype == np.float32
+    rng = np.random.default_rng(2)
+    for a, b in rng.integers(150, size=(200, 2)):
+        pose = np.mean([np.linalg.norm(clips.exits[a, 0, j] - clips.entries[b, 0, j])
+                        for j in range(21)])  # fmt: skip
+        speed = np.mean([np.linalg.norm(clips.exits[a, 1, j] - clips.entries[b, 1, j])
+                         for j in range(21)])  # fmt: skip
+        follows = clips.captures[a] == clips.captures[b] and clips.ends[a] == clips.starts[b]
+        expected = 0.0 if follows else pose / 0.10 + speed / 1.0
+        np.testing.assert_allclose(costs[a, b], expected, rtol=1e-5)
+    assert costs[0, 3] == 0.0  # frames 0..30 and 30..60 of capture 0
+    assert costs[1, 2] > 0.0
+
+
+def test_to_begin_and_to_stop_costs_as_much_as_one_moves() -> None:
+    clips = seam_ends(3)
+    clips.entries[:, 1] = 0.0
+    clips.entries[0, 1, :, 2] = 3.0  # runs at 3 m/s when it begins
+    clips.exits[:, 1] = 0.0
+    clips.exits[1, 1, :7, 0] = 1.5  # a third of the joints moves when it ends
+    np.testing.assert_allclose(rest_costs(clips), [[3.0, 0.0], [0.0, 0.5], [0.0, 0.0]])

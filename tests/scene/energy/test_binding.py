@@ -25,7 +25,6 @@ from motiondb.scene.energy.binding import (
     SYNCHRONISATION,
     THROUGHOUT,
     UNMET,
-    Binder,
     bind,
 )
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -175,20 +174,6 @@ def test_actions_that_no_element_asks_for_are_counted() -> None:
     many = table_of("figure-3", A1="hold pivot_left pass idle run", A2="run catch dribble shoot")
     assert many.stray == few.stray + 1
     assert table_of("figure-3", A2="run run run catch dribble shoot").stray == few.stray - 1
-
-
-def test_binding_again_gives_the_same() -> None:
-    text = read_scene_text("figure-3")
-    diagram, grammar = text.diagram, text.grammar
-    trees = casting.cast(diagram, grammar)
-    binder = Binder(diagram, grammar)
-    ordered = [trees[name] for name in binder.names]
-    first, second = binder.bind(ordered), binder.bind(ordered)
-    assert (
-        first.rows.tobytes()
-        == second.rows.tobytes()
-        == bind(diagram, grammar, trees).rows.tobytes()
-    )
 
 
 def test_strings_that_do_not_fit_are_refused() -> None:

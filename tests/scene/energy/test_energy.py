@@ -340,45 +340,6 @@ def row(table, **columns):
     return replace(table, rows=rows)
 
 
-@pytest.mark.parametrize(
-    ("columns", "value"),
-    [
-        ({"kind": POSITION, "x": 4.0, "z": 6.0, "weight": 0.5}, 5.0 / 0.5),
-        ({"kind": DIRECTION, "target": HEADING, "x": math.pi / 2}, math.pi / 2),
-        ({"kind": DIRECTION, "x": 1.0, "z": -3.0}, math.pi),
-        ({"kind": DIRECTION, "x": 3.0, "z": 4.0}, math.pi / 4),
-        ({"kind": DISTANCE, "x": 1.0, "z": 4.5, "near": 0.0, "far": 2.5, "weight": 0.1}, 0.0),
-        ({"kind": DISTANCE, "x": 1.0, "z": 4.6, "near": 0.0, "far": 2.5, "weight": 0.1}, 10.0),
-        ({"kind": LINE, "x": 3.0, "z": 0.0, "other_x": 3.0, "other_z": 9.0}, 2.0),
-        ({"kind": LINE, "x": 4.0, "z": 6.0, "other_x": 7.0, "other_z": 10.0}, 5.0),
-        ({"kind": UNMET, "weight": 0.1}, 10.0),
-    ],
-)
-def test_rules_by_hand(wandering, columns, value) -> None:
-    """Equations (1), (2), (4), (5) for somebody at (1, 2) who faces +z."""
-    state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
-    player = replace(state.players[0], origin=(1.0, 2.0, 0.0))
-    actual = energy(SceneState((player,)), clip_arrays(library), row(table, **columns), WEIGHTS)
-    assert actual.rules.tolist() == pytest.approx([value])
-
-
-def test_a_pass_by_hand(wandering) -> None:
-    """Equation (3): thrown at 10 / 30 s, caught 4 m away at 28 / 30 s; a flight of 0.5 s: 0.1 s."""
-    state, library, table = random_scene(wandering, "pass-and-shoot", np.random.default_rng(0))
-    library.event_frame[:], library.path[:, :2] = 2, 0.0
-    one, other = (replace(p, entries=p.entries[:1]) for p in state.players[:2])
-    one = replace(one, origin=(0.0, 0.0, 0.0), delay=8)
-    other = replace(other, origin=(0.0, 4.0, 0.0), delay=26)
-    columns = {"kind": SYNCHRONISATION, "player": 0, "moment": 2, "lag": math.nan, "partner": 1}
-    plain = row(table, **columns, partner_first=0, partner_last=1, weight=0.1)
-    plain = replace(
-        plain, partners=np.array([0]), players=("A1", "A2"), contacts=table.contacts[:0]
-    )
-    actual = energy(SceneState((one, other)), clip_arrays(library), plain, Weights())
-    assert actual.rules.tolist() == pytest.approx([0.1 / 0.1])
-    assert [errors.tolist() for errors in actual.by_token] == [[1.5], [1.5]]
-
-
 def test_terms_by_hand(wandering) -> None:
     """Equation (7): 0.5 / 1 for a seam, 1 / 0.1 for two who touch, 6 m / 3 m for effort."""
     state, library, table = random_scene(wandering, "pass-and-shoot", np.random.default_rng(0))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations, pairwise, product
 
+import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
+from motiondb.scene.language import semantic_rules
 from motiondb.scene.language.expressions import (
     MOST_ASSIGNMENTS,
     Item,
@@ -187,19 +190,6 @@ def every_assignment(string: list[str], items: list[Item]) -> set:
 WALKS = [Item(("walk",), True), Item(("walk",), True)]
 
 
-def test_two_walks_with_a_bow_between_can_be_assigned_in_three_ways() -> None:
-    string = ["walk", "bow", "walk", "walk", "walk"]
-    assigned = assignments(string, WALKS)
-    assert assigned[0] == spans(string, WALKS) == ((0, 1), (2, 5))
-    assert set(assigned) == {((0, 1), (2, 5)), ((2, 3), (3, 5)), ((2, 4), (4, 5))}
-
-
-def test_strings_that_miss_an_item_cannot_be_assigned() -> None:
-    assert assignments(["walk"], WALKS) == ()
-    assert assignments(["bow", "bow"], [Item(("walk",), True)]) == ()
-    assert assignments(["bow"], []) == ((),)
-
-
 @settings(deadline=None)
 @given(
     st.lists(st.sampled_from(["walk", "bow", "run"]), min_size=1, max_size=6),
@@ -232,3 +222,26 @@ def test_many_assignments_are_thinned_out() -> None:
         for b in range(a + 1, 11)
         for c in range(b + 1, 12)
     }
+
+
+angles = st.floats(-20.0, 20.0)
+lengths = st.floats(-10.0, 10.0)
+
+
+@given(angles, angles)
+def test_a_turn_is_what_the_arrows_enclose(one: float, other: float) -> None:
+    arrows = [np.array([math.sin(a), math.cos(a)]) for a in (one, other)]
+    enclosed = math.acos(np.clip(arrows[0] @ arrows[1], -1.0, 1.0))
+    assert float(semantic_rules.direction_error(one, other)) == pytest.approx(enclosed, abs=1e-6)
+
+
+@example([0.0, 0.0, 0.0, 1e-7, 0.0, 0.0])  # a line of a tenth of a micrometre
+@example([1.0, 1.0, 2.0, 2.0, 2.0, 2.0])
+@given(st.lists(lengths, min_size=6, max_size=6))
+def test_a_line_is_as_far_as_its_nearest_point(values: list[float]) -> None:
+    place, first, second = np.array(values).reshape(3, 2)
+    share = np.linspace(0.0, 1.0, 4001)[:, None]
+    nearest = np.linalg.norm(first + share * (second - first) - place, axis=1).min()
+    actual = float(semantic_rules.line_error(place, first, second))
+    assert actual == pytest.approx(nearest, abs=0.01)
+    assert actual <= nearest + 1e-9

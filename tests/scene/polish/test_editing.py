@@ -24,16 +24,9 @@ from motiondb.scene.language.semantic_rules import direction_error
 from motiondb.scene.polish import path_editing
 from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths, overlaps, pushes
 from motiondb.scene.timing.scheduling import SLOWEST, Meeting, TimeMap, edit_times
-from motiondb.scene.timing.timeline import Timeline, excess, measure, moment_frames
+from motiondb.scene.timing.timeline import Timeline, excess, moment_frames
 
 from ..timing.test_timeline import a_row, a_table, still
-
-
-def test_a_delay_gives_way_before_a_pace_does() -> None:
-    knots = [np.array([0.0, 40.0]), np.array([0.0, 60.0])]
-    first, second = edit_times(knots, [0, 0], [Meeting(0, 30.0, 1, 30.0, 10.0)])
-    assert float(second.frame_of(30.0) - first.frame_of(30.0)) == pytest.approx(10.0, abs=1e-2)
-    assert np.allclose(np.diff(first.shown), np.diff(first.source), atol=1.0)
 
 
 def test_between_two_meetings_the_paces_share_what_is_missing() -> None:
@@ -82,14 +75,6 @@ def edited(table, timeline, *facings):
     return edit_paths(table, timeline, timeline.places, facings)
 
 
-def test_what_holds_is_left_alone() -> None:
-    timeline = walking((0.0, 0.0))
-    row = a_row(kind=POSITION, last=1, moment=AT_END, x=0.0, z=3.1, weight=0.3)
-    out = edited(a_table(row, players=1), timeline)
-    assert out.settled
-    np.testing.assert_allclose(out.timeline.places, timeline.places, atol=1e-9)
-
-
 def test_a_walk_ends_where_it_should_and_steps_stay_even() -> None:
     timeline = walking((0.0, 0.0))
     rows = [
@@ -105,15 +90,6 @@ def test_a_walk_ends_where_it_should_and_steps_stay_even() -> None:
     assert np.abs(turns).max() < 0.004  # metres from one step to the next: no jerk
 
 
-def test_facing_spreads_over_time() -> None:
-    timeline = still((0.0, 0.0, 0.0), frames=60)
-    row = a_row(kind=DIRECTION, last=1, moment=AT_END, x=3.0, z=0.0, weight=math.radians(20))
-    out = edited(a_table(row, players=1), timeline)
-    heading = out.timeline.places[0, :, 2]
-    assert measure(a_table(row, players=1), 0, out.timeline).value <= math.radians(20)
-    assert np.abs(np.diff(heading)).max() < math.radians(15)
-
-
 def test_a_guard_stays_within_reach_and_moves_more_than_the_guarded() -> None:
     timeline = walking((0.0, 0.0), (3.0, 0.0))
     row = a_row(kind=DISTANCE, player=0, last=1, moment=THROUGHOUT, target=1, near=0.5, far=2.0)
@@ -125,14 +101,6 @@ def test_a_guard_stays_within_reach_and_moves_more_than_the_guarded() -> None:
     assert moved[0] > moved[1] > 0.0
 
 
-def test_a_defender_comes_onto_the_line() -> None:
-    timeline = still((1.5, 2.0, 0.0), (0.0, 4.0, 0.0), frames=50)
-    row = a_row(kind=LINE, player=0, last=1, moment=THROUGHOUT, target=1, weight=0.3)
-    table = a_table(row)
-    assert measure(table, 0, timeline).value == pytest.approx(1.5)
-    assert measure(table, 0, edited(table, timeline).timeline).value <= 0.3
-
-
 def test_two_who_walk_through_one_another_pass_by() -> None:
     there = walking((0.0, 0.0))
     back = there.places[:, ::-1] + np.array([0.05, 0.0, 0.0])
@@ -142,14 +110,6 @@ def test_two_who_walk_through_one_another_pass_by() -> None:
     out = edited(table, timeline)
     assert out.settled
     assert overlaps(table, out.timeline) == ()
-
-
-def test_who_catches_turns_towards_the_ball() -> None:
-    timeline = still((0.0, 0.0, math.pi), (0.0, 4.0, 0.0), frames=60)
-    out = edited(
-        a_table(), timeline, Facing(0, np.array([40]), 1, np.array([30]), math.radians(60.0))
-    )
-    assert direction_error(out.timeline.places[0, 40, 2], 0.0) <= math.radians(60.0)
 
 
 def test_turning_begins_shortly_before_it_is_asked_for() -> None:

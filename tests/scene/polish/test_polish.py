@@ -13,20 +13,14 @@ from motiondb.body import body, retarget, rotation
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Event, Motion
-from motiondb.scene.ball.ball_acts import Possession
 from motiondb.scene.ball.ball_flight import (
-    BOUNCE,
-    GRAVITY,
     MOST_YAW,
     RADIUS,
     REACHING,
     RIM,
-    bounced,
     follow,
     palms,
     reach,
-    shot_seconds,
-    thrown,
 )
 from motiondb.scene.clips.clip_cutting import ShownMotion
 from motiondb.scene.clips.clips import VariantSettings, make_library
@@ -228,39 +222,6 @@ def test_meetings_that_no_pace_allows_are_reported(library) -> None:
     assert not report.clean
 
 
-def test_approximate_polishing_leaves_out_ways_and_takes_one_that_nearly_holds(
-    library, monkeypatch
-) -> None:
-    state, table = scene(library)
-    faults = iter([5.0, 0.5, 0.001, 0.0])
-    tried = []
-
-    def fault(_table, _edited):
-        tried.append(next(faults))
-        return tried[-1]
-
-    monkeypatch.setattr(polishing, "_fault", fault)
-    frame_costs = []
-    whole = polishing.schedule_scene
-
-    def schedule(state, library, table, frame_cost):
-        frame_costs.append(frame_cost)
-        scheduled = whole(state, library, table, frame_cost)
-        return replace(
-            scheduled, delays=tuple(d + 10.0 * len(frame_costs) for d in scheduled.delays)
-        )
-
-    monkeypatch.setattr(polishing, "schedule_scene", schedule)
-    best = polishing._best(state, library, MOTIONS, table, approximate=True)
-    assert tried == [
-        5.0,
-        0.5,
-        0.001,
-    ]  # with the first frame cost one way, with the second until it is good
-    assert best.fault == 0.001
-    assert frame_costs == [1.0, 0.5]
-
-
 def test_a_capture_that_is_gone_is_named(library) -> None:
     state, table = scene(library)
     with pytest.raises(SceneError, match="pass: expected the capture"):
@@ -283,28 +244,6 @@ def test_alone_and_without_a_ball_poses_are_held_where_nobody_can_wait() -> None
     assert report.clean
     assert math.isnan(report.ball_gap)
     assert out.players[0].motion.n_frames == out.timeline.begins[0][-1]
-
-
-def test_thrown_and_bounced() -> None:
-    time = np.array([0.0, 0.5, 1.0])
-    assert thrown(1.0, 1.0, 1.0, time).tolist() == pytest.approx([1.0, 1.0 + GRAVITY / 8.0, 1.0])
-    way = bounced(np.array([0.0, 1.0, 0.0]), np.array([0.3, 0.9, 0.6]), 13)
-    assert way[0].tolist() == [0.0, 1.0, 0.0]
-    assert way[-1].tolist() == pytest.approx([0.3, 0.9, 0.6])
-    assert way[6, 1] == pytest.approx(RADIUS)
-    assert way[:, 1].min() == pytest.approx(RADIUS)
-    assert BOUNCE < 1.0
-    even = bounced(np.array([0.0, 1.0, 0.0]), np.array([0.3, 0.9, 0.6]), 12)
-    assert even[5, 1] == pytest.approx(RADIUS)  # in a frame, so that it is seen
-    assert even[-1].tolist() == pytest.approx([0.3, 0.9, 0.6])
-
-
-def test_a_shot_comes_down_at_its_angle() -> None:
-    distance, rise = 5.0, 0.7
-    seconds = shot_seconds(distance, rise)
-    speed = rise / seconds + GRAVITY * seconds / 2.0
-    falling = speed - GRAVITY * seconds
-    assert falling == pytest.approx(-distance / seconds)  # 45 degrees
 
 
 def test_reach_brings_palms_and_keeps_bones() -> None:
@@ -331,14 +270,6 @@ def test_heads_turn_to_the_ball_as_far_as_necks_do() -> None:
             (ahead, aside)]  # fmt: skip
     assert np.arctan2(nose[0][0], nose[0][2]) == pytest.approx(0.0, abs=1e-6)
     assert np.arctan2(nose[1][0], nose[1][2]) == pytest.approx(MOST_YAW, abs=0.02)
-
-
-def test_which_hand_dribbles() -> None:
-    from motiondb.scene.ball.ball_acts import Bounce
-
-    possession = Possession(0, 0, 40, 1, ((5, 30),), (Bounce(6, 14, 0), Bounce(18, 26, 1)))
-    assert possession.hand_at(50)[[10, 14, 20, 45]].tolist() == [0, 0, 1, 1]
-    assert possession.dribbled(50)[[4, 5, 29, 30]].tolist() == [0.0, 1.0, 1.0, 0.0]
 
 
 def each_way_anew(state, library, table):

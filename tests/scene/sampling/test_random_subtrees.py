@@ -7,13 +7,16 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
-from motiondb.grammar.cfg.context_free import Grammar, choices_of, derive_by, read_grammar
+from motiondb.grammar.cfg.context_free import Grammar, Tree, choices_of, derive_by, read_grammar
 from motiondb.scene.language.expressions import ONLY_ASKED, Item, expressions, g_user, spans
 from motiondb.scene.sampling.random_subtrees import NOWHERE, Derivations
+from motiondb.scene.sampling.tree_growth import exchanged, subtree_errors, tree_shape
 
 FINITE = read_grammar(
     """
@@ -82,13 +85,6 @@ def test_one_of_several_ends() -> None:
     assert derivations.ends_before(["run"]) == [2]
 
 
-def test_worked_probabilities() -> None:
-    derivations = Derivations(FINITE, ITEMS)
-    # S -> A B, A -> run, B -> catch shoot
-    assert derivations.log_probability([0, 2, 5]) == pytest.approx(math.log(0.7 * 0.4 * 0.6))
-    assert derivations.inside("B")[0, 2] == pytest.approx(0.6 + 0.3 * 0.25)
-
-
 def test_recursion_without_end_has_its_least_solution() -> None:
     # S = S S p + (1 - p): the least solution is (1 - p) / p for p over a half
     derivations = Derivations(read_grammar("S -> S S [0.75] | a [0.25]"), [])
@@ -138,3 +134,61 @@ def test_an_expression_that_cannot_be_met_is_refused() -> None:
 def test_too_long_a_draw_is_none() -> None:
     derivations = Derivations(read_grammar("S -> a S [0.999] | a [0.001]"), [])
     assert derivations.draw("S", 0, [0], np.random.default_rng(0), 5) is None
+
+
+ENDLESS = read_grammar("S -> A S B | A | empty\nA -> a | b a\nB -> empty | b S")
+FREE = Derivations(ENDLESS, [])
+
+
+def drawn(seed: int) -> tuple[int, ...]:
+    derivation = FREE.draw("S", 0, [0], np.random.default_rng(seed), 60)
+    return derivation.rules if derivation else (1, 3)
+
+
+def errors_of(tree: Tree, leaves: list[float]) -> list[float]:
+    """E of all nonterminals in preorder: (10), one node after the other."""
+
+    def error(node: Tree) -> float:
+        if node.is_leaf:
+            return left.pop(0)
+        place = len(actual)
+        actual.append(0.0)
+        product = math.prod(error(child) for child in node.children)
+        actual[place] = product ** (1.0 / (len(node.children) + 1))
+        return actual[place]
+
+    left, actual = list(leaves), []
+    error(tree)
+    return actual
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000), st.integers(0, 10_000))
+def test_errors_are_geometric_means(seed: int, other: int) -> None:
+    shape = tree_shape(ENDLESS, drawn(seed))
+    leaves = np.random.default_rng(other).uniform(1.0, 30.0, len(shape.actions))
+    actual = np.empty(len(shape.rules))
+    assert subtree_errors(shape.children, leaves, actual) == len(shape.rules)
+    wanted = errors_of(derive_by(ENDLESS, shape.rules), leaves.tolist())
+    np.testing.assert_allclose(actual, wanted, rtol=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000), st.integers(0, 10_000))
+def test_a_subtree_is_a_slice(seed: int, other: int) -> None:
+    shape = tree_shape(ENDLESS, drawn(seed))
+    tree = derive_by(ENDLESS, shape.rules)
+    assert shape.actions == tree.leaves()
+    assert shape.rules == choices_of(tree)
+    inner = [node for node in tree.nodes() if not node.is_leaf]
+    for number, node in enumerate(inner):
+        end, first, last = shape.spans[number].tolist()
+        assert shape.symbols[number] == node.symbol
+        assert shape.rules[number:end] == choices_of(node)
+        assert shape.actions[first:last] == node.leaves()
+    node = other % len(inner)
+    new = FREE.draw(shape.symbols[node], 0, [0], np.random.default_rng(other), 60)
+    if new is not None:
+        after = exchanged(ENDLESS, shape, node, new.rules)
+        _, first, last = shape.spans[node].tolist()
+        assert after.actions == shape.actions[:first] + new.actions + shape.actions[last:]

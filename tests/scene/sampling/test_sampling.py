@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
@@ -80,18 +81,30 @@ def toy_state(play, rules: tuple[int, ...], entries) -> SceneState:
     return SceneState((PlayerState(tree, np.array(entries), (0.0, 0.0, 0.2), 0),))
 
 
-def toy_states(library, play) -> dict[tuple, float]:
-    """Every scene of the toy with its exact probability, clips relative to uniform draws."""
+def exact_states(library, play, grammar, derivations, temperature=1.0) -> dict[tuple, float]:
+    """Every scene of some derivations with its probability, clips relative to uniform draws."""
     actual = {}
-    for rules in [(0, 1, 3), (0, 2, 3), *((0, x, 4, y) for x in (1, 2) for y in (1, 2))]:
+    for rules in derivations:
         tree = derive_by(play.derivations[0].grammar, rules)
-        table = bind(ALONE, TOY, [tree])
+        table = bind(ALONE, grammar, [tree])
         for entries in product(*(library.of(action) for action in tree.leaves())):
             state = toy_state(play, rules, entries)
-            error = energy(state, play.library, table, TOY.weights, play.every).total
-            actual[rules, entries] = math.exp(-error) * 0.5 ** len(entries)
+            error = energy(state, play.library, table, grammar.weights, play.every).total
+            actual[rules, entries] = math.exp(-error / temperature) * 0.5 ** len(entries)
     whole = sum(actual.values())
     return {key: value / whole for key, value in actual.items()}
+
+
+def count_states(chain: Chain, rounds: int, every: int, *steps: Callable[[], object]) -> Counter:
+    """How often each scene is met where some steps are taken in turn, every so many rounds."""
+    seen: Counter = Counter()
+    for step in range(rounds):
+        for take in steps:
+            take()
+        if step % every == every - 1:
+            entries = tuple(chain.scene.entry[0, : chain.scene.n_clips[0]].tolist())
+            seen[chain.shapes[0].rules, entries] += 1
+    return seen
 
 
 def p_value(seen: Counter, exact: dict[tuple, float]) -> float:
@@ -112,18 +125,17 @@ def p_value(seen: Counter, exact: dict[tuple, float]) -> float:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_frequencies_of_the_outer_loop_are_exact_without_the_inner(wandering, seed: int) -> None:
     library, play = toy_play(wandering)
-    exact = toy_states(library, play)
+    derivations = [(0, 1, 3), (0, 2, 3), *((0, x, 4, y) for x in (1, 2) for y in (1, 2))]
+    exact = exact_states(library, play, TOY, derivations)
     assert len(exact) == 40
     assert max(exact.values()) < 0.5
     groups = clip_groups(play.library, TOY.weights.smooth, 1.0)
     chain = Chain(play, toy_state(play, (0, 1, 3), (0, 4)), np.random.default_rng(seed))
-    seen: Counter = Counter()
-    for step in range(3000):
-        chain.jump(0, groups, 1.0, EXCHANGES, 0.0)
-        chain.walk(2, groups, 1.0, EXCHANGES)
-        if step % 3 == 2:  # by then a jump at the root was tried about once
-            entries = tuple(chain.scene.entry[0, : chain.scene.n_clips[0]].tolist())
-            seen[chain.shapes[0].rules, entries] += 1
+    seen = count_states(  # in three rounds a jump at the root is tried about once
+        chain, 3000, 3,
+        lambda: chain.jump(0, groups, 1.0, EXCHANGES, 0.0),
+        lambda: chain.walk(2, groups, 1.0, EXCHANGES),
+    )  # fmt: skip
     assert p_value(seen, exact) > 0.001
 
 
@@ -149,54 +161,33 @@ LINKS = read_motion_grammar(
 @pytest.mark.parametrize("seed", [1, 2])
 def test_frequencies_of_growths_alone_are_exact(wandering, seed: int) -> None:
     library = wandering(["a", "b", "c", "d"], each=2, seed=3)
-    play = make_play(ALONE, LINKS, library, 4)
-    play = replace(play, tails=0.0)
-    exact = {}
+    play = replace(make_play(ALONE, LINKS, library, 4), tails=0.0)
+    derivations = []
     for before in [(), (4,), (2,), *product((4, 2), repeat=2)]:
         for parts in product((4, 5), repeat=before.count(4)):
             links = iter(parts)
             rules = [0, *(r for x in before for r in ((1, next(links)) if x == 4 else (2,)))]
-            spelled = (*rules, 3, 4)  # the end of a chain stays
-            tree = derive_by(play.derivations[0].grammar, spelled)
-            table = bind(ALONE, LINKS, [tree])
-            for entries in product(*(library.of(action) for action in tree.leaves())):
-                state = toy_state(play, spelled, entries)
-                error = energy(state, play.library, table, LINKS.weights, play.every).total
-                exact[spelled, entries] = math.exp(-error) * 0.5 ** len(entries)
-    exact = {key: value / sum(exact.values()) for key, value in exact.items()}
+            derivations.append((*rules, 3, 4))  # the end of a chain stays
+    exact = exact_states(library, play, LINKS, derivations)
     assert len(exact) == 4 + 3 * 8 + 9 * 16
     groups = clip_groups(play.library, LINKS.weights.smooth, 1.0)
     chain = Chain(play, toy_state(play, (0, 3, 4), (0, 4)), np.random.default_rng(seed))
-    seen: Counter = Counter()
-    for step in range(4000):
-        chain.grow(0, groups, 1.0, EXCHANGES, 0.0)
-        chain.walk(4, groups, 1.0, EXCHANGES)
-        if step % 4 == 3:  # links that are put in are taken away, and others come
-            entries = tuple(chain.scene.entry[0, : chain.scene.n_clips[0]].tolist())
-            seen[chain.shapes[0].rules, entries] += 1
+    seen = count_states(  # links that are put in are taken away, and others come
+        chain, 4000, 4,
+        lambda: chain.grow(0, groups, 1.0, EXCHANGES, 0.0),
+        lambda: chain.walk(4, groups, 1.0, EXCHANGES),
+    )  # fmt: skip
     assert p_value(seen, exact) > 0.001
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_frequencies_of_recastings_alone_are_exact(wandering, seed: int) -> None:
     library, play = toy_play(wandering)
-    rules = (0, 1, 4, 2)
-    tree = derive_by(play.derivations[0].grammar, rules)
-    table = bind(ALONE, TOY, [tree])
-    exact = {}
-    for entries in product(*(library.of(action) for action in tree.leaves())):
-        state = toy_state(play, rules, entries)
-        exact[entries] = math.exp(
-            -energy(state, play.library, table, TOY.weights, play.every).total
-        )
-    exact = {key: value / sum(exact.values()) for key, value in exact.items()}
+    exact = exact_states(library, play, TOY, [(0, 1, 4, 2)])
     groups = clip_groups(play.library, TOY.weights.smooth, 1.0)
-    chain = Chain(play, toy_state(play, rules, (0, 6, 2)), np.random.default_rng(seed))
-    seen: Counter = Counter()
-    for step in range(3000):
-        chain.recast(0, groups, 1.0, EXCHANGES, 0.0)
-        if step % 3 == 2:  # by then every clip was drawn anew about twice
-            seen[tuple(chain.scene.entry[0, :3].tolist())] += 1
+    chain = Chain(play, toy_state(play, (0, 1, 4, 2), (0, 6, 2)), np.random.default_rng(seed))
+    # in three rounds every clip is drawn anew about twice
+    seen = count_states(chain, 3000, 3, lambda: chain.recast(0, groups, 1.0, EXCHANGES, 0.0))
     assert len(seen) > 4
     assert p_value(seen, exact) > 0.001
 
@@ -207,22 +198,12 @@ def test_frequencies_of_recastings_alone_are_exact(wandering, seed: int) -> None
 def test_frequencies_of_clip_steps_are_exact(wandering, kinds, temperature: float) -> None:
     library = wandering(["a", "b", "c", "d"], each=4, seed=8)
     library.seam_class[:] = np.repeat(np.arange(8), 2)  # two variants of each clip
-    play = make_play(ALONE, TOY, library)
-    play = replace(play, tails=0.0)
-    rules = (0, 1, 3)
-    table = bind(ALONE, TOY, [derive_by(play.derivations[0].grammar, rules)])
-    exact = {}
-    for entries in product(library.of("a"), library.of("c")):
-        state = toy_state(play, rules, entries)
-        error = energy(state, play.library, table, TOY.weights, play.every).total
-        exact[entries] = math.exp(-error / temperature)
-    exact = {key: value / sum(exact.values()) for key, value in exact.items()}
+    play = replace(make_play(ALONE, TOY, library), tails=0.0)
+    exact = exact_states(library, play, TOY, [(0, 1, 3)], temperature)
     groups = clip_groups(play.library, TOY.weights.smooth, temperature)
-    chain = Chain(play, toy_state(play, rules, (0, 8)), np.random.default_rng(4))
-    seen: Counter = Counter()
-    for _ in range(1500):
-        chain.walk(25, groups, temperature, only(*kinds))
-        seen[tuple(chain.scene.entry[0, :2].tolist())] += 1
+    chain = Chain(play, toy_state(play, (0, 1, 3), (0, 8)), np.random.default_rng(4))
+    shares = only(*kinds)
+    seen = count_states(chain, 1500, 1, lambda: chain.walk(25, groups, temperature, shares))
     assert p_value(seen, exact) > 0.001
 
 

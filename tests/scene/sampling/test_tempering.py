@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from dataclasses import replace
 from itertools import product
@@ -12,12 +11,10 @@ import pytest
 
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
-from motiondb.records import IntArray
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.expressions import ONLY_ASKED, g_user
+from motiondb.scene.language.expressions import g_user
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.sampling.play import Prices, make_play
-from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
 from motiondb.scene.sampling.tempering import (
     WARM,
@@ -25,11 +22,9 @@ from motiondb.scene.sampling.tempering import (
     bootstrap,
     common_actions,
     exchange,
-    first_derivation,
     sample,
     warm_start,
 )
-from motiondb.scene.sampling.tree_growth import exchanged, tree_shape
 
 SHORT = SamplerSettings(
     temperatures=(0.5, 0.8, 1.3), rounds=4, jumps=3, inner=60, steps=60, cooling=400
@@ -83,21 +78,6 @@ def test_exchanges_keep_detailed_balance_on_a_toy() -> None:
     assert (counts[:, 1] < n).all()
 
 
-def test_worked_exchange() -> None:
-    """The colder has the worse scene: always. Else exp((1 - 3) (1/1 - 1/2)) = exp(-1)."""
-    counts = np.zeros((1, 2), dtype=np.int64)
-    rng = np.random.default_rng(0)
-    order = [0, 1]
-    exchange(order, [3.0, 1.0], (1.0, 2.0), rng, counts)
-    assert order == [1, 0]
-    taken = 0
-    for _ in range(4000):
-        order = [0, 1]
-        exchange(order, [1.0, 3.0], (1.0, 2.0), rng, counts)
-        taken += order == [1, 0]
-    assert taken / 4000 == pytest.approx(np.exp(-1.0), abs=4 * np.sqrt(0.37 * 0.63 / 4000))
-
-
 @pytest.mark.parametrize("name", ["pass-and-shoot", "screen"])
 def test_the_same_seed_gives_the_same_bytes_on_any_threads(wandering, name: str) -> None:
     diagram, grammar = read(name)
@@ -149,76 +129,6 @@ def test_the_first_scene_does_what_is_asked(wandering, name: str) -> None:
     assert np.isfinite(Chain(play, state, np.random.default_rng(0)).energy)
 
 
-def wandering_bootstrap(
-    derivations: Derivations, rng: np.random.Generator, steps: int, weight: float
-) -> tuple[Derivation, IntArray]:
-    """The paper's bootstrapping: Metropolis-Hastings by P(X) until the string fits.
-
-    A node is drawn uniformly and derived anew by the rules' probabilities, whatever is asked. P(X)
-    is taken relative to these probabilities, or long strings would win by their number. What
-    :func:`bootstrap` is compared with; a scene begins with that.
-
-    Parameters
-    ----------
-    steps : at most so many. weight : w_1, -log P(X) = g_user / w_1.
-
-    Returns
-    -------
-    the last derivation, and array (at most steps + 1,), g_user before each step and at the end.
-    """
-    grammar = derivations.grammar
-    expression = [item.actions for item in derivations.items]
-    free = Derivations(grammar, ())
-    shape = tree_shape(grammar, _free(free, grammar.start, rng).rules)
-    missing = [g_user(shape.actions, expression)]
-    while len(missing) <= steps and (missing[-1] > 0 or not shape.actions):
-        node = int(rng.integers(len(shape.rules)))
-        new = _free(free, shape.symbols[node], rng)
-        after = exchanged(grammar, shape, node, new.rules)
-        lacks = g_user(after.actions, expression)
-        gain = (missing[-1] - lacks) / weight + math.log(len(shape.rules) / len(after.rules))
-        if gain >= 0.0 or rng.random() < math.exp(gain):
-            shape = after
-            missing.append(lacks)
-        else:
-            missing.append(missing[-1])
-    return Derivation(shape.rules, shape.actions), np.array(missing)
-
-
-def _free(free: Derivations, symbol: str, rng: np.random.Generator) -> Derivation:
-    derivation = free.draw(symbol, 0, [0], rng)
-    while derivation is None:
-        derivation = free.draw(symbol, 0, [0], rng)
-    return derivation
-
-
-def test_the_papers_bootstrapping_gets_there_too_but_not_at_once() -> None:
-    """C13: on the strings of Give and Go; the conditioned draw needs no step at all."""
-    diagram, grammar = read("give-and-go")
-    play_items = dict(
-        zip(
-            [p.name for p in diagram.players],
-            make_items(diagram),
-            strict=True,
-        )
-    )
-    start = grammar.started("S_A")
-    derivations = Derivations(start, play_items["A1"], ONLY_ASKED)
-    actual, missing = wandering_bootstrap(derivations, np.random.default_rng(2), 20_000, 0.1)
-    assert missing[-1] == 0
-    assert len(missing) > 20
-    assert g_user(actual.actions, [item.actions for item in play_items["A1"]]) == 0
-    first = first_derivation(derivations, np.random.default_rng(2), 40)
-    assert derivations.fits(first.actions)
-
-
-def make_items(diagram):
-    from motiondb.scene.language.expressions import expressions
-
-    items_of = expressions(diagram)
-    return [items_of[player.name] for player in diagram.players]
-
-
 def test_a_warm_start_keeps_who_does_the_same_and_moves_whom_the_diagram_moves(wandering) -> None:
     diagram, grammar = read("pass-and-shoot")
     library = library_for(grammar, wandering)
@@ -246,17 +156,3 @@ def test_a_warm_start_keeps_who_does_the_same_and_moves_whom_the_diagram_moves(w
     again, trace = sampled(library, changed, grammar, WARM, np.random.default_rng(0), warm)
     assert trace.final <= trace.best[0]
     assert again.players[1].tree.leaves()[-1] == "layup"
-
-
-def test_a_moved_circle_carries_its_player_along(wandering) -> None:
-    diagram, grammar = read("pass-and-shoot")
-    library = library_for(grammar, wandering)
-    rng = np.random.default_rng(5)
-    state = bootstrap(make_play(diagram, grammar, library), rng)
-    at = diagram.players[0].at
-    players = (replace(diagram.players[0], at=Spot(at.x + 1.0, at.z)), *diagram.players[1:])
-    play = make_play(replace(diagram, players=players), grammar, library)
-    warm = warm_start(state, diagram, play, rng)
-    x, z, theta = state.players[0].origin
-    assert warm.players[0].origin == pytest.approx((x + 1.0, z, theta))
-    assert bytes_of(SceneState(warm.players[1:])) == bytes_of(SceneState(state.players[1:]))

@@ -5,14 +5,22 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
+from motiondb.grammar.cfg.parse import accepts, count_trees
 from motiondb.scene.language.expressions import expressions, g_user
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.services import casting, services
+from motiondb.scene.services.lr import (
+    lr1_automaton,
+)
+from motiondb.scene.services.planning import plan
 
 SMALL = """
 grammar small
@@ -213,3 +221,153 @@ def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
         "x.tactics:2: 'A1': expected at most 40 things to do, found 41. Make a scene of each part"
         " of the play."
     )
+
+
+PLAYS = read_grammar(
+    """
+    S -> M A | A
+    M -> run | run M
+    A -> hold D pass M A | hold D shoot | empty
+    D -> empty | dribble D
+    """
+)
+ACTIONS = ("run", "hold", "pass", "dribble", "shoot")
+STRINGS = [s for n in range(1, 6) for s in product(ACTIONS, repeat=n) if accepts(PLAYS, s)]
+
+
+def shortest(prefix: tuple[str, ...], goals: list[set[str]]) -> int | None:
+    """The length of the shortest of all short strings that does."""
+    lengths = [
+        len(string)
+        for string in STRINGS
+        if string[: len(prefix)] == prefix and g_user(string[len(prefix) :], goals) == 0
+    ]
+    return min(lengths, default=None)
+
+
+some = st.sets(st.sampled_from(ACTIONS), min_size=1, max_size=2)
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.lists(st.sampled_from(ACTIONS), max_size=2), st.lists(some, max_size=3))
+def test_no_string_is_shorter(prefix: list[str], goals: list[set[str]]) -> None:
+    wanted = shortest(tuple(prefix), goals)
+    try:
+        tree = plan(PLAYS, prefix, goals)
+    except SceneError:
+        assert wanted is None
+        return
+    string = tree.leaves()
+    assert accepts(PLAYS, string)
+    assert list(string[: len(prefix)]) == prefix
+    assert g_user(string[len(prefix) :], goals) == 0
+    assert len(string) == wanted or (wanted is None and len(string) > 5)
+
+
+def test_the_tree_is_one_of_the_grammar() -> None:
+    tree = plan(PLAYS, ["hold"], [{"pass"}, {"shoot"}])
+    assert tree.leaves() == ("hold", "pass", "run", "hold", "shoot")
+    for node in tree.nodes():
+        if not node.is_leaf:
+            rule = PLAYS.rules[node.rule]
+            assert rule.left == node.symbol
+            assert rule.right == tuple(child.symbol for child in node.children)
+
+
+def test_unit_cycles_and_empty_rules_end() -> None:
+    grammar = read_grammar("S -> A | S\nA -> S | B B | empty\nB -> empty | b")
+    assert plan(grammar, (), [{"b"}, {"b"}]).leaves() == ("b", "b")
+
+
+@pytest.mark.parametrize(
+    ("prefix", "goals", "why"),
+    [
+        (("shoot",), [], "that begins with 'shoot' with nothing more, but no string of the"),
+        ((), [{"shoot"}, {"run"}], "with shoot, then run, but run cannot come then"),
+        ((), [{"sing"}], "with sing, but sing cannot come at all"),
+        (("hold", "shoot"), [{"run"}], "with run, but run cannot come at all"),
+    ],
+)
+def test_what_cannot_be_planned_says_why(prefix, goals, why: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        plan(PLAYS, prefix, goals)
+    assert why in str(caught.value)
+
+
+def test_a_long_beginning_is_no_hindrance() -> None:
+    prefix = ["run"] * 150 + ["hold"] + ["dribble"] * 50
+    tree = plan(PLAYS, prefix, [{"pass"}, {"shoot"}])
+    assert tree.leaves() == (*prefix, "pass", "run", "hold", "shoot")
+
+
+EXPRESSIONS = read_grammar(
+    """
+    E -> T R
+    R -> plus T R | empty
+    T -> F U
+    U -> times F U | empty
+    F -> open E close | id
+    """
+)
+
+
+def test_ten_states_of_the_textbook() -> None:
+    automaton = lr1_automaton(read_grammar("S -> C C\nC -> c C | d"))
+    assert (automaton.n_states, automaton.conflicts) == (10, ())
+
+
+def test_a_conflict_names_its_rules_and_the_way_to_it() -> None:
+    grammar = read_grammar("S -> if S | if S else S | do")
+    (conflict,) = lr1_automaton(grammar).conflicts
+    assert conflict.describe(grammar) == (
+        "shift-reduce: after 'if if S', before else, between 'S -> if S' and 'S -> if S else S'"
+    )
+
+
+def test_a_conflict_with_the_end_says_so() -> None:
+    grammar = read_grammar("S -> T\nT -> S | a")
+    (conflict,) = lr1_automaton(grammar).conflicts
+    assert conflict.describe(grammar) == (
+        "reduce-reduce: after 'S', before the end, between 'T -> S' and accepting the string"
+    )
+
+
+def test_too_many_states_are_refused() -> None:
+    with pytest.raises(SceneError) as caught:
+        lr1_automaton(EXPRESSIONS, max_states=5)
+    assert "at most 5 states to test whether it is LR(1), found more" in str(caught.value)
+
+
+def test_a_thousand_alternatives_are_tested_once_each() -> None:
+    """States: the start, its end, one after each terminal, one at the end of each rule a S."""
+    names = [f"a{n}" for n in range(400)]
+    wide = read_grammar(f"S -> {' | '.join(f'{name} S' for name in names)} | last")
+    automaton = lr1_automaton(wide)
+    assert automaton.n_states == 1 + 1 + 401 + 400
+    assert automaton.conflicts == ()
+
+
+symbols = st.sampled_from(["S", "A", "a", "b"])
+rights = st.lists(symbols, max_size=3).map(tuple)
+small_grammars = st.tuples(
+    st.lists(rights, min_size=1, max_size=3, unique=True),
+    st.lists(rights, min_size=1, max_size=3, unique=True),
+).map(
+    lambda pair: Grammar(
+        "S", tuple(Rule(left, r, 1 / len(rows)) for left, rows in zip("SA", pair) for r in rows)
+    )
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(small_grammars)
+def test_without_conflicts_no_string_has_two_trees(grammar: Grammar) -> None:
+    if lr1_automaton(grammar).conflicts:
+        return
+    for n in range(4):
+        for string in product("ab", repeat=n):
+            try:
+                trees = count_trees(grammar, string)
+            except GrammarError:  # it derives nothing
+                return
+            assert trees <= 1, (str(grammar), string)

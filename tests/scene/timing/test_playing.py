@@ -20,7 +20,6 @@ from motiondb.scene.timing.playing import (
     lead_out,
     least_lengths,
     may_pause,
-    part_of,
     pause_entry,
     play,
 )
@@ -101,11 +100,6 @@ def test_as_many_frames_are_kept_as_are_asked(
     assert max(frames) < whole
 
 
-def test_parts_share_a_bend() -> None:
-    source = ClipSource("a", 10, 30, bend=0.4)
-    assert part_of(source, 0, 5) == replace(source, start=10, end=15, bend=0.1)
-
-
 def test_only_standing_may_be_cut_and_only_rest_may_pause() -> None:
     entries = np.array([2, 3, 0, 1, 4])
     assert least_lengths(library(), entries).tolist() == [15, 40, 20, 10, 15]
@@ -180,13 +174,6 @@ def test_who_guards_stays_with_the_run_that_is_guarded() -> None:
     ran, guarded = schedule([runner, guard], [], beside)
     assert ran.lengths == (15, 20, 40, 20)
     assert guarded.delay == pytest.approx(45.0, abs=1.0)
-
-
-def test_a_ball_in_the_air_counts() -> None:
-    shot = Strings(np.array([40]), np.array([40]), np.array([0]), 0, np.array([60]))
-    late = strings(30, delay=70)
-    _, scheduled = schedule([shot, late], [])
-    assert scheduled.delay == pytest.approx(70.0)  # 100 frames last anyway
 
 
 @settings(max_examples=20, deadline=None)

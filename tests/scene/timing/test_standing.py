@@ -63,11 +63,6 @@ def test_what_circles_is_followed_without_a_leap() -> None:
     assert turned[-1] == pytest.approx(3.0 * math.pi - ASIDE, abs=0.3)
 
 
-def test_nothing_to_look_at_turns_nobody() -> None:
-    nowhere = np.full((50, 2), np.nan)
-    assert not turns_to(waiting(50), np.ones(50, dtype=bool), nowhere).any()
-
-
 def test_the_ball_is_with_its_holder_and_on_the_way_between() -> None:
     timeline = still((0.0, 0.0, 0.0), (4.0, 0.0, 0.0), frames=90)
     acts = BallActs((Possession(0, 0, 10), Possession(1, 30, 40)), True, (1.0, 2.0))

@@ -13,14 +13,8 @@ from scene_energy import energy
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.energy.binding import (
-    AT_START,
-    DIRECTION,
-    DISTANCE,
-    LINE,
     POINT,
-    POSITION,
     ROW,
-    THROUGHOUT,
     RuleTable,
     bind,
 )
@@ -31,11 +25,9 @@ from motiondb.scene.polish.path_editing import overlaps
 from motiondb.scene.services import casting
 from motiondb.scene.timing.timeline import (
     Timeline,
-    frame_values,
     measure,
     own_places,
     sampled_timeline,
-    tolerance,
 )
 
 
@@ -64,22 +56,6 @@ def a_table(*rows: np.void, players: int = 2, contacts: tuple = ()) -> RuleTable
         tuple(None for _ in rows),
         np.full(len(rows), -1),
     )
-
-
-@pytest.mark.parametrize(
-    ("kind", "values", "wanted"),
-    [
-        (POSITION, {"x": 3.0, "z": 4.0}, 5.0),
-        (DIRECTION, {"x": 1.0, "z": 0.0}, math.pi / 2),
-        (DISTANCE, {"x": 3.0, "z": 4.0, "far": 5.0}, 0.0),
-        (DISTANCE, {"x": 3.0, "z": 4.0, "far": 4.9}, 1.0),
-        (LINE, {"x": -1.0, "z": 2.0, "other_x": 1.0, "other_z": 2.0}, 2.0),
-    ],
-)
-def test_values_worked_by_hand(kind: int, values: dict[str, float], wanted: float) -> None:
-    row = a_row(kind=kind, last=1, moment=AT_START, **values)
-    timeline = still((0.0, 0.0, 0.0))
-    assert frame_values(row, timeline, np.array([1]))[0] == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize("name", ["give-and-go", "screen", "pass-and-shoot"])
@@ -129,10 +105,3 @@ def test_who_is_to_touch_may_come_nearer() -> None:
     timeline = still((0.0, 0.0, 0.0), (0.35, 0.0, 0.0), frames=60)
     overlapping = overlaps(a_table(contacts=((0, 0, 1, 0),)), timeline)
     assert [(o.start, o.end) for o in overlapping] == [(0, 15), (46, 60)]  # 30 -+ 15 left out
-
-
-def test_tolerances() -> None:
-    row = a_row(kind=POSITION, last=1, moment=THROUGHOUT, weight=0.3)
-    assert tolerance(row) == 0.3
-    assert tolerance(a_row(kind=DISTANCE)) == 0.0
-    assert tolerance(a_row(kind=2)) == pytest.approx(2.0 / 30.0)

@@ -1,0 +1,81 @@
+"""Whether a file is complete, or its latest changes stand in the log beside it.
+
+DuckDB writes every change into ``PATH.wal``, and brings that log into the file at a checkpoint, the
+last one when the database is closed. After a kill the log stays, and the file alone lacks what the
+log holds. Nothing of DuckDB's in the file tells so. Therefore the row ``log`` of the table ``meta``
+says ``open`` in the file itself, by a checkpoint before the first change of an opening, and is
+empty again once the file was closed. From the mark on there is always a log: a checkpoint of
+DuckDB's own deletes it, so the mark is then written anew. A file that says ``open`` and has no log
+beside it was moved or copied without it, or its program was killed within these milliseconds.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import duckdb
+
+from motiondb.errors import StoreError
+from motiondb.files.safe_files import log_of
+from motiondb.store.connection.faults import translate
+from motiondb.store.connection.statements import Connection
+
+_OPEN = "UPDATE meta SET value = 'open' WHERE key = 'log'"
+_CLOSED = "UPDATE meta SET value = '' WHERE key = 'log' AND value <> ''"
+
+
+def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
+    """Set the mark before the first change; False if others write, and it must be tried again.
+
+    A thread's own connection may hold an answer that was not fetched to its end, and cannot make a
+    checkpoint; the connection that all others come from never does.
+    """
+    try:
+        root.execute("INSERT OR REPLACE INTO meta VALUES ('log', 'open')")
+        root.execute("CHECKPOINT")
+    except duckdb.TransactionException:
+        return False
+    except duckdb.Error as error:
+        raise translate(path, error) from error
+    keep_log(root, path)
+    return True
+
+
+def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:
+    """Write the mark again where a checkpoint has deleted the log; after every change."""
+    if not log_of(path).exists():
+        with suppress(duckdb.Error):  # the change itself is saved
+            root.execute(_OPEN)
+
+
+def clear_mark(root: duckdb.DuckDBPyConnection) -> None:
+    """Clear the mark before a connection that may write is closed."""
+    with suppress(duckdb.Error):  # a full disk, or another part of the program that writes
+        root.execute(_CLOSED)
+
+
+def is_log_missing(connection: Connection) -> bool:
+    """Whether the file says that there is a log, and there is none."""
+    try:
+        rows = connection.execute("SELECT value FROM meta WHERE key = 'log'").fetchall()
+    except StoreError:  # a damaged file, which is told elsewhere
+        return False
+    return bool(rows and rows[0][0]) and not log_of(connection.path).exists()
+
+
+def missing_sentence(path: Path) -> str:
+    """The sentence for a file that lacks its log."""
+    return (
+        f"{path}: expected its log {log_of(path).name} beside it, found none: a program was ended "
+        "by force, and the file moved or copied without the log, which holds the latest changes. "
+        "Put the log beside the file; if it is gone, so are these changes."
+    )
+
+
+def left_sentence(path: Path) -> str:
+    """The sentence for a log that stays when the file is closed."""
+    return (
+        f"{log_of(path)}: holds the latest changes, which are not in {path.name} yet. Keep the two "
+        "files together; the next command that writes brings them in."
+    )

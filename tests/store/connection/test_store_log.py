@@ -1,0 +1,169 @@
+"""Links, forks and logs: one log by whatever name, one process, and a missing log is told."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from motiondb import store
+from motiondb.errors import StoreError
+from motiondb.store.connection import opening
+
+_KILLED = """
+import os, signal, sys
+from motiondb import store
+database = store.open_store(sys.argv[1])
+store.save_synonyms(database, {"jog": "run"})
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def kill_after_a_change(path: Path) -> None:
+    """Another process acknowledges a change and is killed: the change is in the log alone."""
+    ended = subprocess.run([sys.executable, "-c", _KILLED, str(path)], check=False)
+    assert ended.returncode == -signal.SIGKILL
+
+
+def test_a_change_by_the_name_of_a_link_is_seen_by_the_other_after_a_kill(tmp_path: Path) -> None:
+    path, link = tmp_path / "m.duckdb", tmp_path / "there" / "link.duckdb"
+    link.parent.mkdir()
+    store.open_store(path).close()
+    link.symlink_to(path)
+    kill_after_a_change(link)
+    with store.open_store(path, read_only=True) as database:
+        assert store.load_synonyms(database) == {"jog": "run"}
+
+
+def test_compacting_by_a_link_replaces_the_file_that_it_stands_for(
+    database: store.Store, samples: ModuleType
+) -> None:
+    samples.add(database, "a")
+    database.close()
+    link, second = database.path.with_name("link"), database.path.with_name("second")
+    link.symlink_to(database.path)
+    store.compact(link)
+    assert link.is_symlink()
+    with store.open_store(link) as opened:
+        store.save_synonyms(opened, {"jog": "run"})
+    with store.open_store(database.path) as opened:
+        assert store.load_synonyms(opened) == {"jog": "run"}
+    second.hardlink_to(database.path)
+    with pytest.raises(StoreError, match=r"found a file with 2 names \(hard links\)"):
+        store.compact(second)
+    assert second.samefile(database.path)
+
+
+def test_a_log_that_is_a_link_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    (tmp_path / "m.duckdb.wal").symlink_to("elsewhere.wal")
+    with pytest.raises(StoreError, match=r"expected its log m.duckdb.wal as a file, found a link"):
+        store.open_store(path)
+
+
+def test_a_database_that_came_without_its_log_says_so(tmp_path: Path) -> None:
+    path, moved = tmp_path / "m.duckdb", tmp_path / "moved.duckdb"
+    store.open_store(path).close()
+    kill_after_a_change(path)
+    shutil.copy(path, moved)
+    with store.open_store(path, read_only=True) as whole:
+        assert store.check_store(whole) == []
+    assert whole.log_note == (
+        f"{path}.wal: holds the latest changes, which are not in m.duckdb yet. Keep the two files "
+        "together; the next command that writes brings them in."
+    )
+    with store.open_store(moved, read_only=True) as lacking:
+        assert store.check_store(lacking) == [lacking.log_note]
+        assert lacking.log_note == (
+            f"{moved}: expected its log moved.duckdb.wal beside it, found none: a program was "
+            "ended by force, and the file moved or copied without the log, which holds the latest "
+            "changes. Put the log beside the file; if it is gone, so are these changes."
+        )
+    for file in (path, moved):  # a writer brings the log in, or ends the matter
+        store.open_store(file).close()
+        with store.open_store(file, read_only=True) as opened:
+            assert store.check_store(opened) == []
+        assert opened.log_note == ""
+
+
+def test_there_is_a_log_from_the_first_change_on(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    with store.open_store(path) as database:
+        store.save_synonyms(database, {"jog": "run"})
+        database._open_root().execute("CHECKPOINT")  # as DuckDB does after much data
+        store.save_synonyms(database, {"dash": "run"})
+        shutil.copy(path, tmp_path / "copy.duckdb")
+        assert opening.log_of(path).exists()
+    with store.open_store(tmp_path / "copy.duckdb", read_only=True) as lacking:
+        assert "expected its log copy.duckdb.wal beside it" in lacking.log_note
+
+
+_FORKED = """
+import os, sys
+from motiondb import store
+from motiondb.errors import StoreError
+path = sys.argv[1]
+database = store.open_store(path)
+store.save_synonyms(database, {"jog": "run"})
+child = os.fork()
+if not child:
+    for use in (lambda: store.save_synonyms(database, {}), lambda: store.open_store(path)):
+        try:
+            use()
+        except StoreError as error:
+            said = str(error).replace(str(os.getpid()), "CHILD")
+            print(said.replace(str(os.getppid()), "PARENT"))
+    database.close()
+    sys.exit(7)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+store.save_synonyms(database, {**store.load_synonyms(database), "dash": "run"})
+database.close()
+child = os.fork()  # the file is closed: the child may open it
+if not child:
+    with store.open_store(path) as opened:
+        print(sorted(store.load_synonyms(opened)))
+    sys.exit(7)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
+def test_a_forked_process_is_refused_and_leaves_the_file_alone(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    ended = subprocess.run(
+        [sys.executable, "-u", "-c", _FORKED, str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    said = (
+        f"{path}: expected to be used in the process that opened it (PARENT), found it in another "
+        "(CHILD) that was forked from it. Close the database before the fork and open it again in "
+        "each process, or start processes by the method 'spawn'."
+    )
+    assert ended.stdout.splitlines() == [said, said, "['dash', 'jog']"], ended.stderr
+
+
+def test_a_file_that_may_not_be_read_is_not_called_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+
+    def refuse(*_: object, **__: object) -> None:
+        raise opening.duckdb.IOException(f'IO Error: Cannot open file "{path}": Permission denied')
+
+    monkeypatch.setattr(opening.duckdb, "connect", refuse)
+    with pytest.raises(StoreError) as error:
+        store.open_store(path, read_only=True)
+    assert str(error.value) == (
+        f"{path}: expected a database that this user may open, found: permission denied. Get the "
+        "right to read it, and to write it and its folder for commands that change it."
+    )
