@@ -90,7 +90,7 @@ class WordAnswer:
         these words.
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
-        (``meaning.calibration``).
+        (``meaning.regression``).
     taken : dict
         Word that is in no caption -> the known words that replace it.
     suggested : dict
