@@ -17,7 +17,7 @@ from motiondb.meaning.place_fitting import (
     placed_takes,
     window_vectors,
 )
-from motiondb.meaning.place_map import left_out_evidence, map_places, take_weights
+from motiondb.meaning.place_map import fit_places, map_places, take_weights
 from motiondb.records import Caption, FloatArray, SegmentTable
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
@@ -179,7 +179,7 @@ def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
     fit = map_places(takes.vectors, even, take_weights(takes))
     assert evidence[1].shape == (5, 3)
     assert np.abs(evidence[1] - fit.evidence(takes.vectors[inside])).max() > 1e-3
-    assert evidence[1] == pytest.approx(left_out_evidence(takes, even)[inside], abs=1e-8)
+    assert evidence[1] == pytest.approx(fit_places(takes, even).left_out(takes)[inside], abs=1e-8)
 
 
 def test_only_keeps_the_captures_named() -> None:

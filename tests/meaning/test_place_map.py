@@ -86,7 +86,7 @@ def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     weights = take_weights(takes)
     centre = weights @ takes.vectors / weights.sum()
     mean = weights @ shown / weights.sum()
-    evidence = place_map.left_out_evidence(takes, shown)
+    evidence = place_map.fit_places(takes, shown).left_out(takes)
     predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
     for inside in takes.rows():
         others = np.ones(len(shown), dtype=bool)
