@@ -151,7 +151,7 @@ class FittedPlaces:
         return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
 
     def left_out(self, takes: ListedTakes) -> FloatArray:
-        """Return the evidence (rows, words; nats per second) for each take by the map of the others.
+        """Return the evidence (rows, words; nats per second) for each take by the map of others.
 
         The evidence of a map that was fitted to the take itself follows the take's own places, and
         is less informative about the places of its words. On four long takes it placed .42 to .46
