@@ -96,6 +96,13 @@ def test_modules_are_short_and_say_what_they_are() -> None:
         assert not lines or ast.get_docstring(tree), short(path)
 
 
+def test_no_kernel_adds_in_an_order_of_the_processor() -> None:
+    """docs/decisions/the-same-seed-on-any-machine.md says why."""
+    for path, tree in MODULES.items():
+        keywords = {node.arg for node in ast.walk(tree) if isinstance(node, ast.keyword)}
+        assert not keywords & {"fastmath", "parallel"}, short(path)
+
+
 def effects(tree: ast.Module) -> Iterator[str]:
     """What a pure module must not do: input and output, clocks, global random numbers."""
     outside = {"time", "datetime", "random", "sys", "pathlib", "io", "subprocess", "duckdb"}

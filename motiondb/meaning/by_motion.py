@@ -366,33 +366,37 @@ def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, i
         return float("inf"), 0, 0
     distance, start, end = _subsequence(
         np.ascontiguousarray(query, dtype=np.float32),
-        np.ascontiguousarray(capture, dtype=np.float32),
+        np.ascontiguousarray(capture.T, dtype=np.float32),
     )
     if end == 0:
         return float("inf"), 0, 0
     return float(distance), start, end
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def _subsequence(  # noqa: C901  one compiled dynamic program over three rows
-    query: Float32Array, capture: Float32Array
+    query: Float32Array, columns: Float32Array
 ) -> tuple[float, int, int]:
     """Least mean cost of a path, its first frame, and one past its last (0: there is none).
 
+    The capture is given by dimension (D, frames), so that distances are computed for many frames at
+    once without fast math, whose sums depend on the processor.
+
     Rows i, i - 1 and i - 2 suffice: row i of cost and start is kept at i % 3, of local at i % 2.
     """
-    n, m = len(query), len(capture)
+    n, m = len(query), columns.shape[1]
     local = np.empty((2, m), np.float32)
     cost = np.full((3, m), np.float32(FAR))
     start = np.zeros((3, m), np.int64)
     for i in range(n):
         here, before, above = i % 3, (i - 1) % 3, (i - 2) % 3
+        squares = np.zeros(m, np.float32)
+        for d in range(query.shape[1]):
+            for j in range(m):
+                difference = query[i, d] - columns[d, j]
+                squares[j] += difference * difference
         for j in range(m):
-            total = np.float32(0.0)
-            for d in range(query.shape[1]):
-                difference = query[i, d] - capture[j, d]
-                total += difference * difference
-            local[i % 2, j] = np.sqrt(total / query.shape[1])
+            local[i % 2, j] = np.sqrt(squares[j] / query.shape[1])
         if i == 0:
             cost[0] = local[0]
             start[0] = np.arange(m)

@@ -221,17 +221,19 @@ def describe_movement(frames: Float32Array, starts: IntArray, ends: IntArray) ->
 
     Shapes: `frames` (frames, D); `starts`, `ends` (segments,); result (segments, columns).
     """
-    n_frames, n_dims = frames.shape
+    # In double precision: tanh and products differ in their last bits between processors.
+    values = frames.astype(np.float64)
+    n_frames, n_dims = values.shape
     first, second = np.triu_indices(n_dims)
     now = np.arange(n_frames)
-    places = [0.5 + 0.5 * np.tanh((frames - level) / (2.0 * SOFTNESS)) for level in LEVELS]
-    rhythm = [np.abs(frames[np.minimum(now + lag, n_frames - 1)] - frames) for lag in LAGS]
+    places = [0.5 + 0.5 * np.tanh((values - level) / (2.0 * SOFTNESS)) for level in LEVELS]
+    rhythm = [np.abs(values[np.minimum(now + lag, n_frames - 1)] - values) for lag in LAGS]
     each = np.concatenate(places + rhythm, axis=1)
     n_places = len(LEVELS) * n_dims
     rows = np.empty((len(starts), each.shape[1] + len(first)), dtype=np.float32)
     for row, start, end in zip(rows, starts, ends):
         means = each[start:end].mean(axis=0)
-        products = frames[start:end].T @ frames[start:end] / np.float32(end - start)
+        products = values[start:end].T @ values[start:end] / (end - start)
         row[:] = np.concatenate([means[:n_places], products[first, second], means[n_places:]])
     return rows
 

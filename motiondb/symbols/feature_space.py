@@ -29,8 +29,10 @@ class FeatureSpace:
 
     def project(self, features: Float32Array) -> Float32Array:
         """Features (frames, 130) -> whitened array (frames, dimensions), float32."""
-        centred = features - self.mean.astype(np.float32)
-        return np.clip(centred @ self.projection.astype(np.float32), -_CLIP, _CLIP)
+        # In double precision: products differ in their last bits between processors, and in single
+        # precision that would be enough to change which symbol wins a segment.
+        projected = (features - self.mean) @ self.projection
+        return np.clip(projected, -_CLIP, _CLIP).astype(np.float32)
 
 
 def fit_feature_space(

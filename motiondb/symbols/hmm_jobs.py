@@ -117,14 +117,13 @@ def shares(work: IntArray, groups: IntArray) -> list[slice]:
 
 
 def in_threads(job: Callable[[T], None], parts: Sequence[T]) -> None:
-    """Call the job for every part, in threads; each computes its matrix products by itself."""
-    with one_blas_thread():
-        if len(parts) == 1 or N_THREADS == 1:
-            for part in parts:
-                job(part)
-            return
-        with ThreadPoolExecutor(min(len(parts), N_THREADS) or 1) as pool:
-            list(pool.map(job, parts))
+    """Call the job for every part, in threads."""
+    if len(parts) == 1 or N_THREADS == 1:
+        for part in parts:
+            job(part)
+        return
+    with ThreadPoolExecutor(min(len(parts), N_THREADS) or 1) as pool:
+        list(pool.map(job, parts))
 
 
 def one_blas_thread() -> AbstractContextManager[object]:

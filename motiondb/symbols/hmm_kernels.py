@@ -22,7 +22,9 @@ c,
 
 is one row of [x^2, x] times one column of weights. The centre c is the mean of all means: the
 squares would cancel badly far from the origin. The product is computed in single precision, unless
-a state is so narrow, or so far from the centre, that its terms would still cancel.
+a state is so narrow, or so far from the centre, that its terms would still cancel. It is not left
+to BLAS, and no kernel uses fast math: then the order of a sum would depend on the processor, and
+learning amplifies differences in the last bit (docs/decisions/the-same-seed-on-any-machine.md).
 
 Recognition spends most of its time in the forward recursion over many symbols at once. There the
 densities come as blocks of a matrix product with states before symbols, so that the innermost loops
@@ -80,7 +82,7 @@ def log_add(a: float, b: float) -> float:
     return a + np.log1p(np.exp(b - a))
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True)
 def state_log_densities(frames: FloatArray, symbols: LogSymbols, s: int) -> FloatArray:
     """log b_k(o_t) of symbol s: array (frames, states of s)."""
     n_states = symbols.n_states[s]
@@ -258,7 +260,7 @@ def best_path(frames: FloatArray, symbols: LogSymbols, s: int, must_exit: bool) 
 LOWEST_SCORE = -1e30  # ``NEVER`` in single precision
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def score_block(
     log_densities: Float32Array,
     first: int,
@@ -316,7 +318,7 @@ def score_block(
             scores[row, first + s] = max(total, LOWEST_SCORE)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _step(
     origin: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     log_densities: Float32Array,
@@ -418,10 +420,30 @@ def log_density_blocks(
     terms = np.concatenate([np.square(centred), centred], axis=1)
     for first in range(0, n_symbols, width):
         some = slice(first, first + width)
-        block = terms @ weights[:, :, some].reshape(len(weights), -1)
-        block += constants[:, some].reshape(-1)
+        columns = weights[:, :, some].reshape(len(weights), -1)
+        block = np.tile(constants[:, some].reshape(-1), (len(frames), 1))
+        _add_product(terms, columns, block)
         shaped = block.reshape(len(frames), n_padded, -1)
         yield first, np.asarray(shaped, dtype=np.float32)
+
+
+@njit(cache=True, nogil=True)
+def _add_product(rows: FloatArray, columns: FloatArray, out: FloatArray) -> None:
+    """Add rows @ columns to ``out``, each sum in the order of the terms, on every processor.
+
+    Shapes: `rows` (n, terms), `columns` (terms, m), `out` (n, m), all of one type.
+    """
+    n_terms = rows.shape[1]
+    for i in range(len(rows)):
+        row, total = rows[i], out[i]
+        for d in range(0, n_terms - 3, 4):  # four terms at once, to read ``total`` less often
+            x, y, z, w = row[d], row[d + 1], row[d + 2], row[d + 3]
+            a, b, c, e = columns[d], columns[d + 1], columns[d + 2], columns[d + 3]
+            for j in range(len(total)):
+                total[j] += x * a[j] + y * b[j] + z * c[j] + w * e[j]
+        for d in range(n_terms - n_terms % 4, n_terms):
+            for j in range(len(total)):
+                total[j] += row[d] * columns[d, j]
 
 
 def _weights(symbols: MotionSymbols) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -3,7 +3,7 @@
 Every symbol is entered in its first state and left from its last; then the next one begins. Over
 all sequences of symbols s_1 ... s_n and all boundaries,
 
-    sum_i log P(path of s_i, left at its end) + sum_i>1 log_transition[s_i-1, s_i] - switch_cost
+    sum_i log P(path of s_i, left at its end) - (n - 1) switch_cost
 
 is maximised exactly, with every symbol lasting at least ``minimum_duration`` frames. A token in
 state k of symbol s at age d carries its score and the frame in which it entered; all ages from
@@ -20,7 +20,7 @@ from numba import njit
 
 from motiondb.errors import MotionDBError
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
-from motiondb.symbols.hmm_jobs import check_segments, one_blas_thread
+from motiondb.symbols.hmm_jobs import check_segments
 from motiondb.symbols.hmm_kernels import (
     BLOCK_VALUES,
     NEVER,
@@ -37,35 +37,31 @@ def segment_by_symbols(
     frames: FloatArray | Float32Array,
     *,
     switch_cost: float = 0.0,
-    log_transition: FloatArray | None = None,
     minimum_duration: int = 1,
 ) -> list[tuple[int, int, int]]:
     """Decode a capture into symbols, each passed from its first state out of its last.
 
-    Shapes: `frames` (frames, dimensions); `log_transition` (symbols, symbols).
+    Shapes: `frames` (frames, dimensions).
     """
     check_symbols(symbols)
-    _check(symbols, frames, log_transition, minimum_duration)
+    _check(symbols, frames, minimum_duration)
     n_frames = len(frames)
     if n_frames == 0:
         return []
     if n_frames < max(minimum_duration, int(symbols.n_states.min())):
         return [(0, n_frames, _best_free_end(symbols, frames))]
-    moves = np.empty((0, 0)) if log_transition is None else np.asarray(log_transition, dtype=float)
-    moves = np.maximum(moves, NEVER)
-    return _trace_back(*_pass_tokens(symbols, frames, switch_cost, moves, minimum_duration))
+    return _trace_back(*_pass_tokens(symbols, frames, switch_cost, minimum_duration))
 
 
 def _pass_tokens(
     symbols: MotionSymbols,
     frames: FloatArray | Float32Array,
     switch_cost: float,
-    moves: FloatArray,
     minimum_duration: int,
 ) -> tuple[IntArray, IntArray, int]:
     """Entry frame of every token that leaves, the symbol that the next follows, the last symbol.
 
-    The first two are arrays (frames, symbols); without transition costs the second has one column.
+    Shapes: result (frames, symbols), (frames,).
     """
     n_symbols, n_padded = symbols.self_loops.shape
     n_frames = len(frames)
@@ -74,15 +70,14 @@ def _pass_tokens(
     begun = np.zeros((n_symbols, n_padded), dtype=np.int64)
     entry, leaving = np.zeros(n_symbols), np.zeros(n_symbols)
     entered = np.empty((n_frames, n_symbols), dtype=np.int64)
-    before = np.empty((n_frames, n_symbols if len(moves) else 1), dtype=np.int64)
+    before = np.empty(n_frames, dtype=np.int64)
     prepared = log_symbols(symbols)
     step = max(1, BLOCK_VALUES // (n_symbols * n_padded))
     for low in range(0, n_frames, step):
-        with one_blas_thread():
-            blocks = [block for _, block in log_density_blocks(symbols, frames[low : low + step])]
+        blocks = [block for _, block in log_density_blocks(symbols, frames[low : low + step])]
         densities = blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=2)
         state, records = (tokens, begun, entry, leaving), (entered, before)
-        _advance(densities, low, prepared, switch_cost, moves, state, records)
+        _advance(densities, low, prepared, switch_cost, state, records)
     return entered, before, int(np.argmax(leaving))
 
 
@@ -92,7 +87,6 @@ def _advance(
     low: int,
     symbols: LogSymbols,
     switch_cost: float,
-    moves: FloatArray,
     state: tuple[FloatArray, IntArray, FloatArray, FloatArray],
     records: tuple[IntArray, IntArray],
 ) -> None:
@@ -113,16 +107,9 @@ def _advance(
             )
             leaving[s] = tokens[s, last, -1] + symbols.log_leave[s, last]
             entered[t, s] = begun[s, last]
-        if len(moves) == 0:
-            best = np.argmax(leaving)
-            before[t, 0] = best
-            entry[:] = max(leaving[best] - switch_cost, NEVER)
-            continue
-        for s in range(n_symbols):
-            value = leaving + moves[:, s]
-            best = np.argmax(value)
-            before[t, s] = best
-            entry[s] = max(value[best] - switch_cost, NEVER)
+        best = np.argmax(leaving)
+        before[t] = best
+        entry[:] = max(leaving[best] - switch_cost, NEVER)
 
 
 @njit(cache=True, nogil=True)
@@ -171,7 +158,7 @@ def _trace_back(entered: IntArray, before: IntArray, last: int) -> list[tuple[in
         start = int(entered[end - 1, s])
         path.append((start, end, s))
         if start > 0:
-            s = int(before[start - 1, s if before.shape[1] > 1 else 0])
+            s = int(before[start - 1])
         end = start
     return path[::-1]
 
@@ -186,16 +173,9 @@ def _best_free_end(symbols: MotionSymbols, frames: FloatArray | Float32Array) ->
 def _check(
     symbols: MotionSymbols,
     frames: FloatArray | Float32Array,
-    log_transition: FloatArray | None,
     minimum_duration: int,
 ) -> None:
     check_segments(symbols, frames, [], [])
-    expected = (symbols.n_symbols, symbols.n_symbols)
-    if log_transition is not None and np.shape(log_transition) != expected:
-        raise MotionDBError(
-            f"log_transition: expected shape {expected}, found {np.shape(log_transition)}. "
-            "Give one row and one column a symbol."
-        )
     if minimum_duration < 1:
         raise MotionDBError(
             f"minimum_duration: expected at least 1 frame, found {minimum_duration}. Ask for more."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import pytest
 import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
-from motiondb.search import reasons
 from motiondb.search.asked_words import (
     Taking,
     learned_words,
@@ -48,15 +46,6 @@ def test_the_log_odds_of_a_taken_word_are_the_mean_of_its_words(db: motiondb.Mot
         )
 
 
-def test_reasons_add_up_for_a_taken_word(db: motiondb.MotionDB) -> None:
-    answer = db.search("stroll, kick", limit=3)
-    assert list(answer.taken) == ["stroll"]
-    assert answer.taken["stroll"].words[0][0] == "walk"
-    assert answer.unknown == {}
-    for match, why in zip(answer.matches, answer.reasons):
-        assert match.score == pytest.approx(1 / (1 + math.exp(-reasons.total(why))))
-
-
 def test_the_probability_of_the_taking_goes_into_the_answers(db: motiondb.MotionDB) -> None:
     """A word taken as one known word ranks as that word, and is as much less sure."""
     learned = db.searchable
@@ -88,15 +77,6 @@ def test_what_is_not_taken_is_left_out_and_named(db: motiondb.MotionDB) -> None:
     assert answer.actions == (("kick",),)
     assert answer.unknown == {"mortgage": (), "wlak": ("walk",)}
     assert answer.taken == {}
-
-
-def test_a_question_without_a_known_word_says_what_may_be_meant(db: motiondb.MotionDB) -> None:
-    with pytest.raises(
-        QueryError, match=r"expected a known word, found 'wlak'\. Did you mean walk\?"
-    ):
-        unknown_words(db.searchable, "wlak", nearby_table())
-    with pytest.raises(QueryError, match=r"found 'mortgage'\. `motiondb words` lists"):
-        unknown_words(db.searchable, "the mortgage", nearby_table())
 
 
 def test_the_users_synonyms_win(learned_copy: Path, tmp_path: Path) -> None:

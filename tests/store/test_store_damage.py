@@ -47,16 +47,6 @@ def test_no_damaged_database_is_called_sound(small: Path, kind: str) -> None:
         assert all(outcome.faults != () for outcome in outcomes)
 
 
-def test_an_undamaged_database_is_called_sound(small: Path) -> None:
-    data = small.read_bytes()
-    expected = damage_runs._beside(damage_runs.answers, small)
-    assert expected.startswith('{"list"')
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(damage_runs, "damage", lambda data, _kind, _seed: data)
-        outcome = damage_runs.run(data, "flip", 0, expected)
-    assert (outcome.opened, outcome.faults, outcome.wrong) == (True, (), "")
-
-
 def damaged(path: Path, table: str, column: str, target: Path) -> Path:
     """A copy in which the blocks of a column are damaged."""
     with store.open_store(path, read_only=True) as database:

@@ -76,12 +76,10 @@ def best_segmentation(
     symbols: MotionSymbols,
     frames: FloatArray,
     switch_cost: float,
-    log_transition: FloatArray | None = None,
     minimum_duration: int = 1,
 ) -> tuple[float, list[tuple[int, int, int]]]:
     """The best sequence of symbols by dynamic programming over (end, last symbol)."""
     n_frames, n_symbols = len(frames), symbols.n_symbols
-    moves = np.zeros((n_symbols, n_symbols)) if log_transition is None else log_transition
     best: dict[tuple[int, int], tuple[float, list[tuple[int, int, int]]]] = {}
     for end in range(1, n_frames + 1):
         for start in range(end - minimum_duration + 1):
@@ -90,9 +88,9 @@ def best_segmentation(
                 if not totals:
                     continue
                 before = [(0.0, [])] if start == 0 else []
-                for (cut, last), (value, way) in best.items():
+                for (cut, _last), (value, way) in best.items():
                     if cut == start:
-                        before.append((value + moves[last, s] - switch_cost, way))
+                        before.append((value - switch_cost, way))
                 for value, way in before:
                     candidate = (value + max(totals), [*way, (start, end, s)])
                     if candidate[0] > best.get((end, s), (-np.inf, []))[0]:

@@ -22,7 +22,7 @@ from motiondb.files import ReadOptions, read_file
 from motiondb.files.safe_files import is_file
 from motiondb.grammar.cfg import context_free
 from motiondb.grammar.cfg.parse import ParseError, parse_passage
-from motiondb.grammar.terminals.labelling import Reader, Reading, make_reader, read_string
+from motiondb.grammar.terminals.labelling import Reader, Transcription, make_reader, read_string
 from motiondb.records import MOTION_FPS, Motion
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def take_of(material: Material, example: str | Path | Motion) -> int | None:
     return next((take for take, n in material.numbers.items() if n == info.capture_id), None)
 
 
-def read(session: Session, material: Material, motion: Motion) -> Reading:
+def read(session: Session, material: Material, motion: Motion) -> Transcription:
     """Read a motion as a string of terminals; the session keeps the reader."""
     reader: Reader = session.kept(
         ("reader", material.learned.name),
@@ -107,18 +107,22 @@ def read(session: Session, material: Material, motion: Motion) -> Reading:
     return read_string(reader, motion)
 
 
-def parse_reading(grammar: context_free.Grammar, reading: Reading) -> ParsedMotion:
-    """Return the most probable sentences of a reading, or the place where parsing fails."""
-    starts, ends = (tuple((x / MOTION_FPS).tolist()) for x in (reading.starts, reading.ends))
+def parse_transcription(
+    grammar: context_free.Grammar, transcription: Transcription
+) -> ParsedMotion:
+    """Return the most probable sentences of a transcription, or the place where parsing fails."""
+    starts, ends = (
+        tuple((x / MOTION_FPS).tolist()) for x in (transcription.starts, transcription.ends)
+    )
     trees: tuple[context_free.Tree, ...] = ()
     fault = None
     try:
-        trees = parse_passage(grammar, reading.string)
+        trees = parse_passage(grammar, transcription.string)
     except ParseError as found:
         fault = found
-    reach = None if np.isnan(reading.reach) else reading.reach
-    distances = tuple(reading.distances.tolist())
-    return ParsedMotion(reading.string, starts, ends, False, trees, fault, distances, reach)
+    reach = None if np.isnan(transcription.reach) else transcription.reach
+    distances = tuple(transcription.distances.tolist())
+    return ParsedMotion(transcription.string, starts, ends, False, trees, fault, distances, reach)
 
 
 def as_learned(learned: LearnedGrammar, take: int) -> ParsedMotion:

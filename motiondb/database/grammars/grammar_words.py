@@ -42,7 +42,7 @@ from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
-from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, Place, read_pattern
+from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, PatternSymbol, read_pattern
 from motiondb.language.question.readings import plain_actions
 from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.learn.learned import Learned
@@ -266,7 +266,7 @@ def pattern_of(
     if asked is None:
         raise _not_a_terminal(material, next(token for token in tokens if token not in names))
     place = _word_places(material, asked)
-    parts: list[Place | str] = [GAP]
+    parts: list[PatternSymbol | str] = [GAP]
     for word in _words_in_order(asked, text):
         parts += [place(word), GAP]
     return read_pattern(parts)
@@ -287,7 +287,7 @@ def _words_in_order(asked: AskedWords, text: str) -> list[str]:
     return [word for action in actions for word in action]
 
 
-def _place(material: Material, asked: AskedWords | None, token: str) -> Place | str:
+def _place(material: Material, asked: AskedWords | None, token: str) -> PatternSymbol | str:
     """Return a token that is a terminal or a mark, or the place of a word."""
     if token in (GAP, ANY) or token in material.learned.grammar.terminals:
         return token
@@ -304,16 +304,16 @@ def _place(material: Material, asked: AskedWords | None, token: str) -> Place | 
     return _word_places(material, asked)(word)
 
 
-def _word_places(material: Material, asked: AskedWords) -> Callable[[str], Place]:
+def _word_places(material: Material, asked: AskedWords) -> Callable[[str], PatternSymbol]:
     """Return a function from a word to its place."""
     shares = terminal_shares(asked, material.learned, material.numbers)
 
-    def place(word: str) -> Place:
+    def place(word: str) -> PatternSymbol:
         names = material.learned.terminals.names
         terminals = [names[k] for k in terminals_for(asked, shares, word)]
         if not terminals:
             raise QueryError(_shown_by_none(material, asked, shares, word))
-        return Place(word, frozenset(terminals))
+        return PatternSymbol(word, frozenset(terminals))
 
     return place
 

@@ -186,8 +186,8 @@ class Grammars:
             if take is not None:
                 return grammar_parsing.as_learned(material.learned, take)
             motion = Captures(self._session).motion(example)
-            reading = grammar_parsing.read(self._session, material, motion)
-        return grammar_parsing.parse_reading(material.learned.grammar, reading)
+            transcription = grammar_parsing.read(self._session, material, motion)
+        return grammar_parsing.parse_transcription(material.learned.grammar, transcription)
 
     def suggest(
         self, name: str, beginning: str | Sequence[str] = ""

@@ -133,14 +133,14 @@ def explain(grammar: AnyGrammar, sentence: Sequence[str]) -> ParseError | None:
     The place is that of the first symbol that cannot follow the symbols before it in any string of
     the grammar.
     """
-    reading = read_sentence(grammar, sentence)
-    if reading.position == len(sentence) and reading.end > 0:
+    prefix = read_sentence(grammar, sentence)
+    if prefix.position == len(sentence) and prefix.end > 0:
         return None
-    return fault_at(compiled_form(grammar), tuple(sentence), reading)
+    return fault_at(compiled_form(grammar), tuple(sentence), prefix)
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class ViablePrefix:
     """How far a sentence can be read from left to right, and the symbols that can occur there."""
 
     position: int  # Number of symbols that were read
@@ -151,7 +151,7 @@ class Reading:
     exponent: int
 
 
-def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
+def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> ViablePrefix:
     """Read a sentence, or a prefix of one, as far as it agrees with strings of the grammar."""
     compiled = compiled_form(grammar)
     symbols = numbered(compiled, sentence)
@@ -169,18 +169,20 @@ def read_sentence(grammar: AnyGrammar, sentence: Sequence[str]) -> Reading:
     scale = int(exponents[position])
     may = weights[position, compiled.terminals]
     if not may.any():
-        return Reading(position, may, value, int(exponent))
-    return Reading(position, may, ldexp(value, int(exponent) - scale), scale)
+        return ViablePrefix(position, may, value, int(exponent))
+    return ViablePrefix(position, may, ldexp(value, int(exponent) - scale), scale)
 
 
-def fault_at(compiled: CompiledGrammar, sentence: tuple[str, ...], reading: Reading) -> ParseError:
-    """Return the error that says where a reading stopped."""
+def fault_at(
+    compiled: CompiledGrammar, sentence: tuple[str, ...], prefix: ViablePrefix
+) -> ParseError:
+    """Return the error that says where a sentence stops being a viable prefix."""
     terminals = compiled.names[compiled.terminals]
-    expected = tuple(t for t, weight in zip(terminals, reading.weights) if weight > 0)
-    may_end = reading.end > 0
-    message = _say(compiled, sentence, reading.position, expected, may_end)
-    symbol = sentence[reading.position] if reading.position < len(sentence) else None
-    return ParseError(message, reading.position, symbol, expected, may_end)
+    expected = tuple(t for t, weight in zip(terminals, prefix.weights) if weight > 0)
+    may_end = prefix.end > 0
+    message = _say(compiled, sentence, prefix.position, expected, may_end)
+    symbol = sentence[prefix.position] if prefix.position < len(sentence) else None
+    return ParseError(message, prefix.position, symbol, expected, may_end)
 
 
 def passage_grammar(grammar: Grammar) -> Grammar:

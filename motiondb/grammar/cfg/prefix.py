@@ -41,12 +41,12 @@ def suggest(grammar: AnyGrammar, prefix: Sequence[str]) -> tuple[tuple[str | Non
     [('dribble', 0.5), ('shoot', 0.3), (None, 0.2)]
     """
     compiled = finite_part(compiled_form(grammar))
-    reading = read_sentence(compiled, prefix)
-    if reading.position < len(prefix):
-        raise fault_at(compiled, tuple(prefix), reading)
+    viable = read_sentence(compiled, prefix)
+    if viable.position < len(prefix):
+        raise fault_at(compiled, tuple(prefix), viable)
     names = compiled.names[compiled.terminals]
-    pairs: list[tuple[str | None, float]] = [*zip(names, reading.weights.tolist(), strict=True)]
-    pairs.append((END, reading.end))
+    pairs: list[tuple[str | None, float]] = [*zip(names, viable.weights.tolist(), strict=True)]
+    pairs.append((END, viable.end))
     total = sum(weight for _, weight in pairs)
     possible = [(name, weight / total) for name, weight in pairs if weight > 0]
     return tuple(sorted(possible, key=lambda pair: -pair[1]))
@@ -61,11 +61,11 @@ def prefix_log_probability(grammar: AnyGrammar, prefix: Sequence[str]) -> float:
     1.0
     """
     compiled = finite_part(compiled_form(grammar))
-    reading = read_sentence(compiled, prefix)
-    total = float(reading.weights.sum()) + reading.end
-    if reading.position < len(prefix) or total <= 0:
+    viable = read_sentence(compiled, prefix)
+    total = float(viable.weights.sum()) + viable.end
+    if viable.position < len(prefix) or total <= 0:
         return -inf
-    return log(total) + reading.exponent * log(2.0)
+    return log(total) + viable.exponent * log(2.0)
 
 
 def best_strings(

@@ -46,7 +46,7 @@ from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.context_free import GrammarError, Tree, derive_by
 from motiondb.grammar.cfg.least_solution import least_solution, part_groups
 from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, log_probability
-from motiondb.grammar.derivation.pattern import Acceptor, Pattern, Place, acceptor_of
+from motiondb.grammar.derivation.pattern import Acceptor, Pattern, PatternSymbol, acceptor_of
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 _CLOSE = 1e-13  # Relative change of a weight below which an iteration has converged
@@ -436,18 +436,18 @@ def _draw(weights: FloatArray, rng: np.random.Generator) -> int:
 def _impossible(
     compiled: CompiledGrammar, pattern: Pattern, allowed: frozenset[str] | None
 ) -> GrammarError:
-    """Return the error that says which place of a pattern no sentence reaches."""
+    """Return the error that says which symbol of a pattern no sentence reaches."""
 
     def possible(asked: Pattern) -> bool:
         return bool(intersect(compiled, asked, allowed).ends.sum() > 0)
 
-    places = pattern.places
+    symbols = pattern.symbols
     reached = next(
-        k for k in range(len(places), -1, -1) if k == 0 or possible(pattern.beginning(k))
+        k for k in range(len(symbols), -1, -1) if k == 0 or possible(pattern.beginning(k))
     )
-    done = Pattern(places[:reached], (*pattern.gaps[:reached], reached == 0 and pattern.gaps[0]))
+    done = Pattern(symbols[:reached], (*pattern.gaps[:reached], reached == 0 and pattern.gaps[0]))
     after = f" after {done.text!r}" if done.text else " at the beginning"
-    if reached == len(places):
+    if reached == len(symbols):
         return GrammarError(
             f"pattern: expected that a sentence can end{after}, found none that does."
             " Put '...' at the end, or another terminal."
@@ -456,11 +456,13 @@ def _impossible(
     options = [
         name
         for name in compiled.names[compiled.terminals]
-        if possible(Pattern((*places[:reached], Place(name, frozenset({name}))), (*before, True)))
+        if possible(
+            Pattern((*symbols[:reached], PatternSymbol(name, frozenset({name}))), (*before, True))
+        )
     ]
     shown = ", ".join(options[:_SHOWN]) + (", ..." if len(options) > _SHOWN else "")
     how = "anywhere" if before[-1] else "at once"
     return GrammarError(
-        f"pattern: expected {places[reached].text!r} {how}{after}, found no sentence of the grammar"
-        f" that goes on so. There it can hold {shown or 'nothing'}."
+        f"pattern: expected {symbols[reached].text!r} {how}{after}, found no sentence of the"
+        f" grammar that goes on so. There it can hold {shown or 'nothing'}."
     )

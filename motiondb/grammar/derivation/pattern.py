@@ -1,14 +1,14 @@
-"""Patterns of sentences: places for one terminal, and gaps between them.
+"""Patterns of sentences: symbols, and gaps between them.
 
-A *place* takes one terminal of a set. A *gap* takes any number of terminals, or none. The strings
-that match a pattern are those that a small automaton reads: state k means that k places are filled,
-and a gap is a step from a state to itself.
+A *symbol* of a pattern matches one terminal of a set. A *gap* takes any number of terminals, or
+none. The strings that match a pattern are those that a small automaton reads: state k means that k
+symbols are matched, and a gap is a step from a state to itself.
 
 Each string must be read in one way only, so that its probability is counted once. Up to the last
 gap the automaton is made deterministic (by sets of states). A set holds no state below its highest
-gap, because what can be read from there can be read from the gap too. The places after the last gap
-are the last terminals of the string. So they need no sets: one state for each is enough, although
-the automaton that is read from the left (:class:`Acceptor`) is then not deterministic.
+gap, because what can be read from there can be read from the gap too. The symbols after the last
+gap match the last terminals of the string. So they need no sets: one state for each is enough,
+although the automaton that is read from the left (:class:`Acceptor`) is then not deterministic.
 
 Sources: J. E. Hopcroft and J. D. Ullman, "Introduction to Automata Theory, Languages, and
 Computation" (1979), section 2.3, for automata over sets of states; R. Book, S. Even, S. Greibach
@@ -35,43 +35,44 @@ power at most."""
 
 
 @dataclass(frozen=True)
-class Place:
-    """One terminal of a pattern."""
+class PatternSymbol:
+    """A symbol of a pattern: it matches one terminal of a set."""
 
-    text: str  # Text of the place in the pattern
-    terminals: frozenset[str] | None = None  # The terminals that it may be; None for any
+    text: str  # Text of the symbol in the pattern
+    terminals: frozenset[str] | None = None  # The terminals that match it; None for any
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Places with gaps between some of them."""
+    """Symbols with gaps between some of them."""
 
-    places: tuple[Place, ...]
-    gaps: tuple[bool, ...]  # Whether a gap is before each place, and after the last one
+    symbols: tuple[PatternSymbol, ...]
+    gaps: tuple[bool, ...]  # Whether a gap is before each symbol, and after the last one
 
     @property
     def text(self) -> str:
         """The pattern as it is written.
 
-        >>> Pattern((Place("a", frozenset("a")), Place("?")), (False, True, False)).text
+        >>> a, anything = PatternSymbol("a", frozenset("a")), PatternSymbol("?")
+        >>> Pattern((a, anything), (False, True, False)).text
         'a ... ?'
         """
         parts = [GAP] if self.gaps[0] else []
-        for place, gap in zip(self.places, self.gaps[1:], strict=True):
-            parts += [place.text, GAP] if gap else [place.text]
+        for symbol, gap in zip(self.symbols, self.gaps[1:], strict=True):
+            parts += [symbol.text, GAP] if gap else [symbol.text]
         return " ".join(parts)
 
     def beginning(self, n: int) -> Pattern:
-        """Return the first ``n`` places, followed by anything."""
-        return Pattern(self.places[:n], (*self.gaps[:n], True))
+        """Return the first ``n`` symbols, followed by anything."""
+        return Pattern(self.symbols[:n], (*self.gaps[:n], True))
 
     def within(self, playable: frozenset[str]) -> Pattern:
-        """Return the pattern with these terminals only, in its places and in places for any."""
+        """Return the pattern with these terminals only, also where any was allowed."""
         return replace(
             self,
-            places=tuple(
-                replace(place, terminals=playable & (place.terminals or playable))
-                for place in self.places
+            symbols=tuple(
+                replace(symbol, terminals=playable & (symbol.terminals or playable))
+                for symbol in self.symbols
             ),
         )
 
@@ -96,28 +97,28 @@ class Acceptor:
     bounds: IntArray
 
 
-def read_pattern(words: Sequence[Place | str]) -> Pattern:
-    """Return the pattern of a list of places, terminals, ``?`` and ``...``.
+def read_pattern(words: Sequence[PatternSymbol | str]) -> Pattern:
+    """Return the pattern of a list of symbols, terminals, ``?`` and ``...``.
 
     >>> read_pattern(["...", "a", "?", "...", "..."]).gaps
     (True, False, True)
     """
-    places: list[Place] = []
+    symbols: list[PatternSymbol] = []
     gaps = [False]
     for word in words:
         if word == GAP:
             gaps[-1] = True
             continue
         if isinstance(word, str):
-            word = Place(word, None if word == ANY else frozenset({word}))
-        places.append(word)
+            word = PatternSymbol(word, None if word == ANY else frozenset({word}))
+        symbols.append(word)
         gaps.append(False)
-    if not places and not gaps[0]:
+    if not symbols and not gaps[0]:
         raise GrammarError(
             f"pattern: expected terminals, {ANY} or {GAP}, found nothing."
             f" Write for example 'a {GAP} b'."
         )
-    return Pattern(tuple(places), tuple(gaps))
+    return Pattern(tuple(symbols), tuple(gaps))
 
 
 def automaton_of(
@@ -129,7 +130,7 @@ def automaton_of(
     >>> made.steps.tolist(), made.accepting.tolist()
     ([[0, 1], [0, 1]], [False, True])
     """
-    n = len(pattern.places)
+    n = len(pattern.symbols)
     number = {frozenset({0}): 0}
     waiting = [frozenset({0})]
     steps: list[list[int]] = []
@@ -170,8 +171,8 @@ def acceptor_of(
     [[1, 1, 3], [1, 2, 3]]
     """
     last = max((k for k, gap in enumerate(pattern.gaps) if gap), default=0)
-    head = Pattern(pattern.places[:last], (*pattern.gaps[:last], pattern.gaps[last]))
-    tail = pattern.places[last:]
+    head = Pattern(pattern.symbols[:last], (*pattern.gaps[:last], pattern.gaps[last]))
+    tail = pattern.symbols[last:]
     made = automaton_of(head, terminals, allowed)
     n_head = len(made.steps)
     n = n_head + len(tail)
@@ -206,10 +207,10 @@ def _blocks(automaton: Automaton) -> tuple[IntArray, IntArray]:
 
 
 def _targets(pattern: Pattern, state: int, terminal: str) -> list[int]:
-    """Return the numbers of places that may be filled after a terminal."""
+    """Return the numbers of symbols that may be matched after a terminal."""
     states = [state] if pattern.gaps[state] else []
-    if state < len(pattern.places):
-        wanted = pattern.places[state].terminals
+    if state < len(pattern.symbols):
+        wanted = pattern.symbols[state].terminals
         if wanted is None or terminal in wanted:
             states.append(state + 1)
     return states

@@ -61,9 +61,9 @@ def plan(
     (('pass',), ('hold', 'shoot'))
     """
     compiled = compiled_form(grammar)
-    reading = read_sentence(compiled, prefix)
-    if reading.position < len(prefix):
-        raise fault_at(compiled, tuple(prefix), reading)
+    viable = read_sentence(compiled, prefix)
+    if viable.position < len(prefix):
+        raise fault_at(compiled, tuple(prefix), viable)
     if goal is not None and goal not in compiled.ids:
         near = suggestion(goal, compiled.ids) or " Use a terminal of the grammar."
         raise GrammarError(f"goal: expected a terminal of the grammar, found {goal!r}.{near}")

@@ -2,7 +2,7 @@
 
 Alignment-based learning: every pair of sentences is aligned (*family* of alignments), unequal parts
 become hypotheses of one type, hypotheses that do not cross are kept (*selection*), and the trees
-that they make are read as rules: each selected place is a node of the tree of its sentence, and
+that they make are read as rules: each selected span is a node of the tree of its sentence, and
 nodes of one type become one nonterminal as far as the laws of the rule set allow. The family and
 the selection with the fewest bits are used. From the results of all of them, and from the plain
 sentences, a search for fewer bits begins (:mod:`.rule_compaction`). The grammar that is returned
@@ -38,8 +38,8 @@ from motiondb.grammar.rules.description_length import (
 )
 from motiondb.grammar.rules.hypotheses import (
     SELECTIONS,
+    Constituent,
     Hypotheses,
-    Place,
     Selection,
     Slot,
     align,
@@ -64,26 +64,26 @@ most often come first."""
 
 def read_rules(
     hypotheses: Hypotheses,
-    kept: Sequence[Sequence[Place]],
+    kept: Sequence[Sequence[Constituent]],
     weights: Sequence[int],
     n_terminals: int,
     lawful: bool = True,
 ) -> RuleSet:
-    """Read rules from the trees that selected places make.
+    """Read rules from the trees that selected spans make.
 
     `lawful`: Whether types are merged only as far as the laws of the rule set allow: all types if
     that is lawful, else type by type, else pair by pair, the pairs of words that were exchanged
     most often first.
     """
     symbols = {
-        place: n_terminals + 1 + number
-        for number, place in enumerate(place for places in kept for place in places)
+        span: n_terminals + 1 + number
+        for number, span in enumerate(span for spans in kept for span in spans)
     }
     rules: Rules = {}
     start: dict[Right, int] = {}
-    for i, (sentence, places) in enumerate(zip(hypotheses.sentences, kept, strict=True)):
-        whole = Place(i, 0, len(sentence))
-        for node, right in _tree_rules(sentence, whole, places, symbols):
+    for i, (sentence, spans) in enumerate(zip(hypotheses.sentences, kept, strict=True)):
+        whole = Constituent(i, 0, len(sentence))
+        for node, right in _tree_rules(sentence, whole, spans, symbols):
             if node == whole and node not in symbols:
                 start[right] = start.get(right, 0) + weights[i]
             else:
@@ -93,8 +93,8 @@ def read_rules(
     constants, singles = constant_terminals(sentences), single_terminals(sentences)
     finest = RuleSet(n_terminals, rules, constants, singles=singles)
     of_type: dict[int, list[int]] = {}
-    for place, symbol in symbols.items():
-        of_type.setdefault(hypotheses.types[place], []).append(symbol)
+    for span, symbol in symbols.items():
+        of_type.setdefault(hypotheses.types[span], []).append(symbol)
     everything = {symbol: group[0] for group in of_type.values() for symbol in group}
     merged = _renamed(finest, everything)
     if not lawful or merged.lawful():
@@ -103,22 +103,25 @@ def read_rules(
 
 
 def _tree_rules(
-    sentence: Right, whole: Place, places: Sequence[Place], symbols: Mapping[Place, int]
-) -> Iterator[tuple[Place, Right]]:
-    """Yield each node of the tree that nested places make, and its right side."""
-    children: dict[Place, list[Place]] = {whole: []}
-    smallest_first = sorted(places, key=lambda place: place.end - place.start)
-    for place in smallest_first:
-        children.setdefault(place, [])
+    sentence: Right,
+    whole: Constituent,
+    spans: Sequence[Constituent],
+    symbols: Mapping[Constituent, int],
+) -> Iterator[tuple[Constituent, Right]]:
+    """Yield each node of the tree that nested spans make, and its right side."""
+    children: dict[Constituent, list[Constituent]] = {whole: []}
+    smallest_first = sorted(spans, key=lambda span: span.end - span.start)
+    for span in smallest_first:
+        children.setdefault(span, [])
         around = (
             outer
             for outer in smallest_first
-            if outer != place
-            and outer.start <= place.start
-            and place.end <= outer.end
-            and (place.start < place.end or outer.start < place.start < outer.end)
+            if outer != span
+            and outer.start <= span.start
+            and span.end <= outer.end
+            and (span.start < span.end or outer.start < span.start < outer.end)
         )
-        children.setdefault(next(around, whole), []).append(place)
+        children.setdefault(next(around, whole), []).append(span)
     for node, inner in children.items():
         right: list[int] = []
         i = node.start
@@ -140,16 +143,16 @@ def _merged_where_lawful(
     finest: RuleSet,
     of_type: Mapping[int, Sequence[int]],
     hypotheses: Hypotheses,
-    symbols: Mapping[Place, int],
+    symbols: Mapping[Constituent, int],
 ) -> RuleSet:
     """Merge whole types, the largest first; else pairs of words, the most exchanged first."""
     evidence: dict[int, Counter[tuple[Right, Right]]] = {}
-    for (place, twin), number in hypotheses.pairs.items():
-        pair = hypotheses.words(place), hypotheses.words(twin)
-        evidence.setdefault(hypotheses.types[place], Counter())[min(pair), max(pair)] += number
+    for (span, twin), number in hypotheses.pairs.items():
+        pair = hypotheses.words(span), hypotheses.words(twin)
+        evidence.setdefault(hypotheses.types[span], Counter())[min(pair), max(pair)] += number
     symbols_of: dict[tuple[int, Right], list[int]] = {}
-    for place, symbol in symbols.items():
-        symbols_of.setdefault((hypotheses.types[place], hypotheses.words(place)), []).append(symbol)
+    for span, symbol in symbols.items():
+        symbols_of.setdefault((hypotheses.types[span], hypotheses.words(span)), []).append(symbol)
     current = finest
     tries = max(5, _MOST_NODES // len(symbols))
     most_types = max(20, _MOST_NODES // len(symbols))
@@ -161,8 +164,8 @@ def _merged_where_lawful(
             continue
         names = {symbol: symbol for symbol in group}
         for (x, y), _ in sorted(evidence[kind].items(), key=lambda item: (-item[1], item[0])):
-            places = (*symbols_of.get((kind, x), ()), *symbols_of.get((kind, y), ()))
-            same = {names[symbol] for symbol in places}
+            merged = (*symbols_of.get((kind, x), ()), *symbols_of.get((kind, y), ()))
+            same = {names[symbol] for symbol in merged}
             if len(same) < 2 or tries == 0:
                 continue
             tries -= 1

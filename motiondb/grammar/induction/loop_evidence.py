@@ -52,8 +52,8 @@ from motiondb.grammar.induction.refitting import (
     PLACE,
     RULE,
     SPAN,
+    CheapestParse,
     Parsed,
-    Reading,
     read_all,
     refit,
     refit_and_read,
@@ -113,18 +113,18 @@ def unlike_context(
     parsed = parsed or read_all(rule_set, sentences)
     if parsed is None:
         return None
-    rows, readings = parsed
+    rows, parses = parsed
     looping = recursive_lefts(rule_set.rules)
     loops = np.array([left in looping for left, _ in rows])
-    nodes = _nodes_of(readings, sentences)
+    nodes = _nodes_of(parses, sentences)
     doubts = [*_by_rules_above(nodes, rows, loops), *_by_rules_beside(nodes, rows, loops)]
     least = min(doubts, key=lambda doubt: doubt.chance, default=None)
     return least.context if least is not None and least.chance < LEAST_CHANCE else None
 
 
-def _nodes_of(readings: dict[Right, Reading], sentences: dict[Right, int]) -> _Nodes:
-    sizes = [len(reading.nodes) for reading in readings.values()]
-    nodes = np.concatenate([reading.nodes for reading in readings.values()])
+def _nodes_of(parses: dict[Right, CheapestParse], sentences: dict[Right, int]) -> _Nodes:
+    sizes = [len(parse.nodes) for parse in parses.values()]
+    nodes = np.concatenate([parse.nodes for parse in parses.values()])
     first = np.repeat(np.cumsum([0, *sizes[:-1]]), sizes)  # of the sentence of each node
     roots = nodes[:, PARENT] < 0
     parents = np.where(roots, -1, nodes[:, PARENT] + first)
@@ -133,7 +133,7 @@ def _nodes_of(readings: dict[Right, Reading], sentences: dict[Right, int]) -> _N
     higher = np.where(roots, _ROOT, above[parents])
     high_place = np.where(roots, 0, place[parents])
     table = np.column_stack([nodes[:, RULE], above, place, higher, high_place])
-    weights = np.repeat([sentences[sentence] for sentence in readings], sizes)
+    weights = np.repeat([sentences[sentence] for sentence in parses], sizes)
     return _Nodes(table, weights, _siblings(parents))
 
 
@@ -322,11 +322,11 @@ def judge_loops(
     parsed = parsed or read_all(rule_set, sentences)
     if parsed is None:
         return None
-    rows, readings = parsed
-    counts = np.array([sentences[sentence] for sentence in readings])
+    rows, parses = parsed
+    counts = np.array([sentences[sentence] for sentence in parses])
     lefts = np.array([left for left, _ in rows])
-    nodes = np.concatenate([one.nodes for one in readings.values()])
-    bounds = np.cumsum([0, *(len(one.nodes) for one in readings.values())])
+    nodes = np.concatenate([one.nodes for one in parses.values()])
+    bounds = np.cumsum([0, *(len(one.nodes) for one in parses.values())])
     verdicts: list[Judged] = []
     for group in components(rule_set.rules):
         places = _loop_places(rows, set(group))

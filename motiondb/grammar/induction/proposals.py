@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motiondb.grammar.induction.rewriting import (
-    edit_places,
+    edit_substrings,
     merge,
     replace,
     substitute,
@@ -29,8 +29,8 @@ from motiondb.grammar.induction.rule_arrays import (
     OFFSET,
     ROWS,
     Part,
-    Place,
     RuleTable,
+    Substring,
     compiled,
     fitting_length,
     mark_descendants,
@@ -163,7 +163,7 @@ _SHORTENED = 0.1
 """Probability that an exchange uses only a part of the shared symbols, which may be shared by
 chance."""
 
-_TWO_PLACES = 0.4
+_TWO_ONLY = 0.4
 """Probability that a class is made in two places only, and not wherever its members occur."""
 
 _CHUNK_JOINS = 0.2
@@ -256,8 +256,8 @@ def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random
             q -= draw(rng, q + 1)
         if p + q == 0:
             return _NOTHING
-    one = Place(a, p, rows[a, LENGTH] - p - q)
-    other = Place(b, p, rows[b, LENGTH] - p - q)
+    one = Substring(a, p, rows[a, LENGTH] - p - q)
+    other = Substring(b, p, rows[b, LENGTH] - p - q)
     return _join(table, work, (one, other), loops, rng)
 
 
@@ -265,12 +265,12 @@ def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random
 def _join(
     table: RuleTable,
     work: Workspace,
-    places: tuple[Place, Place],
+    parts: tuple[Substring, Substring],
     loops: bool,
     rng: np.random.Generator,
 ) -> int:
-    """Make the parts at two places alternatives of one nonterminal, in these places."""
-    a, b = places
+    """Make two substrings alternatives of one nonterminal, where they stand."""
+    a, b = parts
     one = Part(table.rows[a.row, OFFSET] + a.first, a.length)
     other = Part(table.rows[b.row, OFFSET] + b.first, b.length)
     symbol = symbol_for(table, work, one, other, rng)
@@ -283,7 +283,7 @@ def _join(
     for row in (a.row, b.row):
         if work.spared[table.rows[row, LEFT] - table.n_terminals]:
             return _NOTHING
-    return 0 if edit_places(table, work.goals[0], a, b, symbol) else _NOTHING
+    return 0 if edit_substrings(table, work.goals[0], a, b, symbol) else _NOTHING
 
 
 @compiled
@@ -292,16 +292,16 @@ def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     a = draw(rng, table.used[ROWS])
     n = table.rows[a, LENGTH]
     i = draw(rng, n + 1)
-    first = Place(a, i, draw(rng, min(LONGEST_MEMBER, n - i) + 1))
+    first = Substring(a, i, draw(rng, min(LONGEST_MEMBER, n - i) + 1))
     if first.length == n:  # the part is the whole right side and has no neighbours
         return _NOTHING
-    second = _place_between(table, first, rng)
+    second = _substring_between(table, first, rng)
     if second.row < 0 or first.length + second.length == 0:
         return _NOTHING
     # in one row the earlier place comes first
     swapped = first.row == second.row and second.first < first.first
     one, other = (second, first) if swapped else (first, second)
-    if one.length == 0 or other.length == 0 or rng.random() < _TWO_PLACES:
+    if one.length == 0 or other.length == 0 or rng.random() < _TWO_ONLY:
         return _join(table, work, (one, other), loops, rng)
     return _join_everywhere(
         table,
@@ -316,8 +316,8 @@ def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
 
 
 @compiled
-def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> Place:
-    """Return a random other place between the same neighbours; row -1 if there is none."""
+def _substring_between(table: RuleTable, first: Substring, rng: np.random.Generator) -> Substring:
+    """Return a random other substring between the same neighbours; row -1 if there is none."""
     before, _ = neighbours(table, first)
     shift = draw(rng, table.used[ROWS])
     for d in range(table.used[ROWS]):
@@ -330,8 +330,8 @@ def _place_between(table: RuleTable, first: Place, rng: np.random.Generator) -> 
                 continue
             length = fitting_length(table, first, r, k)
             if length >= 0:
-                return Place(r, k, length)
-    return Place(-1, 0, 0)
+                return Substring(r, k, length)
+    return Substring(-1, 0, 0)
 
 
 @compiled

@@ -96,11 +96,11 @@ _LARGEST_CHART = 20_000_000
 
 _EQUAL = 1e-9  # Bits by which a cost must be lower to replace another
 
-RULE, PARENT, PLACE, SPAN = range(4)  # Columns of the nodes of a reading
+RULE, PARENT, PLACE, SPAN = range(4)  # Columns of the nodes of a parse
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class CheapestParse:
     """The cheapest parse of a sentence."""
 
     cover: Right  # Right side of the new rule of a sentence that the rules do not derive, else ()
@@ -122,20 +122,20 @@ class _Chart(NamedTuple):
     reach: FloatArray  # (longest right side + 1, n + 1): work array of :func:`_reach_ends`
 
 
-Parsed = tuple[list[tuple[int, Right]], dict[Right, Reading]]
-"""Rules in the order of their numbers in the readings, and how each sentence is parsed."""
+Parsed = tuple[list[tuple[int, Right]], dict[Right, CheapestParse]]
+"""Rules in the order of their numbers in the parses, and how each sentence is parsed."""
 
 
 def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     """Parse sentences in the fewest bits.
 
     >>> donor = RuleSet(2, {2: {(3,): 1}, 3: {(0, 3): 1, (1,): 1}}, loops=True)
-    >>> rows, readings = read_all(donor, [(0, 0, 1), (0, 1, 0)])
+    >>> rows, parses = read_all(donor, [(0, 0, 1), (0, 1, 0)])
     >>> rows
     [(3, (0, 3)), (3, (1,)), (2, (3,))]
-    >>> readings[0, 0, 1].nodes.tolist()
+    >>> parses[0, 0, 1].nodes.tolist()
     [[2, -1, 0, 3], [0, 0, 0, 3], [0, 1, 1, 2], [1, 2, 1, 1]]
-    >>> readings[0, 1, 0].cover
+    >>> parses[0, 1, 0].cover
     (3, 0)
     """
     listed = list(sentences)
@@ -158,13 +158,13 @@ def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     covers, cover_bounds, nodes, node_bounds = _read_sentences(costs, text, bounds, chart)
     back = donor.n_terminals
     named = [s if s < back else lefts[s - back] for s in covers.tolist()]
-    readings = {
-        sentence: Reading(tuple(named[first:last]), nodes[low:high])
+    parses = {
+        sentence: CheapestParse(tuple(named[first:last]), nodes[low:high])
         for sentence, (first, last), (low, high) in zip(
             listed, pairwise(cover_bounds.tolist()), pairwise(node_bounds.tolist()), strict=True
         )
     }
-    return rows, readings
+    return rows, parses
 
 
 @njit(cache=True)
@@ -413,16 +413,16 @@ def _refitted(parsed: Parsed, flat: RuleSet, lawful: bool = False) -> RuleSet | 
     If the donor is ``lawful``, so are those of its rules that trees of the start symbol use.
     """
     sentences = flat.rules[flat.start]
-    rows, readings = parsed
+    rows, parses = parsed
     new: dict[Right, list[Right]] = {}
     used: tuple[list[IntArray], list[IntArray]] = ([], [])  # by derived sentences, and by covers
     weights: tuple[list[int], list[int]] = ([], [])
-    for sentence, reading in readings.items():
-        is_cover = bool(reading.cover)
-        used[is_cover].append(reading.nodes[:, RULE])
+    for sentence, parse in parses.items():
+        is_cover = bool(parse.cover)
+        used[is_cover].append(parse.nodes[:, RULE])
         weights[is_cover].append(sentences[sentence])
         if is_cover:
-            new.setdefault(reading.cover, []).append(sentence)
+            new.setdefault(parse.cover, []).append(sentence)
     derived, covered = (_uses(*of_kind, len(rows)) for of_kind in zip(used, weights, strict=True))
     refitted = _counted(flat, rows, derived + covered)
     for cover, same_cover in new.items():

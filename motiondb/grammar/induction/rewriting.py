@@ -16,8 +16,8 @@ from motiondb.grammar.induction.rule_arrays import (
     ROWS,
     SYMBOLS,
     Part,
-    Place,
     RuleTable,
+    Substring,
     clear,
     compiled,
     copy_row,
@@ -29,7 +29,7 @@ from motiondb.grammar.induction.rule_arrays import (
 )
 from motiondb.records import BoolArray, IntArray
 
-_NOWHERE = -1  # ``first`` of a missing place
+_NOWHERE = -1  # ``first`` of a missing substring
 
 
 @compiled
@@ -114,8 +114,10 @@ def _put_part(table: RuleTable, part: Part, symbol: int, nodes: int) -> bool:
 
 
 @compiled
-def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, symbol: int) -> bool:
-    """Replace the parts at two places by a nonterminal, and make both parts rules of it.
+def edit_substrings(
+    source: RuleTable, goal: RuleTable, one: Substring, other: Substring, symbol: int
+) -> bool:
+    """Replace two substrings by a nonterminal, and make both rules of it.
 
     Parameters
     ----------
@@ -123,12 +125,12 @@ def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, sy
         The rules.
     goal : RuleTable
         Filled with the changed rules.
-    one : Place
-        The first place. In one row, it must end before the second begins.
-    other : Place
-        The second place.
+    one : Substring
+        The first substring. In one row, it must end before the second begins.
+    other : Substring
+        The second substring.
     symbol : int
-        The nonterminal. A part that is this symbol itself makes no rule.
+        The nonterminal. A substring that is this symbol itself makes no rule.
     """
     rows = source.rows
     clear(goal, source)
@@ -141,7 +143,7 @@ def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, sy
     if one.row == other.row:
         _put_edited(source, goal, one, other, symbol)
     else:
-        none = Place(one.row, _NOWHERE, 0)
+        none = Substring(one.row, _NOWHERE, 0)
         _put_edited(source, goal, one, none, symbol)
         _put_edited(source, goal, other, none, symbol)
     first = Part(rows[one.row, OFFSET] + one.first, one.length)
@@ -151,8 +153,10 @@ def edit_places(source: RuleTable, goal: RuleTable, one: Place, other: Place, sy
 
 
 @compiled
-def _put_edited(source: RuleTable, goal: RuleTable, one: Place, other: Place, symbol: int) -> bool:
-    """Add a row with the nonterminal in place of one or two of its parts."""
+def _put_edited(
+    source: RuleTable, goal: RuleTable, one: Substring, other: Substring, symbol: int
+) -> bool:
+    """Add a row with the nonterminal in place of one or two of its substrings."""
     text = source.text
     written, k = goal.used[SYMBOLS], 0
     offset, length = source.rows[one.row, OFFSET], source.rows[one.row, LENGTH]

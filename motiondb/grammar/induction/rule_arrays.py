@@ -224,8 +224,8 @@ class Part(NamedTuple):
     length: int
 
 
-class Place(NamedTuple):
-    """A part of a right side: ``length`` symbols of row ``row`` from its symbol ``first`` on."""
+class Substring(NamedTuple):
+    """A substring of a right side: ``length`` symbols of row ``row`` from symbol ``first`` on."""
 
     row: int
     first: int
@@ -279,20 +279,20 @@ def shared_ends(table: RuleTable, a: int, b: int, from_left: bool) -> tuple[int,
 
 
 @compiled
-def neighbours(table: RuleTable, place: Place) -> tuple[int, int]:
-    """Return the symbols before and after a place; -1 at the beginning, -2 at the end."""
-    start = table.rows[place.row, OFFSET]
-    end = place.first + place.length
-    before = table.text[start + place.first - 1] if place.first > 0 else -1
-    after = table.text[start + end] if end < table.rows[place.row, LENGTH] else -2
+def neighbours(table: RuleTable, part: Substring) -> tuple[int, int]:
+    """Return the symbols before and after a substring; -1 at the beginning, -2 at the end."""
+    start = table.rows[part.row, OFFSET]
+    end = part.first + part.length
+    before = table.text[start + part.first - 1] if part.first > 0 else -1
+    after = table.text[start + end] if end < table.rows[part.row, LENGTH] else -2
     return before, after
 
 
 @compiled
-def fitting_length(table: RuleTable, first: Place, r: int, k: int) -> int:
+def fitting_length(table: RuleTable, first: Substring, r: int, k: int) -> int:
     """Return the length of a part at place ``k`` of row ``r`` that may join ``first``; -1 if none.
 
-    It ends before the same neighbour, holds other symbols, and does not touch the first place.
+    It ends before the same neighbour, holds other symbols, and does not touch ``first``.
     """
     _, after = neighbours(table, first)
     here, start = table.rows[first.row, OFFSET] + first.first, table.rows[r, OFFSET]

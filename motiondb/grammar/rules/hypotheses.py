@@ -158,8 +158,8 @@ SELECTIONS: tuple[Selection, ...] = ("first", "leaf", "branch")
 
 
 @dataclass(frozen=True, order=True)
-class Place:
-    """A span of a sentence."""
+class Constituent:
+    """A span of a sentence that may be a constituent: the span of a hypothesis."""
 
     sentence: int  # Number of the sentence, from 0
     start: int  # First word of the span
@@ -172,12 +172,14 @@ class Hypotheses:
 
     sentences: tuple[Words, ...]  # Words of each sentence, as numbers
     # Type of each hypothesis, in the order in which the hypotheses were proposed
-    types: dict[Place, int]
-    pairs: Counter[tuple[Place, Place]]  # How many slots proposed each pair of hypotheses
+    types: dict[Constituent, int]
+    pairs: Counter[
+        tuple[Constituent, Constituent]
+    ]  # How many slots proposed each pair of hypotheses
 
-    def words(self, place: Place) -> Words:
-        """Return the words of a place."""
-        return self.sentences[place.sentence][place.start : place.end]
+    def words(self, span: Constituent) -> Words:
+        """Return the words of a span."""
+        return self.sentences[span.sentence][span.start : span.end]
 
 
 def propose(
@@ -188,18 +190,18 @@ def propose(
     A whole sentence is not a hypothesis, because it already has the type of the start symbol.
     """
     group = _Groups()
-    pairs: Counter[tuple[Place, Place]] = Counter()
+    pairs: Counter[tuple[Constituent, Constituent]] = Counter()
     for i, j, slot in slots:
         for one, other in slot:
             if _is_whole(sentences[i], one) or _is_whole(sentences[j], other):
                 continue
-            place, twin = Place(i, *one), Place(j, *other)
-            group.unite(place, twin)
-            pairs[place, twin] += 1
-    types: dict[Place, int] = {}
-    numbers: dict[Place, int] = {}
-    for place in group.parents:
-        types[place] = numbers.setdefault(group.root(place), len(numbers))
+            span, twin = Constituent(i, *one), Constituent(j, *other)
+            group.unite(span, twin)
+            pairs[span, twin] += 1
+    types: dict[Constituent, int] = {}
+    numbers: dict[Constituent, int] = {}
+    for span in group.parents:
+        types[span] = numbers.setdefault(group.root(span), len(numbers))
     return Hypotheses(tuple(sentences), types, pairs)
 
 
@@ -209,71 +211,71 @@ def _is_whole(sentence: Words, span: Span) -> bool:
 
 
 class _Groups:
-    """Disjoint sets of places (union-find), in the order in which the places were added."""
+    """Disjoint sets of spans (union-find), in the order in which the spans were added."""
 
     def __init__(self) -> None:
-        self.parents: dict[Place, Place] = {}
+        self.parents: dict[Constituent, Constituent] = {}
 
-    def root(self, place: Place) -> Place:
-        """Return the representative of the set of a place; a new place is its own set."""
-        self.parents.setdefault(place, place)
-        while self.parents[place] != place:
-            self.parents[place] = self.parents[self.parents[place]]
-            place = self.parents[place]
-        return place
+    def root(self, span: Constituent) -> Constituent:
+        """Return the representative of the set of a span; a new span is its own set."""
+        self.parents.setdefault(span, span)
+        while self.parents[span] != span:
+            self.parents[span] = self.parents[self.parents[span]]
+            span = self.parents[span]
+        return span
 
-    def unite(self, one: Place, other: Place) -> None:
-        """Merge the sets of two places; the smaller representative stays."""
+    def unite(self, one: Constituent, other: Constituent) -> None:
+        """Merge the sets of two spans; the smaller representative stays."""
         low, high = sorted((self.root(one), self.root(other)))
         self.parents[high] = low
 
 
-def select(hypotheses: Hypotheses, selection: Selection) -> tuple[tuple[Place, ...], ...]:
+def select(hypotheses: Hypotheses, selection: Selection) -> tuple[tuple[Constituent, ...], ...]:
     """Select hypotheses that do not cross."""
     belief = _BELIEFS[selection](hypotheses)
-    of_sentence: list[list[Place]] = [[] for _ in hypotheses.sentences]
-    for place in hypotheses.types:
-        of_sentence[place.sentence].append(place)
+    of_sentence: list[list[Constituent]] = [[] for _ in hypotheses.sentences]
+    for span in hypotheses.types:
+        of_sentence[span.sentence].append(span)
     chosen = []
-    for places in of_sentence:
-        places.sort(key=lambda place: (-belief[place], place.start - place.end, place.start))
-        kept: list[Place] = []
-        for place in places:
-            if not any(_cross(place, other) for other in kept):
-                kept.append(place)
-        chosen.append(tuple(sorted(kept, key=lambda place: (place.start, -place.end))))
+    for spans in of_sentence:
+        spans.sort(key=lambda span: (-belief[span], span.start - span.end, span.start))
+        kept: list[Constituent] = []
+        for span in spans:
+            if not any(_cross(span, other) for other in kept):
+                kept.append(span)
+        chosen.append(tuple(sorted(kept, key=lambda span: (span.start, -span.end))))
     return tuple(chosen)
 
 
-def _cross(one: Place, other: Place) -> bool:
+def _cross(one: Constituent, other: Constituent) -> bool:
     """Whether two spans overlap and neither contains the other."""
     low, high = (one, other) if one.start <= other.start else (other, one)
     return low.start < high.start < low.end < high.end
 
 
-def _earlier(hypotheses: Hypotheses) -> dict[Place, float]:
-    """Return the preference of each place by the order of proposal."""
-    return {place: -float(number) for number, place in enumerate(hypotheses.types)}
+def _earlier(hypotheses: Hypotheses) -> dict[Constituent, float]:
+    """Return the preference of each span by the order of proposal."""
+    return {span: -float(number) for number, span in enumerate(hypotheses.types)}
 
 
-def _by_leaf(hypotheses: Hypotheses) -> dict[Place, float]:
-    """Return P(words) of each place."""
+def _by_leaf(hypotheses: Hypotheses) -> dict[Constituent, float]:
+    """Return P(words) of each span."""
     counts = Counter(map(hypotheses.words, hypotheses.types))
     total = len(hypotheses.types)
-    return {place: counts[hypotheses.words(place)] / total for place in hypotheses.types}
+    return {span: counts[hypotheses.words(span)] / total for span in hypotheses.types}
 
 
-def _by_branch(hypotheses: Hypotheses) -> dict[Place, float]:
-    """Return P(words | type) of each place."""
+def _by_branch(hypotheses: Hypotheses) -> dict[Constituent, float]:
+    """Return P(words | type) of each span."""
     kinds = Counter(hypotheses.types.values())
-    counts = Counter((kind, hypotheses.words(place)) for place, kind in hypotheses.types.items())
+    counts = Counter((kind, hypotheses.words(span)) for span, kind in hypotheses.types.items())
     return {
-        place: counts[kind, hypotheses.words(place)] / kinds[kind]
-        for place, kind in hypotheses.types.items()
+        span: counts[kind, hypotheses.words(span)] / kinds[kind]
+        for span, kind in hypotheses.types.items()
     }
 
 
-_BELIEFS: dict[Selection, Callable[[Hypotheses], dict[Place, float]]] = {
+_BELIEFS: dict[Selection, Callable[[Hypotheses], dict[Constituent, float]]] = {
     "first": _earlier,
     "leaf": _by_leaf,
     "branch": _by_branch,

@@ -174,7 +174,7 @@ def largest_distance(values: FloatArray | Float32Array, block: int = 512) -> flo
 _PARTS = 4  # Parts into which a table is divided for two threads, so that both have work to the end
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, inline="always")
 def _pose_distance(values: Float32Array, t: int, u: int) -> np.float32:
     """Return d of two frames."""
     square = np.float32(0.0)
@@ -184,7 +184,7 @@ def _pose_distance(values: Float32Array, t: int, u: int) -> np.float32:
     return np.sqrt(square)
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@njit(cache=True, nogil=True)
 def segment_distance(values: Float32Array, a: int, b: int, a2: int, b2: int) -> float:
     """Return D of the segments [a, b) and [a2, b2), in the unit of d.
 

@@ -80,7 +80,7 @@ class Prices(NamedTuple):
     tried: float
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@njit(cache=True, nogil=True)
 def frame_distances(
     columns: Float32Array, squares: Float32Array, start: int, end: int
 ) -> Float32Array:
@@ -106,7 +106,7 @@ def frame_distances(
     return table
 
 
-@njit(cache=True, fastmath=True, nogil=True)
+@njit(cache=True, nogil=True)
 def warped_costs(
     table: Float32Array, cuts: IntArray, firsts: IntArray, pointers: IntArray, out: Float32Array
 ) -> None:

@@ -1,25 +1,25 @@
 """Read a motion that the grammar was not learned from as a string of its terminals.
 
-Notation: x_0 ... x_{T-1} the poses of the motion; s_k the medoid of terminal k. A reading cuts the
-motion into segments [t_i, t_{i+1}) with terminals k_i and costs
+Notation: x_0 ... x_{T-1} the poses of the motion; s_k the medoid of terminal k. A transcription
+cuts the motion into segments [t_i, t_{i+1}) with terminals k_i and costs
 
     C = sum over i of ( (t_{i+1} - t_i) D([t_i, t_{i+1}), s_{k_i}) + c )
 
 where D is the distance under uniform time warping by which the terminals were found, so that a
 segment costs what it would add to their error. The length of a segment is between the shortest and
-the longest of its terminal, with a tolerance of a tenth. The reading of least C is found exactly,
-by dynamic programming over all cuts and terminals.
+the longest of its terminal, with a tolerance of a tenth. The transcription of least C is found
+exactly, by dynamic programming over all cuts and terminals.
 
-The price c of a segment prevents finer cuts than those of the takes. It is set so that readings of
-the grammar's own takes have about as many segments as the takes have.
+The price c of a segment prevents finer cuts than those of the takes. It is set so that
+transcriptions of the grammar's own takes have about as many segments as the takes have.
 
-Every segment gets the terminal of least cost, even if no terminal is near. A reading therefore
-includes D, and the reader has a reach, an estimate of how far members of terminals are from their
-medoids. A segment that is farther than the reach is unlike any terminal. The reach is the smaller
-of two bounds. The first is the distance within which 19 of 20 members lie. The second is 2.5
-standard deviations of log D above its median, robustly estimated. Terminals that collect leftover
-segments would make the first too wide, and a few members that differ much would make the second too
-wide.
+Every segment gets the terminal of least cost, even if no terminal is near. A transcription
+therefore includes D, and the reader has a reach, an estimate of how far members of terminals are
+from their medoids. A segment that is farther than the reach is unlike any terminal. The reach is
+the smaller of two bounds. The first is the distance within which 19 of 20 members lie. The second
+is 2.5 standard deviations of log D above its median, robustly estimated. Terminals that collect
+leftover segments would make the first too wide, and a few members that differ much would make the
+second too wide.
 
 Sources: J. P. Park, K. H. Lee and J. Lee, "Finding Syntactic Structures from Human Motion Data",
 Computer Graphics Forum 30 (2011), section 4, for D and medoids; P. J. Rousseeuw and A. M. Leroy,
@@ -80,7 +80,7 @@ class Reader:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class Transcription:
     """A motion as a string of terminals."""
 
     starts: IntArray  # (segments,): first frame of each segment; the segments tile the motion
@@ -189,7 +189,7 @@ def _price(reader: Reader, tables: Sequence[FloatArray], wanted: int) -> float:
     return high
 
 
-def read_string(reader: Reader, motion: Motion) -> Reading:
+def read_string(reader: Reader, motion: Motion) -> Transcription:
     """Read a motion as a string of terminals, with least cost."""
     values = pose_vectors(motion)
     starts, ends, labels, distances = _read(reader, _table(reader, values), reader.price)
@@ -199,7 +199,7 @@ def read_string(reader: Reader, motion: Motion) -> Reading:
             f" {reader.shortest.min()} and at most {reader.longest.max()} (30 a second), found"
             f" {len(values)} in all. Take a longer part."
         )
-    return Reading(starts, ends, labels, distances, reader.names, reader.reach)
+    return Transcription(starts, ends, labels, distances, reader.names, reader.reach)
 
 
 def _table(reader: Reader, values: FloatArray) -> FloatArray:
@@ -245,9 +245,9 @@ def _distance(table: FloatArray, start: int, length: int, low: int, size: int) -
 def _best_cuts(
     table: FloatArray, bounds: IntArray, shortest: IntArray, longest: IntArray, price: float
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the last segment of the best reading up to each frame: start, terminal and D.
+    """Return the last segment of the best transcription up to each frame: start, terminal and D.
 
-    Each is an array (frames + 1,); start and terminal are -1 if there is no reading.
+    Each is an array (frames + 1,); start and terminal are -1 if there is none.
     """
     n_frames = len(table)
     best = np.full(n_frames + 1, np.inf)

@@ -15,7 +15,12 @@ from hypothesis import strategies as st
 from motiondb.grammar.cfg.context_free import GrammarError, read_grammar
 from motiondb.grammar.cfg.parse import compiled_form, log_probability
 from motiondb.grammar.derivation.complete import complete, intersect, sample_completion, weights_of
-from motiondb.grammar.derivation.pattern import Place, acceptor_of, automaton_of, read_pattern
+from motiondb.grammar.derivation.pattern import (
+    PatternSymbol,
+    acceptor_of,
+    automaton_of,
+    read_pattern,
+)
 from motiondb.grammar.languages import finite_language
 from tests.grammar.random_grammars import grammars
 
@@ -144,7 +149,7 @@ def test_samples_have_the_distribution_of_the_grammar_given_the_pattern():
 
 
 def test_a_place_takes_any_of_its_terminals_and_only_what_is_allowed():
-    asked = read_pattern([Place("letter", frozenset("xy"))])
+    asked = read_pattern([PatternSymbol("letter", frozenset("xy"))])
     assert [c.string for c in complete(NESTED, asked).sentences] == [("x",), ("y",)]
     completions = complete(NESTED, asked, allowed=frozenset("aby"))
     assert [c.string for c in completions.sentences] == [("y",)]

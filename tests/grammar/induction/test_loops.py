@@ -99,21 +99,21 @@ def naive_bits(rules, string):
 def test_rules_with_loops_are_parsed_in_the_fewest_bits(rules, sentence):
     if rule_laws.derives_itself_alone(rules.rules):
         return
-    rows, readings = read_all(rules, [sentence])
-    reading, expected = readings[sentence], naive_bits(rules.rules, sentence)
-    if reading.cover:
+    rows, parses = read_all(rules, [sentence])
+    parse, expected = parses[sentence], naive_bits(rules.rules, sentence)
+    if parse.cover:
         assert expected == math.inf
         return
-    spent = sum(math.log2(len(rules.rules[rows[r][0]])) for r in reading.nodes[:, RULE])
+    spent = sum(math.log2(len(rules.rules[rows[r][0]])) for r in parse.nodes[:, RULE])
     assert spent == pytest.approx(expected)
-    for k, (row, parent, place, span) in enumerate(reading.nodes.tolist()):
-        below = reading.nodes[:, PARENT] == k
+    for k, (row, parent, place, span) in enumerate(parse.nodes.tolist()):
+        below = parse.nodes[:, PARENT] == k
         held = [symbol for symbol in rows[row][1] if symbol >= T]
         assert below.sum() == len(held)
-        assert span == reading.nodes[below, SPAN].sum() + len(rows[row][1]) - len(held)
+        assert span == parse.nodes[below, SPAN].sum() + len(rows[row][1]) - len(held)
         if parent >= 0:
             assert parent < k
-            assert rows[reading.nodes[parent, RULE]][1][place] == rows[row][0]
+            assert rows[parse.nodes[parent, RULE]][1][place] == rows[row][0]
 
 
 # ---- evidence -------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from naive_rules import A, B, S, T, acyclic_rules
 
 from motiondb.grammar.induction.law_checks import Laws, keeps_laws
 from motiondb.grammar.induction.rewriting import (
-    edit_places,
+    edit_substrings,
     merge,
     replace,
     substitute,
@@ -21,7 +21,7 @@ from motiondb.grammar.induction.rule_arrays import (
     ROWS,
     SYMBOLS,
     Part,
-    Place,
+    Substring,
     bits_of,
     empty_table,
     occurrences,
@@ -163,10 +163,10 @@ def test_parts_at_two_places_become_alternatives(one_row):
     arrays = Arrays(rule_set)
     a, b = arrays.row(S, first), arrays.row(S, second)
     if one_row:
-        actual = arrays.after(edit_places, Place(a, 0, 1), Place(a, 2, 2), A)
+        actual = arrays.after(edit_substrings, Substring(a, 0, 1), Substring(a, 2, 2), A)
         assert actual == {S: {(A, 1, A): 2, second: 3}, A: {(0,): 2, (2, 0): 2}}
     else:
-        actual = arrays.after(edit_places, Place(a, 1, 2), Place(b, 1, 0), A)
+        actual = arrays.after(edit_substrings, Substring(a, 1, 2), Substring(b, 1, 0), A)
         assert actual == {S: {(0, A, 0): 2, (2, A, 1, 1): 3}, A: {(1, 2): 2, (): 3}}
 
 

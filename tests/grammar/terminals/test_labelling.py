@@ -75,9 +75,11 @@ def test_the_take_that_was_learned_from_reads_as_it_was(
 ) -> None:
     motion, reader = dance
     _, truth = true_terminals("ana/long_dance_2")
-    reading = labelling.read_string(reader, motion)
-    assert len(reading.starts) == len(truth.starts)
-    labels = labels_per_frame(reader.names, reading.starts, reading.ends, reading.labels)
+    transcription = labelling.read_string(reader, motion)
+    assert len(transcription.starts) == len(truth.starts)
+    labels = labels_per_frame(
+        reader.names, transcription.starts, transcription.ends, transcription.labels
+    )
     true = labels_per_frame(truth.names, truth.starts, truth.ends, truth.labels)
     assert np.mean([a == b for a, b in zip(labels, true)]) > 0.95
 
@@ -87,13 +89,15 @@ def test_another_performers_dance_reads_as_its_truth(
 ) -> None:
     _, reader = dance
     motion, truth = true_terminals("dora/long_dance_1")
-    reading = labelling.read_string(reader, motion)
-    labels = labels_per_frame(reader.names, reading.starts, reading.ends, reading.labels)
+    transcription = labelling.read_string(reader, motion)
+    labels = labels_per_frame(
+        reader.names, transcription.starts, transcription.ends, transcription.labels
+    )
     true = labels_per_frame(truth.names, truth.starts, truth.ends, truth.labels)
     known = [(a, b) for a, b in zip(labels, true) if b in reader.names]
     assert np.mean([a == b for a, b in known]) > 0.85
-    assert reading.ends[-1] == motion.n_frames
-    assert (reading.distances > 0).all()
+    assert transcription.ends[-1] == motion.n_frames
+    assert (transcription.distances > 0).all()
 
 
 def test_terminals_without_their_medoid_are_read_by_another_segment() -> None:
