@@ -1,4 +1,4 @@
-"""How a scene is to be made: what is refused, and the temperatures of chains."""
+"""How a scene is to be made: what is refused."""
 
 from __future__ import annotations
 
@@ -21,10 +21,3 @@ from motiondb.errors import SceneError
 def test_settings_that_make_no_sense(settings: dict, said: str) -> None:
     with pytest.raises(SceneError, match=said):
         SceneSettings(**settings)
-
-
-def test_more_chains_go_on_in_the_same_ratio() -> None:
-    few, many = SceneSettings(chains=2).temperatures, SceneSettings(chains=7).temperatures
-    assert few == many[:2]
-    assert len(many) == 7
-    assert many[6] / many[5] == pytest.approx(many[5] / many[4])
