@@ -7,9 +7,9 @@ import numpy as np
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
-from motiondb.generate.sentence_plan import Amount, PlannedAction
+from motiondb.generate.sentence_plan import Amount, PlannedAction, say_times
 from motiondb.language.question.amounts import adverb_of
-from motiondb.language.question.say import say_count, say_duration
+from motiondb.language.question.say import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
 from motiondb.meaning.calibration import probability
@@ -27,8 +27,7 @@ def say_amounts(action: PlannedAction) -> list[str]:
     """
     said = []
     if action.times is not None:
-        most = None if action.times.most is None else int(action.times.most)
-        said.append(say_count(int(action.times.least), most))
+        said.append(say_times(action.times))
     if action.seconds is not None:
         said.append(say_duration(action.seconds.least, action.seconds.most))
     if action.speed:
@@ -70,8 +69,7 @@ def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
     most = np.inf if times.most is None else times.most
     if times.least <= count <= most:
         return ()
-    text = say_count(int(times.least), None if times.most is None else int(times.most))
-    return (NotUsed(text, f"{count} measured in the motion"),)
+    return (NotUsed(say_times(times), f"{count} measured in the motion"),)
 
 
 def _say_places(shown: ShownExcerpt) -> list[str]:

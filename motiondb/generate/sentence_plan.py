@@ -65,6 +65,15 @@ class Amount:
         return float(self.most) / 2.0
 
 
+def say_times(times: Amount) -> str:
+    """A number of repetitions in words.
+
+    >>> say_times(Amount(3, 3))
+    '3 times'
+    """
+    return say_count(int(times.least), None if times.most is None else int(times.most))
+
+
 @dataclass(frozen=True)
 class PlannedAction:
     """One action of a motion."""

@@ -376,9 +376,8 @@ class Scenes:
             player.name: store.load_motion(self._session.store, player.capture_id)
             for player in record.players
         }
-        return pictures.draw_scene_paths(
-            read_diagram(record.diagram, name), motions, png, record.ball
-        )
+        diagram = read_diagram(record.diagram, name)
+        return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 
     @staticmethod
     def read_grammar(grammar: str | Path | MotionGrammar) -> MotionGrammar:
@@ -507,7 +506,7 @@ class Scenes:
             The diagram has a fault, or the picture cannot be written.
         """
         text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
-        return pictures.draw_tactics(text.diagram, path)
+        return pictures.save_png(pictures.tactics_figure(text.diagram), path)
 
     @staticmethod
     def is_folder(place: str | Path) -> bool:

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from motiondb.answers.catalogue import DatabaseInfo, WordRow
+from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
 from motiondb.files.folder import CAPTURE_ENDINGS
@@ -320,7 +321,7 @@ def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
     return Status(
-        **vars(info) | {"database": without_surrogates(page.settings.database.name)},
+        **fields_of(info) | {"database": without_surrogates(page.settings.database.name)},
         version=VERSION,
         read_only=page.settings.read_only,
         revision=db.revision(),
