@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.learn.symbol_fitting import FeaturePool
+from motiondb.learn.recognition import FeaturePool
 from motiondb.learn.word_fitting import TaughtWords
 from motiondb.meaning.place_fitting import Places
 from motiondb.records import IntArray
