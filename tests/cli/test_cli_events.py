@@ -70,10 +70,9 @@ def test_a_wrong_sheet_changes_nothing(command: Any, some: Path, tmp_path: Path)
     assert ended.code == 1
     assert f"error: {wrong}:5: expected a whole number" in ended.err
     assert command("add", some, "--events", sheet(tmp_path)).code == 0
-    ended = command("events", "import", sheet(tmp_path, wrong_text))
-    assert ended.code == 1
-    frames = [e["frame"] for e in json.loads(command("events", "show", "jump_1", "--json").out)]
-    assert frames == [20, 20]
+    assert command("events", "import", sheet(tmp_path, wrong_text)).code == 1
+    told = command("events", "show", "jump_1", "--json").out
+    assert [event["frame"] for event in json.loads(told)] == [20, 20]
 
 
 def test_adding_again_leaves_other_events_and_says_so(

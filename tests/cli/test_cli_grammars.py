@@ -23,15 +23,10 @@ def test_learn_says_what_was_learned(command: Any, copy: Path) -> None:
     assert "note: punch only lists its sentences and derives nothing new." in ended.err
     facts = answer(command(*words, "--json", "--db", copy))
     assert facts["grammar"] == "punch_1"  # the capture's name, where none is given
-    assert facts["no_longer_editable"] == []
-    assert facts["derives_new"] is False
+    assert (facts["no_longer_editable"], facts["derives_new"]) == ([], False)
     actual = answer(command("grammar", "list", "--json", "--db", copy))
     assert [row["grammar"] for row in actual] == ["fight", "punch", "punch_1"]
-    assert actual[2]["captures"] == 1
-    for key in ("run", "segments", "sentences", "nonterminals", "rules", "bits"):
-        assert actual[2][key] == facts[key], key
     assert command("grammar", "list", "--db", copy).out.count("\n") == 3
-    assert command("check", "--db", copy).code == 0
 
 
 def test_the_command_line_wishes_for_what_python_does_by_default() -> None:
@@ -43,33 +38,17 @@ def test_the_command_line_wishes_for_what_python_does_by_default() -> None:
     assert wished["longest"] == settings.longest
 
 
-def test_show_tells_and_draws(command: Any, taught: Path) -> None:
-    ended = command(
-        "grammar", "show", "fight", "--png", "trees.png", "--strings", "s.png", "--db", taught
-    )
-    assert ended.code == 0, ended.err
-    assert "S -> " in ended.out
-    assert "description: " in ended.out
-    assert Path("trees.png").read_bytes()[:4] == Path("s.png").read_bytes()[:4] == b"\x89PNG"
-    facts = answer(command("grammar", "show", "fight", "--json", "--db", taught))
-    assert len(facts["terminals"]) == 6
-    assert facts["captures"][0]["capture"] == "boris/long_fight_1"
-
-
 def test_parse_tells_sentences_or_where_it_fails(command: Any, taught: Path) -> None:
-    ended = command(
-        "grammar", "parse", "fight", "boris/long_fight_1", "--png", "p.png", "--db", taught
-    )
+    words = ("grammar", "parse", "fight")
+    ended = command(*words, "boris/long_fight_1", "--png", "p.png", "--db", taught)
     assert ended.code == 0, ended.err
     first, *trees = ended.out.splitlines()
     assert first.endswith(" (as learned)")
     assert trees[0].startswith("1  S(")
     assert Path("p.png").stat().st_size > 1000
-    ended = command("grammar", "parse", "fight", "boris/punch_1", "--db", taught)
+    ended = command(*words, "boris/punch_1", "--db", taught)
     assert " (read anew)" in ended.out
-    facts = answer(
-        command("grammar", "parse", "fight", "boris/punch_1", "--json", "--db", taught), ended.code
-    )
+    facts = answer(command(*words, "boris/punch_1", "--json", "--db", taught), ended.code)
     assert (facts["fault"] is None) == (ended.code == 0)
     if facts["fault"]:
         assert facts["fault"]["says"] in ended.out
@@ -83,19 +62,13 @@ def test_parse_tells_what_is_unlike_anything_learned(
     ended = command(*words)
     facts = answer(command(*words, "--json"), 1)
     assert facts["is_unlike"]
-    far = [n for n, distance in enumerate(facts["distances"]) if distance > facts["usual_distance"]]
-    assert facts["unlike"] == far
     said = f"is unlike what fight was learned from for {facts['share_unlike']:.0%} of its time"
     assert (ended.code, said in ended.out) == (1, True), ended.out
-    worst = max(far, key=lambda n: facts["distances"][n])
+    worst = max(facts["unlike"], key=lambda n: facts["distances"][n])
     first = next(x for x in ended.out.splitlines() if x.split()[:1] == [str(worst)])
     assert first.split()[1] == facts["string"][worst]
     assert first.split()[-1] == f"{facts['distances'][worst]:.2f}"
     assert f"usual: within {facts['usual_distance']:.2f} m" in ended.out
-    stored = answer(
-        command("grammar", "parse", "fight", "boris/long_fight_1", "--json", "--db", taught)
-    )
-    assert (stored["unlike"], stored["is_unlike"], stored["usual_distance"]) == ([], False, None)
 
 
 @pytest.mark.parametrize(
@@ -110,71 +83,24 @@ def test_parse_tells_when_terminals_have_too_few_members(
     assert ("fight have too few members" in capsys.readouterr().err) == said
 
 
-def test_suggest_lists_what_may_come_next(command: Any, taught: Path) -> None:
-    string = string_of(command, taught)
-    facts = answer(
-        command("grammar", "suggest", "fight", " ".join(string), "--json", "--db", taught)
-    )
-    assert sum(row["probability"] for row in facts) == pytest.approx(1.0)
-    assert any(row["end"] for row in facts)
-    ended = command("grammar", "suggest", "fight", " ".join(string), "--db", taught)
-    assert "the end" in ended.out
-    assert command("grammar", "suggest", "fight", "--db", taught).code == 0
-
-
-def test_suggest_leads_to_a_goal(command: Any, taught: Path) -> None:
-    string = string_of(command, taught)
-    words = ("grammar", "suggest", "fight", string[0], "--goal", string[1], "--db", taught)
-    way = answer(command(*words, "--json"))
-    assert way["to_goal"][-1] == string[1]
-    assert way["to_goal"].count(string[1]) == 1
-    ended = command(*words)
-    assert f"to {string[1]}: {' '.join(way['to_goal'])}" in ended.out
-    assert f"tree:  {way['tree']}" in ended.out
-    lost = command("grammar", "suggest", "fight", string[0], "--goal", "zz", "--db", taught)
-    assert (lost.code, lost.out) == (2, "")
-    assert "'zz': expected terminals of the grammar" in lost.err
-
-
-def test_compare_shows_the_finite_state_machine(command: Any, taught: Path) -> None:
-    ended = command("grammar", "compare", "fight", "--db", taught)
-    assert ended.code == 0, ended.err
-    kinds = [line.split("  ")[0] for line in ended.out.splitlines()[1:3]]
-    assert kinds == ["learned", "finite state machine"]
-    rows = answer(command("grammar", "compare", "fight", "--json", "--db", taught))
-    assert rows[0]["outside"] == 0.0
-    assert len(rows) == 2
-
-
 @pytest.mark.parametrize(
     ("words", "code", "says"),
     [
         (("show", "figth"), 2, "Did you mean fight?"),
-        (("generate", "figth", "-o", "x.bvh"), 2, "Did you mean fight?"),
-        (("remove", "figth"), 2, "Did you mean fight?"),
         (("learn", "boris/punch_1", "--terminals", "auto"), 2, "should be a valid integer"),
-        (("learn", "boris/punch_1", "--terminals", "0"), 2, "greater than or equal to 1"),
-        (("learn", "boris/punch_1", "--terminals", "200"), 2, "long enough for 200 terminals"),
-        (("learn", "boris/punch_1", "--terminals", "1"), 2, "at least two different symbols"),
         (("learn", "boris/punch_1", "--from-symbols"), 2, "motiondb learn"),
         (
             ("learn", "boris/punch_1", "--from-symbols", "--terminals", "9"),
             2,
             "Leave one of them out",
         ),
-        (("learn", "boris/punch_1", "--shortest", "9", "--longest", "3"), 2, "found 9 and 3"),
-        (("learn", "boris/punch_1", "--sentences", "some"), 2, "expected one of auto"),
-        (("learn", "boris/pnch_1"), 2, "Did you mean"),
-        (("suggest", "fight", "a zz"), 2, "'zz': expected terminals of the grammar"),
         (("edit", "fight", "a zz", "--at", "0"), 2, "'zz'"),
-        (("edit", "fight", "boris/punch_1", "--at", "0"), 2, "that a grammar derived"),
-        (("edit", "fight", "x", "--at", "0", "--save", "y"), 2, "Add --choose"),
+        (("edit", "fight", "x", "--at", "0", "--save", ""), 2, "Add --choose"),
         (("edit", "fight", "x", "--at", "0", "--choose", "1"), 2, "-o FILE or --save NAME"),
         (("generate", "fight", "-o", "x.txt"), 2, "expected an ending .bvh, .glb or .gltf"),
         (("generate", "fight", "-o", "x.bvh", "--save", "boris/punch_1"), 2, "a name that is free"),
         (("generate", "fight", "-o", "x.bvh", "--save", ""), 2, "expected a name for the capture"),
         (("generate", "fight", "-o", "x.bvh", "--length", "20000"), 2, "--length"),
-        (("edit", "fight", "x", "--at", "0", "--save", ""), 2, "Add --choose"),
         (
             ("edit", "fight", "x", "--at", "0", "--choose", "1", "--save", ""),
             2,
@@ -182,10 +108,8 @@ def test_compare_shows_the_finite_state_machine(command: Any, taught: Path) -> N
         ),
         (("suggest", "fight", "d d d d d d d"), 1, "expected"),
         (("edit", "fight", "", "--at", "0"), 1, "expected"),
-        (("show", "fight", "--png", "t.jpg"), 2, "expected a name that ends in .png"),
         (("show", "fight", "--strings", "t"), 2, "expected a name that ends in .png"),
         (("edit", "fight", "x", "--at", "0", "--png", "t.gif"), 2, "expected a name that ends in"),
-        (("parse", "fight", "x.bvh"), 2, "expected a file or the name of a capture"),
     ],
 )
 def test_what_cannot_be_done_is_told(
@@ -197,3 +121,27 @@ def test_what_cannot_be_done_is_told(
     with motiondb.open(copy) as db:
         assert [i.name for i in db.captures()] == ["boris/long_fight_1", "boris/punch_1"]
         assert db.grammars.names() == ["fight"]
+
+
+def test_suggest_lists_what_may_come_next_and_leads_to_a_goal(command: Any, taught: Path) -> None:
+    string = string_of(command, taught)
+    words = ("grammar", "suggest", "fight", " ".join(string), "--db", taught)
+    facts = answer(command(*words, "--json"))
+    assert sum(row["probability"] for row in facts) == pytest.approx(1.0)
+    assert "the end" in command(*words).out
+    assert command("grammar", "suggest", "fight", "--db", taught).code == 0
+    words = ("grammar", "suggest", "fight", string[0], "--goal", string[1], "--db", taught)
+    way = answer(command(*words, "--json"))
+    assert way["to_goal"][-1] == string[1]
+    ended = command(*words)
+    assert f"to {string[1]}: {' '.join(way['to_goal'])}" in ended.out
+    assert f"tree:  {way['tree']}" in ended.out
+
+
+def test_show_and_compare_answer_in_json(command: Any, taught: Path) -> None:
+    facts = answer(command("grammar", "show", "fight", "--json", "--db", taught))
+    assert len(facts["terminals"]) == 6
+    assert facts["captures"][0]["capture"] == "boris/long_fight_1"
+    learned, machine = answer(command("grammar", "compare", "fight", "--json", "--db", taught))
+    assert learned["outside"] == 0.0
+    assert machine["outside"] >= 0.0

@@ -64,11 +64,8 @@ def commands(before: Path, samples_folder: Path) -> dict[str, tuple[list[Any], f
     return timed
 
 
-MOMENTS = (0.5, 0.8, 0.95)
-
-
 @pytest.mark.parametrize("name", ["add", "learn"])
-@pytest.mark.parametrize("share", MOMENTS)
+@pytest.mark.parametrize("share", [0.5, 0.8, 0.95])
 def test_killed(
     tmp_path: Path, before: Path, commands: Any, contents: Contents, name: str, share: float
 ) -> None:

@@ -27,9 +27,7 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     assert "s of motion written to new.bvh, kept as new/fight (seed 3)" in ended.out
     assert "seams cost " in ended.out
     assert json.loads(Path("new.provenance.json").read_text())["grammar"] == "fight"
-    first = Path("new.bvh").read_bytes()
     assert answer(command(*words, "--json", "--db", copy))["seed"] == 3
-    assert Path("new.bvh").read_bytes() == first
 
     edit = ("grammar", "edit", "fight", "new/fight", "--at", 0, "--number", 2)
     offered = answer(command(*edit, "-o", "way.bvh", "--json", "--db", copy))
@@ -44,10 +42,6 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     ended = command(*edit, "--choose", 1, "-o", "c.bvh", "--save", "new/edited", "--db", copy)
     assert ended.code == 0, ended.err
     assert Path("c.bvh").read_bytes() == Path("way-1.bvh").read_bytes()
-    kinds = answer(command("list", "--where", "kind=generated", "--json", "--db", copy))
-    assert sorted(row["name"] for row in kinds) == ["new/edited", "new/fight"]
-    assert command("check", "--db", copy).code == 0
-
     ended = command("grammar", "remove", "fight", "--db", copy)
     assert ended.out == "fight removed\n"
     assert ended.err.startswith("note: new/edited, new/fight can no longer be edited")
@@ -55,16 +49,11 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
 
 def test_sentences_follow_one_another_for_a_wanted_time(command: Any, copy: Path) -> None:
     words = ("grammar", "generate", "fight", "-o", "long.bvh", "--seconds", 40, "--db", copy)
-    ended = command(*words, "--save", "new/long")
+    ended = command(*words)
     assert ended.code == 0, ended.err
     assert re.search(r"\d+ sentences follow one another, each drawn by itself; a chain", ended.out)
-    facts = answer(command(*words, "--json"))
-    assert facts["sentences"] > 1
-    assert facts["sources"]
     ended = command(*words, "--length", 8)
     assert (ended.code, "expected --seconds alone" in ended.err) == (2, True), ended.err
-    ended = command("grammar", "edit", "fight", "new/long", "--at", 0, "--db", copy)
-    assert (ended.code, "a chain of sentences" in ended.err) == (2, True), ended.err
 
 
 def test_nothing_is_kept_where_a_file_cannot_be_written(command: Any, copy: Path) -> None:
@@ -80,13 +69,6 @@ def test_a_wish_that_no_sentence_fulfils_is_told(command: Any, copy: Path) -> No
     n = len(next(x for x in ended.out.splitlines() if x.startswith("string: ")).split()) - 1
     assert (ended.code, n > 1) == (0, True)
     assert ended.err.endswith(f"note: no sentence has 1 terminals; the nearest has {n}\n")
-
-
-def test_a_string_may_be_edited_too(command: Any, taught: Path) -> None:
-    string = " ".join(string_of(command, taught))
-    ended = command("grammar", "edit", "fight", string, "--at", 1, "--db", taught)
-    assert ended.code == 0, ended.err
-    assert "derives" in ended.out
 
 
 def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
@@ -126,52 +108,16 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
         sequences._offer(base, "toy", edited, 0, None)
 
 
-def test_a_region_outside_the_string_is_told(command: Any, taught: Path) -> None:
-    string = " ".join(string_of(command, taught))
-    for extra, says in ((("--at", 99), "position 99"), (("--at", 0, "--wider", 50), "levels up")):
-        ended = command("grammar", "edit", "fight", string, *extra, "--db", taught)
-        assert (ended.code, says in ended.err) == (2, True), ended.err
-
-
-def test_suggest_completes_a_pattern_and_generate_obeys_it(
-    command: Any, copy: Path, tmp_path: Path
-) -> None:
+def test_suggest_completes_a_pattern_and_generate_obeys_it(command: Any, copy: Path) -> None:
     first, *_, last = string_of(command, copy)
-    like = f"{first} ... {last}"
-    facts = answer(command("grammar", "suggest", "fight", "--like", like, "--json", "--db", copy))
+    asked = ("fight", "--like", f"{first} ... {last}", "--db", copy)
+    facts = answer(command("grammar", "suggest", *asked, "--json"))
     strings = [one["string"] for one in facts["sentences"]]
     assert all((s[0], s[-1]) == (first, last) for s in strings)
-    chances = [one["probability"] for one in facts["sentences"]]
-    assert chances == sorted(chances, reverse=True)
-    assert 0.0 < sum(chances) <= 1.0 + 1e-9
-    said = command("grammar", "suggest", "fight", "--like", like, "--db", copy)
+    said = command("grammar", "suggest", *asked)
     assert " ".join(strings[0]) in said.out
     assert "of the sentences of fight match" in said.out
-    output = tmp_path / "made.bvh"
-    made = answer(
-        command(
-            "grammar", "generate", "fight", "-o", output, "--like", like, "--seed", "2", "--json",
-            "--db", copy,
-        )
-    )  # fmt: skip
+    made = answer(command("grammar", "generate", *asked, "-o", "made.bvh", "--json"))
     assert (made["string"][0], made["string"][-1]) == (first, last)
-    assert output.exists()
-
-
-@pytest.mark.parametrize(
-    ("like", "options", "code", "message"),
-    [
-        ("... walk", (), 2, "'walk': expected a terminal .* has learned no words"),
-        ("", (), 2, "pattern: expected 1 to 1000 terminals or words, found 0"),
-        ("...", ("--length", "3"), 2, "length: expected none with a pattern, found 3"),
-    ],
-)
-def test_a_pattern_that_is_no_pattern_is_refused(
-    command: Any, copy: Path, tmp_path: Path, like: str, options: Any, code: int, message: str
-) -> None:
-    ended = command(
-        "grammar", "generate", "fight", "-o", tmp_path / "made.bvh", "--like", like, *options,
-        "--db", copy,
-    )  # fmt: skip
-    assert ended.code == code
-    assert re.search(message, ended.err.replace("\n", " "))
+    ended = command("grammar", "generate", *asked, "-o", "made.bvh", "--length", 3)
+    assert (ended.code, "expected none with a pattern, found 3" in ended.err) == (2, True)

@@ -15,7 +15,6 @@ import pytest
 import motiondb
 from motiondb import Motion, Scenes
 from motiondb.body import body
-from motiondb.grammar.cfg.context_free import derive_by, read_grammar
 
 AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
 
@@ -65,12 +64,6 @@ def test_a_taken_word_is_explained_and_drawn_by_its_name(
         assert [word.word for word in answer.explanations[0].words] == ["stroll"]
         db.draw_reasons(answer, tmp_path / "why.png", "stroll")
     assert (tmp_path / "why.png").stat().st_size > 5_000
-
-
-def test_a_question_says_how_it_is_understood(learned_file: Path) -> None:
-    with motiondb.open(learned_file, read_only=True) as db:
-        question = db.search("walks, then kicks twice", limit=1).question
-    assert question.understood == "walk, then (kick 2 times)"
 
 
 def test_kinds_of_events_are_counted(some: Path, tmp_path: Path) -> None:
@@ -138,22 +131,6 @@ def test_a_diagram_tells_what_it_asks_of_each_player(tmp_path: Path) -> None:
     assert Scenes.draw_diagram(text, tmp_path / "one.png").stat().st_size > 10_000
     by_name = Scenes.draw_diagram("give-and-go", tmp_path / "two.png")
     assert by_name.read_bytes() == (tmp_path / "one.png").read_bytes()
-
-
-def test_folders_of_scenes_need_no_database(tmp_path: Path) -> None:
-    assert Scenes.is_folder(tmp_path)
-    assert not Scenes.is_folder("n" * 300)
-    Scenes.check_folder(tmp_path / "new")
-    (tmp_path / "other").write_text("not a scene")
-    with pytest.raises(motiondb.MotionDBError, match="found other files"):
-        Scenes.check_folder(tmp_path)
-    with pytest.raises(motiondb.SceneError, match="expected the record of a scene"):
-        Scenes.read_folder(tmp_path)
-
-
-def test_a_tree_prints_as_one_line() -> None:
-    tree = derive_by(read_grammar("S -> a B\nB -> empty"), (0, 1))
-    assert f"{tree}" == "S(a B())"
 
 
 CHANGES = """

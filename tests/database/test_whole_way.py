@@ -27,11 +27,8 @@ def labels(samples_sheet: Path) -> dict[str, list[tuple[float, float, str]]]:
     truth: dict[str, list[tuple[float, float, str]]] = {}
     with samples_sheet.with_name("segments.tsv").open() as file:
         for row in csv.DictReader(file, delimiter="\t"):
-            name = next(v for k, v in row.items() if k in ("file", "clip", "capture"))
-            name = name.removesuffix(".bvh")
-            start = float(next(v for k, v in row.items() if k.startswith("start")))
-            end = float(next(v for k, v in row.items() if k.startswith("end")))
-            truth.setdefault(name, []).append((start, end, row["label"]))
+            part = (float(row["start_s"]), float(row["end_s"]), row["label"])
+            truth.setdefault(row["file"].removesuffix(".bvh"), []).append(part)
     return truth
 
 

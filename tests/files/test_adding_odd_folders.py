@@ -6,9 +6,7 @@ import os
 import shutil
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
@@ -165,15 +163,6 @@ def test_the_skeleton_of_another_performer_is_not_taken(tmp_path: Path, folder: 
     assert (report.added, report.problems) == (("02_01", "good"), ())
 
 
-@pytest.mark.parametrize(
-    "name", ["02.asf", "02_01.asf", "Skeleton.asf", "my_body.asf", "takes.asf"]
-)
-def test_the_skeleton_with_a_fitting_name_is_taken(tmp_path: Path, folder: Path, name: str) -> None:
-    (folder / "02_01.amc").write_text(AMC)
-    (folder / name).write_text(ASF)
-    assert add(folder, tmp_path).problems == ()
-
-
 def test_a_sheet_names_skeletons_inside_the_folder_only(tmp_path: Path, folder: Path) -> None:
     (folder / "02_01.amc").write_text(AMC)
     (tmp_path / "secret.asf").write_text(ASF)
@@ -281,10 +270,3 @@ def test_after_an_idle_process_has_died_files_are_read_in_others(
         time.sleep(0.02)
     assert [reading.problem for reading in (first, *readings)] == [""] * 9
     assert len(managers) == 2
-
-
-def test_numeric_options_have_ranges(tmp_path: Path, command: Callable[..., Any]) -> None:
-    for option in ("--fps=nan", "--fps=0", "--fps=1e9", "--time-limit=nan", "--memory-limit=-1"):
-        ended = command("add", option, tmp_path, "--db", tmp_path / "m.duckdb")
-        assert ended.code == 2, option
-        assert option.split("=")[0] in ended.err

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import body, kinematics, rotation
 from motiondb.errors import CaptureError
-from motiondb.files import read_capture, write_bvh
+from motiondb.files import write_bvh
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.bvh import read_bvh
@@ -134,19 +134,6 @@ def test_channels_grow_where_they_cannot_say_the_motion() -> None:
     np.testing.assert_allclose(by_name(again), by_name(clip), atol=1e-7)
 
 
-def test_joints_come_out_depth_first_whatever_their_order() -> None:
-    skeleton = Skeleton(
-        names=("joint 0", "joint 1", "joint 2", "joint 3"),
-        parents=np.array([-1, 0, 0, 1]),
-        offsets=np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
-    )
-    turns = rotation.normalize(np.random.default_rng(1).normal(size=(2, 4, 4)))
-    clip = Clip(skeleton, 30.0, turns, np.zeros((2, 3)))
-    again = read_bvh(to_bvh(clip).encode(), "x.bvh", ReadOptions(unit=1.0))
-    assert again.skeleton.names == ("joint 0", "joint 1", "joint 3", "joint 2")
-    np.testing.assert_allclose(by_name(again), by_name(clip), atol=1e-7)
-
-
 def test_gimbal_lock_comes_back() -> None:
     skeleton = body.standard_skeleton()
     angles = np.zeros((3, 21, 3))
@@ -171,27 +158,13 @@ def test_angles_do_not_jump_by_a_turn() -> None:
 
 def test_refusals(tmp_path: Path) -> None:
     clip = random_clip(0, 2, 1, False)
-    with pytest.raises(CaptureError, match="expected a folder to write in, found No such file"):
-        write_bvh(clip, tmp_path / "none" / "a.bvh")
     bad = Clip(clip.skeleton, 30.0, clip.local_rotations * np.nan, clip.root_positions)
-    with pytest.raises(CaptureError) as caught:
-        write_bvh(bad, "a.bvh")
-    assert str(caught.value) == "a.bvh: expected finite numbers to write, found NaN or infinity."
     empty = Clip(clip.skeleton, 30.0, clip.local_rotations[:0], clip.root_positions[:0])
-    with pytest.raises(CaptureError) as caught:
-        write_bvh(empty, tmp_path / "a.bvh")
-    assert str(caught.value).endswith("expected at least 1 frame to write, found 0.")
+    for refused, name, said in (
+        (clip, "none/a.bvh", "expected a folder to write in, found No such file"),
+        (bad, "a.bvh", r"a\.bvh: expected finite numbers to write, found NaN or infinity\."),
+        (empty, "a.bvh", r"expected at least 1 frame to write, found 0\."),
+    ):
+        with pytest.raises(CaptureError, match=said):
+            write_bvh(refused, tmp_path / name)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_standard_skeleton_round_trip_through_a_file(tmp_path: Path) -> None:
-    rng = np.random.default_rng(5)
-    turns = rotation.exp(rng.normal(size=(10, 21, 3)) * 0.5)
-    clip = Clip(body.standard_skeleton(), 30.0, turns, rng.normal(size=(10, 3)), unit=0.01)
-    write_bvh(clip, tmp_path / "a.bvh")
-    again = read_capture(tmp_path / "a.bvh")
-    assert again.unit == 0.01
-    assert again.skeleton.names == body.JOINTS
-    np.testing.assert_allclose(
-        kinematics.clip_positions(again)[0], kinematics.clip_positions(clip)[0], atol=1e-6
-    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -71,16 +73,6 @@ def test_a_gap_costs_half_its_share_by_hand() -> None:
     assert (score, first, last) == (pytest.approx(0.5 - 0.5 * 0.25 + 0.25), 0, 2)
 
 
-def test_longer_segments_weigh_more() -> None:
-    query, weights = np.array([0, 1]), np.array([0.9, 0.1])
-    score, first, last = by_motion.align(query, weights, np.array([1, 3, 0]), APART, 1.0)
-    assert (score, first, last) == (pytest.approx(0.9), 2, 3)
-
-
-def test_nothing_alike_scores_nothing() -> None:
-    assert by_motion.align(np.array([0]), np.ones(1), np.array([1, 2]), APART, 1.0)[0] == 0.0
-
-
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 10**6))
 def test_score_and_place_equal_plain_python(seed: int) -> None:
@@ -107,3 +99,72 @@ def test_the_scale_is_the_median_distance() -> None:
     assert by_motion.distance_scale(distances) == 3.0
     assert by_motion.distance_scale(np.zeros((1, 1))) == 1.0
     assert by_motion.distance_scale(np.zeros((2, 2))) > 0.0
+
+
+def by_recursion(query: FloatArray, capture: FloatArray) -> float:
+    """Least mean cost over all paths with steps (1, 1), (1, 2), (2, 1)."""
+
+    def local(i: int, j: int) -> float:
+        return float(np.linalg.norm(query[i] - capture[j]) / np.sqrt(query.shape[1]))
+
+    @cache
+    def cost(i: int, j: int) -> float:
+        if i < 0 or j < 0:
+            return np.inf
+        if i == 0:
+            return local(0, j)
+        return min(
+            cost(i - 1, j - 1) + local(i, j),
+            cost(i - 1, j - 2) + local(i, j),
+            cost(i - 2, j - 1) + local(i - 1, j) + local(i, j) if i > 1 else np.inf,
+        )
+
+    return min(cost(len(query) - 1, j) for j in range(len(capture))) / len(query)
+
+
+def random_walk(seed: int, n_frames: int, n_dims: int = 3) -> FloatArray:
+    return np.cumsum(np.random.default_rng(seed).normal(size=(n_frames, n_dims)), axis=0)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 14))
+def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
+    query, capture = random_walk(seed, n), random_walk(seed + 1, m)
+    distance, start, end = by_motion.best_part(query.astype("f4"), capture.astype("f4"))
+    expected = by_recursion(query, capture)
+    if np.isinf(expected):
+        assert (distance, start, end) == (np.inf, 0, 0)
+    else:
+        assert distance == pytest.approx(expected, rel=1e-4)
+        assert 0 <= start < end <= m
+        assert by_recursion(query, capture[start:end]) == pytest.approx(expected, rel=1e-4)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 10**6), st.integers(0, 60), st.integers(5, 30))
+def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None:
+    capture = random_walk(seed, 100).astype("f4")
+    actual = by_motion.best_part(capture[start : start + length], capture)
+    assert actual == (0.0, start, min(start + length, 100))
+
+
+def test_a_part_at_double_speed_is_found() -> None:
+    capture = random_walk(3, 100).astype("f4")
+    distance, start, end = by_motion.best_part(capture[20:60:2], capture)
+    assert (distance, start, end) == (0.0, 20, 59)
+
+
+def test_distance_by_hand() -> None:
+    query, capture = np.array([[0.0], [1.0]], "f4"), np.array([[5.0], [1.0], [1.0]], "f4")
+    assert by_motion.best_part(query, capture) == (0.5, 1, 3)
+
+
+@pytest.mark.parametrize("n_frames", [0, 1, 3])
+def test_too_short_a_capture_is_infinitely_far(n_frames: int) -> None:
+    query = random_walk(0, 8).astype("f4")
+    assert by_motion.best_part(query, query[:n_frames]) == (np.inf, 0, 0)
+
+
+def test_no_query_is_infinitely_far() -> None:
+    capture = random_walk(0, 8).astype("f4")
+    assert by_motion.best_part(capture[:0], capture) == (np.inf, 0, 0)

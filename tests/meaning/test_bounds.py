@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_takes import take
 
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Reading, readings
@@ -18,12 +19,6 @@ QUESTIONS = (
     "walk", "turn walk", "walk, turn, sit", "walk while turn", "walk or sit", "walk but not sit",
     "walk, turn, not walk", "not sit", "walk twice", "sit for 1 second", "walk twice, sit",
 )  # fmt: skip
-
-
-def take(windows: list[list[float]], whole: list[float]) -> TakeScores:
-    """A capture of segments of 10 frames; windows: a row a segment, a column a word."""
-    starts = 10 * np.arange(len(windows))
-    return TakeScores(starts, starts + 10, np.array(windows), np.array(whole))
 
 
 def asked(text: str) -> tuple[Reading, ...]:

@@ -90,12 +90,6 @@ def test_a_stored_part_finds_itself_first(world: World, capture: int) -> None:
         assert best.score == 1.0
 
 
-def test_a_whole_capture_finds_itself_with_the_largest_score(world: World) -> None:
-    best = world.ask(world.query(world.features[2]))[0]
-    assert (best.capture, best.start, best.end) == (2, 0, len(world.features[2]))
-    assert best.score == pytest.approx(1.0)
-
-
 def test_scores_are_as_documented(world: World) -> None:
     query = world.query(world.features[4])
     for candidate in by_motion.find_candidates(query, world.takes, world.distances)[:10]:

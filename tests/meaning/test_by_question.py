@@ -9,45 +9,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_takes import WALK_TURN_SIT, all_of, take
 
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
 from motiondb.meaning import by_question, word_evidence
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import regression as certainty
 from motiondb.records import FloatArray
 from motiondb.search import reasons
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 
 
-def take(
-    windows: list[list[float]], whole: tuple[float, ...] = (0.0, 0.0, 0.0)
-) -> word_evidence.TakeScores:
-    """A capture of segments of 10 frames; windows: a row a segment, a column a word."""
-    starts = 10 * np.arange(len(windows))
-    return word_evidence.TakeScores(starts, starts + 10, np.array(windows), np.array(whole))
-
-
-WALK_TURN_SIT = take(
-    [[4.0, -4, -4], [4, -4, -4], [4, -4, -4], [-4, 4, -4], [-4, -4, 4], [-4, -4, 4]], (2.0, 1, 3)
-)
-
-
 def search(scores: word_evidence.TakeScores, text: str) -> by_question.QuestionHit:
     hit = by_question.search_take(scores, readings(parse(text).tree)[0], NUMBER)
     assert hit is not None
     return hit
-
-
-def random_take(rng: np.random.Generator, n_segments: int) -> word_evidence.TakeScores:
-    """A capture that says anything."""
-    return take(rng.normal(0, 3, (n_segments, 3)).tolist(), tuple(rng.normal(size=3)))
-
-
-def all_of(*log_odds: float) -> float:
-    """Log-odds of the product of probabilities, the long way."""
-    probability = np.prod([1 / (1 + np.exp(-odds)) for odds in log_odds])
-    return float(np.log(probability / (1 - probability)))
 
 
 def test_exclusion_lowers_by_hand() -> None:

@@ -6,16 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_takes import made_captions
 
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import CaptionMap, WordMoments, solve_caption_map, word_moments
-
-
-def made_up(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    rng = np.random.default_rng(seed)
-    presence = rng.random((n, 5)) < 0.4
-    presence[:, 0] |= ~presence.any(axis=1)
-    return unit(rng.normal(size=(n, 6))), presence
 
 
 def solved(moments: WordMoments, ridge: float = 0.1) -> CaptionMap:
@@ -25,7 +19,7 @@ def solved(moments: WordMoments, ridge: float = 0.1) -> CaptionMap:
 
 
 def test_it_is_the_ridge_regression_of_captions_of_length_1() -> None:
-    vectors, presence = made_up(40)
+    vectors, presence = made_captions(40)
     captions = solved(word_moments(vectors, presence), 0.3)
     t = presence / np.sqrt(presence.sum(axis=1, keepdims=True))
     v = vectors - vectors.mean(axis=0)
@@ -40,7 +34,7 @@ def test_it_is_the_ridge_regression_of_captions_of_length_1() -> None:
 @given(st.integers(1, 20), st.integers(0, 1000))
 @settings(max_examples=30, deadline=None)
 def test_adding_and_removing_captures_is_exact(n: int, seed: int) -> None:
-    first, second = made_up(25, seed), made_up(n, seed + 1)
+    first, second = made_captions(25, seed), made_captions(n, seed + 1)
     alone = word_moments(*first)
     back = alone + word_moments(*second) - word_moments(*second)
     assert alone.captions is not None
@@ -51,7 +45,7 @@ def test_adding_and_removing_captures_is_exact(n: int, seed: int) -> None:
 
 
 def test_the_likeness_is_the_cosine_with_the_question() -> None:
-    vectors, presence = made_up(40)
+    vectors, presence = made_captions(40)
     captions = solved(word_moments(vectors, presence))
     suggested = (vectors @ captions.weights + captions.offsets) * captions.rarity
     asked = np.zeros(5)
@@ -62,7 +56,7 @@ def test_the_likeness_is_the_cosine_with_the_question() -> None:
 
 
 def test_without_sums_for_captions_there_is_no_map() -> None:
-    moments = word_moments(*made_up(10))
+    moments = word_moments(*made_captions(10))
     old = WordMoments(moments.n, moments.vectors, moments.words, moments.gram, moments.cross)
     assert solve_caption_map(old) is None
     assert (old + moments).captions is None

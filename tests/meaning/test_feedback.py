@@ -11,10 +11,8 @@ from motiondb.meaning.resemblance import (
     FEEDBACK,
     FEWEST_OTHERS,
     PooledMap,
-    emphasis_of,
     fit_pooled_map,
     meaning_space,
-    resemblance,
     with_feedback,
 )
 from motiondb.meaning.score_vectors import unit
@@ -45,31 +43,10 @@ def test_feedback_is_the_mean_with_the_best_answers(n: int, seed: int) -> None:
     np.testing.assert_allclose(with_feedback(alike, rows), naive_feedback(alike, rows), atol=1e-12)
 
 
-def test_what_is_like_the_best_answers_comes_first() -> None:
-    # the first two are alike; of the last two, equally like the example, one is like them
-    rows = unit(np.array([[1.0, 1, 0], [1, 0.9, 0], [0, 1, 0], [0.0, 0, 1], *[[0, 0, -1]] * 6]))
-    alike = np.array([0.9, 0.89, 0.3, 0.3, *[0.0] * 6])
-    actual = with_feedback(alike, rows)
-    assert actual[2] > actual[3]
-
-
 def test_without_a_resemblance_nothing_changes() -> None:
     rows = np.eye(5)
     alike = -np.ones(5)
     assert with_feedback(alike, rows).tolist() == [-1.0] * 5
-
-
-def test_modifiers_count_half() -> None:
-    words = WordMap(np.eye(2), np.zeros(2), np.ones(2), np.ones(2), np.ones(3))
-    emphasis = emphasis_of(["walk", "left"])
-    first, second = unit(np.array([1.0, 1.0])), np.array([1.0, 0.0])
-    plain = 0.8 / np.sqrt(2) + 0.2 / np.sqrt(2)
-    assert resemblance(first, second[None], words)[0] == pytest.approx(plain)
-    weighed = 0.8 * 1.0 / np.sqrt(1.25) + 0.2 / np.sqrt(2)
-    assert resemblance(first, second[None], words, emphasis=emphasis)[0] == pytest.approx(weighed)
-    space = meaning_space(words, emphasis=emphasis, dtype=np.float64)
-    rows = space.rows(np.stack([first, second]))
-    assert rows[0] @ rows[1] == pytest.approx(weighed)
 
 
 def test_a_second_opinion_has_three_tenths() -> None:

@@ -80,51 +80,45 @@ def test_further_words_keep_an_even_share() -> None:
         assert shown[inside, words] == pytest.approx(0.5)
 
 
-def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
-    takes, _ = made_up(5, 5, 2)
-    shown = np.random.default_rng(5).uniform(size=(len(takes.vectors), N_WORDS))
+def without_rows(
+    takes: ListedTakes, shown: FloatArray, left: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The weighted ridge regression on some rows alone, and what it says of all; centres of all."""
     weights = take_weights(takes)
-    centre = weights @ takes.vectors / weights.sum()
-    mean = weights @ shown / weights.sum()
-    predicted = place_map._prepare(takes.vectors, weights, takes.rows()).predict(shown)
-    for inside in takes.rows():
-        others = np.ones(len(shown), dtype=bool)
-        others[inside] = False
-        root = np.sqrt(weights[others])[:, None]
-        x, y = (takes.vectors[others] - centre) * root, (shown[others] - mean) * root
-        slopes = np.linalg.solve(x.T @ x + place_map.RIDGE * np.eye(N_COLUMNS), x.T @ y)
-        expected = (takes.vectors[inside] - centre) @ slopes + mean
-        assert predicted[inside] == pytest.approx(expected, abs=1e-8)
-
-
-def test_the_map_is_the_weighted_ridge() -> None:
-    takes, _ = made_up(6, 4, 2)
-    shown = np.random.default_rng(6).uniform(size=(len(takes.vectors), N_WORDS))
-    weights = take_weights(takes)
-    fit = map_places(takes.vectors, shown, weights)
-    x = np.concatenate([takes.vectors, np.ones((len(shown), 1))], axis=1)
-    penalty = np.diag([place_map.RIDGE] * N_COLUMNS + [0.0])
-    slopes = np.linalg.solve((x.T * weights) @ x + penalty, (x.T * weights) @ shown)
-    mean = weights @ shown / weights.sum()
-    expected = place_map.SHARPNESS * (x @ slopes - mean) / place_map.spreads_of(mean)
-    assert fit.evidence(takes.vectors) == pytest.approx(expected, abs=1e-8)
-
-
-@pytest.mark.parametrize("n_taken", [5, 40])
-def test_a_map_without_rows_is_that_of_a_fit_without_them(n_taken: int) -> None:
-    takes, _ = made_up(7, 12, 3)
-    shown = np.random.default_rng(7).uniform(size=(len(takes.vectors), N_WORDS))
-    weights = take_weights(takes)
-    taken = np.arange(n_taken)
-    left = np.arange(n_taken, len(shown))
     centre, mean = weights @ takes.vectors / weights.sum(), weights @ shown / weights.sum()
     root = np.sqrt(weights[left])[:, None]
     x, y = (takes.vectors[left] - centre) * root, (shown[left] - mean) * root
     slopes = np.linalg.solve(x.T @ x + place_map.RIDGE * np.eye(N_COLUMNS), x.T @ y)
-    fit = place_map.fit_places(takes, shown).without(taken)
+    return slopes, (takes.vectors - centre) @ slopes + mean
+
+
+def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
+    takes, _ = made_up(5, 5, 2)
+    shown = np.random.default_rng(5).uniform(size=(len(takes.vectors), N_WORDS))
+    weights = take_weights(takes)
+    mean = weights @ shown / weights.sum()
+    evidence = place_map.fit_places(takes, shown).left_out(takes)
+    predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
+    for inside in takes.rows():
+        others = np.delete(np.arange(len(shown)), inside)
+        expected = without_rows(takes, shown, others)[1]
+        assert predicted[inside] == pytest.approx(expected[inside], abs=1e-8)
+
+
+@pytest.mark.parametrize("n_taken", [0, 5, 40])
+def test_a_map_without_rows_is_that_of_a_fit_without_them(n_taken: int) -> None:
+    takes, _ = made_up(7, 12, 3)
+    shown = np.random.default_rng(7).uniform(size=(len(takes.vectors), N_WORDS))
+    slopes, told = without_rows(takes, shown, np.arange(n_taken, len(shown)))
+    fit = place_map.fit_places(takes, shown).without(np.arange(n_taken))
     assert fit.weights == pytest.approx(slopes, abs=1e-8)
-    expected = place_map.SHARPNESS * (takes.vectors - centre) @ slopes / place_map.spreads_of(mean)
+    weights = take_weights(takes)
+    mean = weights @ shown / weights.sum()
+    expected = place_map.SHARPNESS * (told - mean) / place_map.spreads_of(mean)
     assert fit.evidence(takes.vectors) == pytest.approx(expected, abs=1e-8)
+    if not n_taken:
+        whole = map_places(takes.vectors, shown, weights)
+        assert whole.evidence(takes.vectors) == pytest.approx(expected, abs=1e-8)
 
 
 def test_labels_hold_and_draw_the_action_to_their_place() -> None:

@@ -32,20 +32,6 @@ def test_every_match_has_the_timeline_of_its_take(client: TestClient) -> None:
         assert match["end"] <= match["duration"]
 
 
-def test_what_a_question_does_not_use_is_named(client: TestClient) -> None:
-    facts = get(client, "/api/search", q="stroll about the moon")
-    assert "stroll" in facts["taken"] or "stroll" in facts["suggested"]
-    assert any("stroll" in sentence for sentence in facts["sentences"])
-    assert facts["question"]["not_used"]
-
-
-def test_an_example_finds_itself_first(client: TestClient) -> None:
-    facts = get(client, "/api/like", ref="capture:ana/long_1", start=2, end=4, limit=3)
-    best = facts["matches"][0]
-    assert (best["capture"], best["start"]) == ("ana/long_1", 2.0)
-    assert (best["place"], best["parts"]) == ("", [])  # nobody measured a place
-
-
 def test_a_wrong_ref_is_told(client: TestClient) -> None:
     assert "expected one of capture:NAME" in refused(client, "/api/like", 400, ref="walk")
     refused(client, "/api/like", 404, ref="made:m0")

@@ -63,11 +63,6 @@ def test_a_container_is_laid_out_as_its_docstring_says() -> None:
     assert bits.tolist() == (track.contacts @ [1, 2]).tolist()
 
 
-def test_a_clip_of_thirty_seconds_has_less_than_300_kilobytes() -> None:
-    track = motion.body_track("a", "capture:a", motion.figure_of(standing(900)))
-    assert len(motion.pack([track])) < 150_000
-
-
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # on a busy machine
 @given(st.lists(st.tuples(*[st.floats(-50.0, 50.0, width=32)] * 3), min_size=1, max_size=20))
 def test_quantised_points_are_accurate_to_a_millimetre(points: list[tuple[float, ...]]) -> None:

@@ -73,18 +73,6 @@ def test_an_action_that_cannot_be_played_turns_red_with_the_reason(asked_server,
     page.locator(".board-element.infeasible").wait_for(state="detached")
 
 
-def test_escape_puts_a_tool_away_also_after_a_button_was_disabled(asked_server, new_page):
-    page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
-    page.locator("[data-tool=dribble]").click()
-    drag(page, (3.2, 0.6), (5.0, 4.0))
-    page.locator(".board-element.infeasible").wait_for()
-    page.get_by_role("button", name="Undo").click()
-    page.locator(".board-element.infeasible").wait_for(state="detached")
-    assert page.get_by_role("button", name="Undo").is_disabled()
-    page.keyboard.press("Escape")
-    assert page.locator("[data-tool=dribble]").get_attribute("aria-pressed") == "false"
-
-
 def test_players_and_actions_are_moved_by_pointer_and_keys(asked_server, new_page):
     page = opened(new_page(f"{asked_server}#/board?board=give-and-go"))
     drag(page, (0.4, 8.2), (2.0, 9.0))

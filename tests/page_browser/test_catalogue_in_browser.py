@@ -35,16 +35,6 @@ def test_rows_show_what_is_known_and_figures_move(asked_server, new_page):
     wait_for(page, "seen => document.querySelector('.thumb').toDataURL() !== seen", seen)
 
 
-def test_only_rows_in_sight_exist_and_scrolling_brings_others(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    page.locator(".row-capture").first.wait_for()
-    assert page.locator(".row-capture").count() < 40
-    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
-    page.locator(".table").evaluate("table => { table.scrollTop = table.scrollHeight; }")
-    page.get_by_text("goran/walk_1", exact=True).wait_for()
-    assert page.locator(".row-capture").count() < 40
-
-
 def test_ten_thousand_captures_are_scrolled_through(asked_server, new_page):
     page = new_page("about:blank")
 
@@ -101,12 +91,6 @@ def test_facets_and_filter_narrow_down(asked_server, new_page):
     assert page.get_by_role("checkbox", name="dora").is_checked()
 
 
-def test_a_wrong_filter_is_explained_under_the_box(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue?where=perfomer%3Dana")
-    page.locator("#filter-fault", has_text="perfomer").wait_for()
-    assert page.get_by_label("Filter").get_attribute("aria-invalid") == "true"
-
-
 def test_rows_are_walked_and_opened_by_keyboard(asked_server, new_page):
     page = new_page(f"{asked_server}#/catalogue")
     page.locator(".row-capture").first.wait_for()
@@ -133,15 +117,6 @@ def test_words_are_edited_in_the_row_and_undone(serve_copy, new_page):
     _row(page, "ana/bow_1").get_by_text("someone bows politely; bow").wait_for()
 
 
-def test_escape_leaves_the_words_as_they_were(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    row = _row(page, "ana/bow_1")
-    row.locator(".words-button").click()
-    page.get_by_label("Words of ana/bow_1").fill("something else")
-    page.keyboard.press("Escape")
-    row.get_by_text("someone bows politely; bow").wait_for()
-
-
 def test_words_are_written_about_a_dragged_part(serve_copy, new_page):
     page = new_page(f"{serve_copy()}#/catalogue?capture=ana/walk_1")
     wait_for_figure(page)
@@ -159,29 +134,6 @@ def test_words_are_written_about_a_dragged_part(serve_copy, new_page):
     page.locator(".lane-captions .block", has_text="takes two steps").wait_for()
     caption.get_by_role("button", name="Remove “takes two steps”").click()
     caption.wait_for(state="detached")
-
-
-def test_a_part_is_typed_without_a_mouse(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue?capture=ana/walk_1")
-    wait_for_figure(page)
-    page.get_by_role("button", name="type its times").click()
-    page.get_by_label("End of the part, seconds").fill("2.5")
-    page.keyboard.press("Tab")
-    assert page.locator(".timeline-selection").first.evaluate("e => parseFloat(e.style.width)") > 45
-
-
-def test_copies_are_listed(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    page.get_by_role("button", name="Copies").click()
-    page.get_by_text("is a cut of").wait_for()
-    assert page.get_by_role("link", name="chidi/shoot_1").count() > 0
-
-
-def test_a_capture_is_downloaded_as_it_was_added(asked_server, new_page, samples_folder):
-    page = new_page(f"{asked_server}#/catalogue?capture=ana/bow_1")
-    with page.expect_download() as download:
-        page.get_by_role("button", name="Download as Original").click()
-    assert download.value.path().read_bytes() == (samples_folder / "ana" / "bow_1.bvh").read_bytes()
 
 
 def test_a_capture_is_removed_after_a_question(serve_copy, new_page):
@@ -213,20 +165,6 @@ def test_dropped_files_are_added_and_a_reload_keeps_the_job(
     page.locator(".row-capture", has_text="a person walks").wait_for()
     with motiondb.open(tmp_path / "empty.duckdb", read_only=True) as db:
         assert len(db.captures()) == 3
-
-
-def test_chosen_files_and_refused_ones(serve_copy, new_page, samples_folder, tmp_path):
-    address = serve_copy(database=tmp_path / "empty.duckdb")
-    page = new_page(f"{address}#/catalogue")
-    page.get_by_role("button", name="Add captures").first.click()
-    other = tmp_path / "notes.exe"
-    other.write_text("no capture")
-    page.locator("input[type=file]").first.set_input_files(
-        [samples_folder / "ana" / "bow_1.bvh", other]
-    )
-    page.get_by_text("1 capture ready to be added.").wait_for()
-    page.get_by_text("1 file left out").click()
-    page.get_by_text("not one of .").wait_for()
 
 
 def test_a_folder_of_the_computer_is_added(serve_copy, new_page, samples_folder, tmp_path):
@@ -263,13 +201,3 @@ def test_a_read_only_page_offers_no_changes(serve_copy, new_page):
     for name in ("Add captures", "Learn…", "Add words", "Remove this capture…"):
         assert page.get_by_role("button", name=name).count() == 0
     assert page.get_by_text("read only").count() > 0
-
-
-def test_a_chosen_folder_is_sent_with_the_paths_inside_it(
-    serve_copy, new_page, samples_folder, tmp_path
-):
-    address = serve_copy(database=tmp_path / "empty.duckdb")
-    page = new_page(f"{address}#/catalogue")
-    page.get_by_role("button", name="Add captures").first.click()
-    page.locator("input[webkitdirectory]").set_input_files(samples_folder / "emil")
-    page.get_by_text("10 captures ready to be added.").wait_for()

@@ -29,20 +29,6 @@ def test_a_sentence_becomes_motion_with_its_sources(asked_server, new_page):
     page.get_by_text("licence CC0-1.0").first.wait_for()
 
 
-def test_what_is_not_shown_is_named(asked_server, new_page):
-    page = new_page(f"{asked_server}#/generate?q=walk+slowly+for+ten+seconds&seed=1")
-    wait_for_figure(page, ".variant .clip-canvas")
-    assert page.locator(".not-shown, .remarks li").count() > 0
-
-
-def test_variants_have_their_own_seeds_and_play_together(asked_server, new_page):
-    page = new_page(f"{asked_server}#/generate?q=walk&seed=3&variants=2")
-    page.get_by_text("seed 3").wait_for()
-    page.get_by_text("seed 4").wait_for()
-    page.get_by_role("button", name="Play together").click()
-    wait_for(page, ALL_PLAY)
-
-
 def test_variants_play_together_however_late_their_motion_comes(asked_server, new_page):
     page = new_page(f"{asked_server}#/generate")
     held: list[Any] = []
@@ -55,14 +41,6 @@ def test_variants_play_together_however_late_their_motion_comes(asked_server, ne
         request.continue_()
     wait_for(page, ALL_PLAY)
     assert page.get_by_role("button", name="Pause: walk, seed 3").count() == 1
-
-
-def test_the_next_seed_makes_another_motion(asked_server, new_page):
-    page = new_page(f"{asked_server}{ASKED}")
-    page.get_by_text("seed 7", exact=True).wait_for()
-    page.get_by_role("button", name="Next seed").click()
-    page.get_by_text("seed 8", exact=True).wait_for()
-    assert "seed=8" in page.url
 
 
 def test_made_motion_is_downloaded_and_kept(serve_copy, new_page):
@@ -83,10 +61,3 @@ def test_a_question_that_cannot_be_made_is_refused_with_a_sentence(asked_server,
     fault = page.get_by_role("alert").filter(has_text="frobnicate")
     fault.wait_for()
     page.locator(".known-words button").first.wait_for()
-
-
-def test_known_words_are_offered_for_unknown_words_alone(asked_server, new_page):
-    page = new_page(f"{asked_server}#/generate?q=not+walk&seed=0")
-    page.get_by_role("alert").filter(has_text="expected an action to show").wait_for()
-    page.wait_for_load_state("networkidle")
-    assert page.locator(".known-words button").count() == 0

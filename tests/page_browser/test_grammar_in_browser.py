@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from page_tools import AXE, WAIT, pixels, serious, settled, wait_for, wait_for_figure
+from page_tools import AXE, WAIT, serious, wait_for, wait_for_figure
 
 import motiondb
 
@@ -68,14 +68,6 @@ def test_grammars_are_listed_with_their_facts(grammar_server, new_page):
     page.get_by_text("It derives sentences that were not in the captures.").wait_for()
 
 
-def test_a_terminal_plays_its_medoid(grammar_server, new_page):
-    page = new_page(f"{grammar_server}#/grammar?name=play")
-    page.locator(".terminal[data-terminal='g']").click()
-    wait_for_figure(page, ".terminal-clip .clip-canvas")
-    assert "fatou/long_play_2" in page.locator(".terminal-clip").inner_text()
-    assert "dribble" in page.locator(".terminal[data-terminal='g']").inner_text()
-
-
 def test_a_grammar_is_learned_and_removed(serve_copy, new_page):
     page = new_page(f"{serve_copy()}#/grammar")
     page.get_by_role("heading", name="No grammars yet").wait_for()
@@ -100,17 +92,6 @@ def test_a_grammar_is_learned_and_removed(serve_copy, new_page):
     page.get_by_role("button", name="Remove…").click()
     page.get_by_role("button", name="Remove", exact=True).click()
     page.get_by_role("heading", name="No grammars yet").wait_for()
-
-
-def test_what_cannot_be_learned_is_said(grammar_server, new_page):
-    page = new_page(f"{grammar_server}#/grammar")
-    page.get_by_role("button", name="Learn a grammar…").click()
-    page.get_by_label("ana/bow_1").check()
-    page.get_by_label("Shortest sentence").fill("9")
-    page.get_by_label("Longest sentence").fill("2")
-    page.get_by_role("button", name="Learn", exact=True).click()
-    page.locator(".view-grammar .fault-state").wait_for()
-    assert "longest" in page.locator(".view-grammar .fault-state").inner_text()
 
 
 def test_a_sequence_is_edited_in_the_corners(grammar_server, new_page):
@@ -148,21 +129,6 @@ def test_a_sequence_is_edited_in_the_corners(grammar_server, new_page):
     wait_for(page, "() => document.querySelectorAll('.strip-item').length === 10")
     page.go_back()
     wait_for(page, "() => document.querySelectorAll('.strip-item').length === 8")
-
-
-def test_the_parse_tree_lights_and_chooses_regions(grammar_server, new_page):
-    page = made(new_page(f"{grammar_server}#/grammar?name=play"))
-    page.get_by_role("button", name="Parse tree").click()
-    assert page.locator(".tree-bar").all_inner_texts() == ["S", "A"]
-    choose_terminal(page, 5)
-    assert page.locator(".tree-bar.chosen").inner_text() == "A"
-    page.get_by_role("treeitem", name="S: c f b g c d b e").click()
-    wait_for(page, "() => document.querySelector('.tree-bar.chosen').textContent === 'S'")
-    assert region_of(page) == "c f b g c d b e"
-    page.locator(".tree-bar.chosen").focus()
-    page.keyboard.press("ArrowDown")
-    page.keyboard.press("Enter")
-    wait_for(page, "() => document.querySelector('.tree-bar.chosen').textContent === 'A'")
 
 
 def test_everything_is_done_with_the_keyboard(grammar_server, new_page):
@@ -268,28 +234,6 @@ def test_an_alternative_that_cannot_be_played_says_why(serve_grammar, new_page, 
     assert reason.get_by_role("button", name="Choose").count() == 0
 
 
-def test_a_sequence_that_is_gone_is_said(grammar_server, new_page):
-    page = new_page(f"{grammar_server}#/grammar?name=play&sequence=q0")
-    page.locator(".editor .fault-state").wait_for()
-    assert "Make it again" in page.locator(".editor .fault-state").inner_text()
-    made(page)
-    page.locator(".editor .fault-state").wait_for(state="detached")
-    page.evaluate("() => { location.hash = '#/grammar?name=nothing'; }")
-    page.get_by_role("button", name="All grammars").click()
-    page.get_by_role("link", name="play", exact=True).wait_for()
-
-
-def test_a_read_only_page_makes_sequences_but_changes_nothing(serve_grammar, new_page):
-    page = new_page(f"{serve_grammar('--read-only')}#/grammar")
-    page.get_by_role("link", name="play", exact=True).wait_for()
-    assert page.get_by_role("button", name="Learn a grammar…").count() == 0
-    page.get_by_role("link", name="play", exact=True).click()
-    made(page)
-    assert not page.get_by_role("button", name="Keep…").is_visible()
-    assert page.get_by_role("button", name="Remove…").count() == 0
-    choose_terminal(page, 5)
-
-
 def test_a_tree_of_three_hundred_levels_is_shown(grammar_server, new_page):
     levels = 300
     page = new_page(f"{grammar_server}#/grammar?name=play")
@@ -326,38 +270,6 @@ def test_a_tree_of_three_hundred_levels_is_shown(grammar_server, new_page):
     box = page.locator(".strip-box").bounding_box()
     assert box["y"] <= lit["y"] <= box["y"] + box["height"]
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 1400
-
-
-def test_the_stage_shows_the_path_and_the_region(grammar_server, new_page):
-    page = made(new_page(f"{grammar_server}#/grammar?name=play"))
-    wait_for_figure(page, ".editor .player-canvas")
-    before = settled(page, ".editor .player-canvas")
-    choose_terminal(page, 1)
-    wait_for(
-        page,
-        "before => document.querySelector('.editor .player-canvas').toDataURL() !== before",
-        before,
-    )
-    assert pixels(page, ".editor .player-canvas") != before
-    assert page.locator(".plan-region polyline").count() == 1
-
-
-def test_an_emptied_player_keeps_no_picture(grammar_server, new_page):
-    page = made(new_page(f"{grammar_server}#/grammar?name=play"))
-    wait_for_figure(page, ".editor .player-canvas")
-    page.evaluate("() => { location.hash = '#/grammar?name=play' }")
-    page.locator(".editor").first.wait_for(state="hidden")
-    page.route("**/api/motion?*", lambda request: None)  # the next motion does not come
-    made(page, 3)
-    wait_for(
-        page,
-        """() => {
-            const canvas = document.querySelector('.editor .player-canvas');
-            const { width, height } = canvas;
-            const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
-            return data.every((value, i) => value === data[i % 4]);
-        }""",
-    )
 
 
 @pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm ci")

@@ -27,16 +27,6 @@ def test_axe_finds_nothing_serious(asked_server, new_page, view, scheme):
     assert serious(page) == []
 
 
-@pytest.mark.skipif(not AXE.is_file(), reason="axe-core is not installed: npm ci")
-def test_axe_finds_nothing_serious_in_dialogs(asked_server, new_page):
-    page = new_page(f"{asked_server}#/catalogue")
-    for name in ("Add captures", "Learn…"):
-        page.get_by_role("button", name=name).first.click()
-        page.get_by_role("dialog").wait_for()
-        assert serious(page) == []
-        page.keyboard.press("Escape")
-
-
 @pytest.mark.parametrize("view", VIEWS)
 def test_a_narrow_window_does_not_scroll_sideways(asked_server, new_page, view):
     hash_, there = VIEWS[view]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 from page_tools import drag_on, settled, wait_for, wait_for_figure
 
@@ -49,15 +47,6 @@ def test_space_plays_and_pauses(player):
     assert _time(player) == paused
 
 
-def test_speed_and_loop_show_in_the_bar(player):
-    _press(player, "ArrowUp")
-    assert player.locator(".player-speed").input_value() == "1.5"
-    loop = player.get_by_role("button", name="Loop (L)")
-    assert loop.get_attribute("aria-pressed") == "true"
-    _press(player, "l")
-    assert loop.get_attribute("aria-pressed") == "false"
-
-
 def test_without_a_loop_it_stops_at_the_end(player):
     _press(player, "l")
     _press(player, "End")
@@ -85,30 +74,6 @@ def test_grid_trails_and_contacts_can_be_seen(player, key):
     assert settled(player, ".player-canvas") != seen
     _press(player, key)
     assert settled(player, ".player-canvas") == seen
-
-
-def test_following_keeps_the_figure_in_the_middle(player):
-    follow = player.get_by_role("button", name=re.compile("Follow"))
-    if follow.get_attribute("aria-pressed") == "false":
-        _press(player, "f")
-    assert follow.get_attribute("aria-pressed") == "true"
-
-
-def test_the_slider_moves_through_time(player):
-    slider = player.locator(".player-slider")
-    slider.evaluate("s => { s.value = 5; s.dispatchEvent(new Event('input')); }")
-    player.wait_for_timeout(150)
-    assert _time(player) == pytest.approx(5.0, abs=0.01)
-
-
-def test_the_keys_are_listed(player):
-    _press(player, "?")
-    dialog = player.get_by_role("dialog", name="Keys of the player")
-    dialog.wait_for()
-    assert "joint trails" not in dialog.inner_text()
-    assert "trails of hands and feet" in dialog.inner_text()
-    player.keyboard.press("Escape")
-    dialog.wait_for(state="detached")
 
 
 def test_figures_are_drawn_flat_where_there_is_no_webgl(asked_server, new_page):

@@ -89,16 +89,6 @@ def test_an_unknown_word_is_named_and_can_be_replaced(asked_server, new_page):
     page.locator(".answer").first.wait_for()
 
 
-def test_a_word_that_nothing_is_known_for_offers_known_words(asked_server, new_page):
-    page = new_page(f"{asked_server}#/search?q=quaffle")
-    assert "quaffle" in page.locator(".fault-state").inner_text()
-    word = page.locator(".known-words button").first
-    chosen = word.inner_text()
-    word.click()
-    page.locator(".answer").first.wait_for()
-    assert page.locator("#question").input_value() == chosen
-
-
 def test_the_motions_of_answers_in_sight_travel_in_one_request(asked_server, new_page):
     page = new_page(f"{asked_server}#/search")
     asked: list[str] = []
@@ -107,22 +97,6 @@ def test_the_motions_of_answers_in_sight_travel_in_one_request(asked_server, new
     wait_for_figure(page, ".answer .clip-canvas")
     motions = [url for url in asked if "/api/motion" in url]
     assert motions == [f"{asked_server}api/motions"]
-
-
-def test_a_motion_that_is_refused_does_not_take_the_others_with_it(asked_server, new_page):
-    page = new_page(f"{asked_server}#/search")
-
-    refused = {"error": {"kind": "UnknownError", "message": "gone", "status": 404}}
-    page.route("**/api/motions", lambda route: route.fulfill(status=404, json=refused))
-    page.goto(f"{asked_server}#/search?q=walk")
-    wait_for_figure(page, ".answer .clip-canvas")
-
-
-def test_a_wrong_filter_is_explained(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/search?q=walk&where=performers%3Dana")
-    fault = page.get_by_role("alert").filter(has_text="performers")
-    fault.wait_for()
-    assert "performer" in fault.inner_text()
 
 
 def test_a_dropped_file_is_the_example(asked_server, new_page, samples_folder):
@@ -146,14 +120,6 @@ def test_a_part_of_the_example_is_dragged_on_its_timeline(asked_server, new_page
     assert abs(float(field.input_value()) - start) < 0.02
     wait_for(page, "() => document.querySelector('.answers').getAttribute('aria-busy') === 'false'")
     assert page.locator(".answer").count() > 0
-
-
-def test_more_like_this_asks_with_the_interval_of_the_answer(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/search?q=kick&limit=5")
-    page.get_by_role("link", name="More like this").first.click()
-    page.get_by_role("heading", name=re.compile("^Like ")).wait_for()
-    assert "start=" in page.url
-    page.locator(".answer").first.wait_for()
 
 
 def test_several_answers_are_downloaded(asked_server, new_page):
@@ -181,10 +147,3 @@ def test_going_back_brings_the_last_question(asked_server, new_page):
     wait_for(page, "() => location.hash.includes('kick')")
     page.go_back()
     wait_for(page, "() => document.querySelector('#question').value === 'walk'")
-
-
-def test_a_slash_goes_to_the_box(asked_server, new_page):
-    page = _open(new_page, asked_server, "#/catalogue")
-    page.locator(".row-capture").first.wait_for()
-    page.keyboard.press("/")
-    wait_for(page, "() => document.activeElement.id === 'question'")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from page_tools import pixels, wait_for, wait_for_figure
+from page_tools import wait_for, wait_for_figure
 
 
 def test_the_map_has_every_symbol_and_a_click_plays_one(asked_server, new_page):
@@ -20,32 +20,12 @@ def test_the_map_has_every_symbol_and_a_click_plays_one(asked_server, new_page):
     assert segments["segments"][0]["capture"] in rows.first.inner_text()
 
 
-def test_another_segment_is_played_and_searched_for(asked_server, new_page):
-    page = new_page(f"{asked_server}#/symbols?symbol=7")
-    wait_for_figure(page, ".symbol-clip .clip-canvas")
-    before = page.locator(".symbol-clip > p").inner_text()
-    page.locator(".segment-list li button").nth(3).click()
-    wait_for(page, "text => document.querySelector('.symbol-clip > p').innerText !== text", before)
-    wait_for_figure(page, ".symbol-clip .clip-canvas")
-    assert pixels(page, ".symbol-clip .clip-canvas") != ""
-    page.locator(".segment-list li a").first.click()
-    page.get_by_role("heading", name="Like ").wait_for()
-
-
 def test_a_symbol_is_chosen_by_keyboard(asked_server, new_page):
     page = new_page(f"{asked_server}#/symbols")
     page.locator(".dot[data-symbol='9']").focus()
     page.keyboard.press("Enter")
     page.get_by_role("heading", name="Symbol 9", exact=True).wait_for()
     assert page.locator(".dot.chosen").get_attribute("data-symbol") == "9"
-
-
-def test_other_axes_move_the_dots(asked_server, new_page):
-    page = new_page(f"{asked_server}#/symbols")
-    dot = page.locator(".dot[data-symbol='5']")
-    before = dot.get_attribute("transform")
-    page.get_by_label("Vertical axis").select_option("2")
-    assert dot.get_attribute("transform") != before
 
 
 def test_the_map_is_enlarged_and_shown_whole_again(asked_server, new_page):

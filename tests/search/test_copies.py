@@ -74,9 +74,6 @@ def test_a_frame_or_two_more_or_less_is_the_same_take(motions: list[Motion], sho
     assert relations_of([*poses[:5], poses[5][: n - shorter], poses[5]], 6) == [
         (5, "same", 0, n - shorter)
     ]
-    assert relations_of([*poses[:5], poses[5], poses[5][: n - shorter]], 6) == [
-        (5, "same", 0, n - shorter)
-    ]
 
 
 def test_a_mirrored_take(motions: list[Motion]) -> None:

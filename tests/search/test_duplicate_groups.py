@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -128,14 +127,3 @@ def test_a_cut_between_frames_is_found() -> None:
     assert (copy.kind, copy.take) == ("cut", 0)
     assert copy.start in (10, 11)
     assert copy.distance < 1e-4
-
-
-def test_a_cut_keeps_its_place() -> None:
-    take = retarget.to_motion(read_capture(SAMPLES / "ana/long_1.bvh"))
-    part = replace(
-        take, local_rotations=take.local_rotations[90:200],
-        root_positions=take.root_positions[90:200],
-    )  # fmt: skip
-    library = copies.build_library([copies.copy_poses(take), copies.copy_poses(part)])
-    (copy,) = copies.find_copies(library, [1])
-    assert (copy.kind, copy.start, copy.end) == ("cut", 90, 200)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,9 +11,13 @@ import pytest
 import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
-from motiondb.search import reasons
-from motiondb.search.asked_words import learned_words, with_replaced
-from motiondb.search.unknown_words import Taking, unknown_words, with_likeliest
+from motiondb.search.asked_words import (
+    Taking,
+    learned_words,
+    unknown_words,
+    with_likeliest,
+    with_replaced,
+)
 
 
 @pytest.fixture(scope="module")
@@ -33,23 +36,14 @@ def test_the_log_odds_of_a_taken_word_are_the_mean_of_its_words(db: motiondb.Mot
     stroll = view.numbers["stroll"]
     assert stroll == len(learned.association.words)
     assert list(view.added) == ["stroll"]
-    for capture, take in view.takes.items():
-        before = learned.takes[capture]
+    for capture, take in view.evidence.takes.items():
+        before = learned.evidence.takes[capture]
         for had, has in ((before.windows, take.windows), (before.whole[None], take.whole[None])):
             np.testing.assert_array_equal(has[:, :-1], had)
-        odds = learned.motion_log_odds[capture]
+        odds = learned.evidence.odds[capture]
         np.testing.assert_allclose(
-            view.odds(capture)[:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
+            view.evidence.odds[capture][:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
         )
-
-
-def test_reasons_add_up_for_a_taken_word(db: motiondb.MotionDB) -> None:
-    answer = db.search("stroll, kick", limit=3)
-    assert list(answer.taken) == ["stroll"]
-    assert answer.taken["stroll"].words[0][0] == "walk"
-    assert answer.unknown == {}
-    for match, why in zip(answer.matches, answer.reasons):
-        assert match.score == pytest.approx(1 / (1 + math.exp(-reasons.total(why))))
 
 
 def test_the_probability_of_the_taking_goes_into_the_answers(db: motiondb.MotionDB) -> None:
@@ -57,8 +51,8 @@ def test_the_probability_of_the_taking_goes_into_the_answers(db: motiondb.Motion
     learned = db.searchable
     view = with_replaced(learned_words(learned), {"zork": Taking("zork", (("kick", 0.6),))})
     np.testing.assert_allclose(
-        [take.whole[-1] for take in view.takes.values()],
-        [take.whole[learned.word_numbers["kick"]] for take in learned.takes.values()],
+        [take.whole[-1] for take in view.evidence.takes.values()],
+        [take.whole[learned.word_numbers["kick"]] for take in learned.evidence.takes.values()],
     )
     taken, known = db.search("stroll", limit=5), db.search("walk", limit=5)
     share = taken.taken["stroll"].probability
@@ -83,15 +77,6 @@ def test_what_is_not_taken_is_left_out_and_named(db: motiondb.MotionDB) -> None:
     assert answer.actions == (("kick",),)
     assert answer.unknown == {"mortgage": (), "wlak": ("walk",)}
     assert answer.taken == {}
-
-
-def test_a_question_without_a_known_word_says_what_may_be_meant(db: motiondb.MotionDB) -> None:
-    with pytest.raises(
-        QueryError, match=r"expected a known word, found 'wlak'\. Did you mean walk\?"
-    ):
-        unknown_words(db.searchable, "wlak", nearby_table())
-    with pytest.raises(QueryError, match=r"found 'mortgage'\. `motiondb words` lists"):
-        unknown_words(db.searchable, "the mortgage", nearby_table())
 
 
 def test_the_users_synonyms_win(learned_copy: Path, tmp_path: Path) -> None:

@@ -2,16 +2,13 @@
 
 What must hold: no copy is called sound when a question fails or is answered otherwise than by the
 undamaged database, and every error is one of motiondb's. Each run has a process of its own, since a
-damaged file may crash it. ``test_store_damage.py`` does a few at every run of the tests; as a
-program, ``python damage_runs.py DATABASE COUNT``, this does as many as asked.
+damaged file may crash it.
 """
 
 from __future__ import annotations
 
-import collections
 import json
 import multiprocessing
-import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -151,19 +148,3 @@ def _tell(work, path: Path, pipe: Connection) -> None:
         pipe.send(f"refused: {error}")
     except BaseException as error:
         pipe.send(f"raw {type(error).__name__} {error}: ")
-
-
-def main(path: str, count: str) -> None:
-    """Run ``count`` times, and tell what became of them."""
-    table: collections.Counter[tuple[str, str, str]] = collections.Counter()
-    for outcome in runs(Path(path), range(int(count) // len(KINDS))):
-        said = "no file" if outcome.faults is None else "faults" if outcome.faults else "sound"
-        table[outcome.kind, said, outcome.wrong] += 1
-        if outcome.is_missed or outcome.wrong.startswith("raw") or outcome.wrong == "crashed":
-            print(outcome)
-    for (kind, said, wrong), n in sorted(table.items()):
-        print(f"{kind:6} check: {said:8} questions: {wrong or 'as before':12} {n}")
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

@@ -13,7 +13,7 @@ import motiondb
 from motiondb import store
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import from_stored, to_stored
-from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.regression import Certainty
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import search_words
 
@@ -56,26 +56,18 @@ def test_parts_are_in_order_apart_and_each_has_its_probability(
     for match in answer.matches:
         known = [part for part in match.parts if part.place == "known"]
         assert all(one.end <= other.start + 1e-9 for one, other in pairwise(known))
-        for part in known:
-            assert part.probability is not None
-            assert part.interval_probability is not None
-            assert 0.0 <= part.interval_probability <= part.probability <= 1.0
+        assert all(0.0 <= p.interval_probability <= p.probability <= 1.0 for p in known)
         if match.place == "unknown" or match.probability is None:
             assert match.interval_probability is None
         else:
-            assert match.interval_probability is not None
             assert match.interval_probability <= match.probability
 
 
 def test_of_one_action_the_interval_is_the_capture_times_the_place(learned: Learned) -> None:
-    sure = with_place(learned, np.log(3.0))  # right with probability 3/4
-    for match in search_words(learned_words(sure), "walk", list(learned.rows), 10).matches:
-        assert match.probability is not None
-        assert match.interval_probability == pytest.approx(0.75 * match.probability)
-        assert match.parts[0].interval_probability == pytest.approx(match.interval_probability)
-    for match in search_words(learned_words(sure), "walk, kick", list(learned.rows), 10).matches:
-        assert match.probability is not None
-        assert match.interval_probability == pytest.approx(0.75**2 * match.probability)
+    sure = learned_words(with_place(learned, np.log(3.0)))  # right with probability 3/4
+    for question, share in (("walk", 0.75), ("walk, kick", 0.75**2)):
+        for match in search_words(sure, question, list(learned.rows), 10).matches:
+            assert match.interval_probability == pytest.approx(share * match.probability)
 
 
 def test_a_place_that_only_a_caption_speaks_for_is_unknown(learned: Learned) -> None:

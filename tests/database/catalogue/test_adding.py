@@ -181,23 +181,6 @@ def test_odd_sheets(tmp_path: Path, some: Path) -> None:
         assert [c.words for c in db.captions("ana/bow_1")] == ["a deep bow"]
 
 
-def test_words_after_the_end_are_left_out_with_a_note(tmp_path: Path, some: Path) -> None:
-    sheet = tmp_path / "s.csv"
-    sheet.write_text("file,words,start\nana/bow_1,flies away,99\n")
-    with motiondb.open(tmp_path / "m.duckdb") as db:
-        report = db.add(some, words=sheet)
-        assert report.notes == (
-            "ana/bow_1: words 'flies away' start at 99 s, after the capture's end at 2.7 s, and "
-            "were left out",
-        )
-        with pytest.raises(QueryError) as refused:
-            db.set_words("ana/bow_1", "flies", start=9.0)
-        assert str(refused.value) == (
-            "ana/bow_1: expected an interval within 0 to 2.70 s, found 9 to the end. "
-            "Times are seconds."
-        )
-
-
 def test_nothing_to_add(tmp_path: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         with pytest.raises(MotionDBError, match="expected a capture or a folder of captures"):
@@ -218,3 +201,44 @@ def test_joint_map_file(tmp_path: Path) -> None:
         f"{path}:1: expected `role = joint`, found 'pelvis Root'.\n"
         f"{path}:2: expected `role = joint`, found 'head ='."
     )
+
+
+def test_words_after_the_end_are_refused(tmp_path: Path, some: Path) -> None:
+    with motiondb.open(tmp_path / "m.duckdb") as db:
+        db.add(some / "ana")
+        with pytest.raises(QueryError) as refused:
+            db.set_words("bow_1", "flies", start=9.0)
+        assert str(refused.value) == (
+            "bow_1: expected an interval within 0 to 2.70 s, found 9 to the end. Times are seconds."
+        )
+
+
+def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:
+    sheet = tmp_path / "s.tsv"
+    sheet.write_text(
+        "file\twords\tstart\tfps\tskeleton\n"
+        "ana/bow_1\ta late bow\t99\t60\t\n"
+        "ana/walk_1\tstrolls\t\t60\tbody\n"
+        "ghost\tflies\t\t25\t\n"
+    )
+    with motiondb.open(learned_copy) as db:
+        before, fps = db.captions("ana/bow_1"), db.captures('name="ana/bow_1"')[0].fps
+        report = db.import_words(sheet)
+        assert report == ImportReport(
+            2,
+            (
+                f"{sheet}:4: expected a capture of the added folder, found 'ghost'. "
+                "Correct the file column.",
+            ),
+            (
+                f"{sheet}: has a column fps for 2 captures that were read already; it was left out "
+                "(remove and add them to read them by another fps)",
+                f"{sheet}: has a column skeleton for 1 captures that were read already; it was "
+                "left out (remove and add them to read them by another skeleton)",
+                "ana/bow_1: words 'a late bow' start at 99 s, after the capture's end at 2.7 s, "
+                "and were left out",
+            ),
+        )
+        assert db.captions("ana/bow_1") == before
+        assert db.captures('name="ana/bow_1"')[0].fps == fps
+        assert [c.words for c in db.captions("ana/walk_1")] == ["strolls"]

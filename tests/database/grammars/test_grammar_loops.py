@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,11 @@ from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.database.grammars import grammar_sequences
 from motiondb.database.grammars.grammar_learning import GrammarSettings
-from motiondb.database.grammars.grammar_words import terminal_shares, terminals_for
+from motiondb.database.grammars.grammar_words import (
+    terminal_meanings,
+    terminal_shares,
+    terminals_for,
+)
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import GrammarError, choices_of, derive_by, read_grammar
 from motiondb.grammar.cfg.parse import accepts, parse
@@ -99,36 +104,55 @@ def test_sequences_of_a_loop_end_and_are_drawn_as_loops(looping: MotionDB, tmp_p
     assert high < wide / 3  # one node with all rounds: a chain of them would be as high as wide
 
 
-def test_words_and_sentences_lead_to_motion_that_obeys_the_grammar(learned_copy: Path) -> None:
+@pytest.fixture
+def fights(learned_copy: Path) -> Iterator[MotionDB]:
+    """The sample data with a grammar of two fights, whose terminals are motion symbols."""
     with motiondb.open(learned_copy) as db:
         settings = GrammarSettings(None, from_symbols=True, sentences="captures")
-        takes = ["goran/long_fight_2", "boris/long_fight_1"]
-        learned, _ = db.grammars.learn(takes, "fight", settings)
-        material = grammar_sequences.load_material(db.store, "fight")
-        shares = terminal_shares(learned_words(db.learned), learned, material.numbers)
-        names = learned.terminals.names
+        db.grammars.learn(["goran/long_fight_2", "boris/long_fight_1"], "fight", settings)
+        yield db
 
-        def shown(word: str) -> set[str]:
-            return {names[k] for k in terminals_for(learned_words(db.learned), shares, word)}
 
-        kick, punch = shown("kick"), shown("punch")
-        assert kick
-        assert punch
-        for seed in range(2):
-            made = db.grammars.generate("fight", seed, like="... kick ... ? ... punch ...")
-            assert accepts(learned.grammar, made.string)
-            first = next(k for k, name in enumerate(made.string) if name in kick)
-            assert any(name in punch for name in made.string[first + 2 :])
-            again = db.grammars.generate("fight", seed, like="... kick ... ? ... punch ...")
-            assert again.string == made.string
-        said = db.grammars.generate("fight", 3, like="a person kicks, then punches")
-        assert accepts(learned.grammar, said.string)
-        first = next(k for k, name in enumerate(said.string) if name in kick)
-        assert any(name in punch for name in said.string[first + 1 :])
-        assert said.motion.n_frames > 0
-        best = db.grammars.complete("fight", "... kick ...", 3)
-        assert all(kick & set(one.string) for one in best.sentences)
-        with pytest.raises(QueryError, match=r"'kickk': .* Did you mean kick\?"):
-            db.grammars.complete("fight", "... kickk ...")
-        with pytest.raises(GrammarError, match="expected 'kick' anywhere after"):
-            db.grammars.complete("fight", " ".join(["kick"] * 60))
+def test_words_that_no_own_caption_has_checked_have_no_probability(fights: MotionDB) -> None:
+    learned = fights.grammars.load("fight")
+    numbers = grammar_sequences.load_material(fights.store, "fight").numbers
+    before = terminal_meanings(fights.learned, learned, numbers)
+    partly = replace(fights.learned)
+    vars(partly)["checked"] = np.array([w == "kick" for w in partly.association.words])
+    after = terminal_meanings(partly, learned, numbers)
+    assert any(word == "kick" for one in before for word, _ in one.words)
+    assert any(word != "kick" for one in before for word, _ in one.words)
+    for one, other in zip(before, after):
+        assert other.words == tuple((w, p if w == "kick" else None) for w, p in one.words)
+        assert other.text == one.text
+
+
+def test_words_and_sentences_lead_to_motion_that_obeys_the_grammar(fights: MotionDB) -> None:
+    learned = fights.grammars.load("fight")
+    material = grammar_sequences.load_material(fights.store, "fight")
+    words = learned_words(fights.learned)
+    shares = terminal_shares(words, learned, material.numbers)
+
+    def shown(word: str) -> set[str]:
+        return {learned.terminals.names[k] for k in terminals_for(words, shares, word)}
+
+    kick, punch = shown("kick"), shown("punch")
+    assert kick
+    assert punch
+    like = "... kick ... ? ... punch ..."
+    for seed in range(2):
+        made = fights.grammars.generate("fight", seed, like=like)
+        assert accepts(learned.grammar, made.string)
+        first = next(k for k, name in enumerate(made.string) if name in kick)
+        assert any(name in punch for name in made.string[first + 2 :])
+    assert fights.grammars.generate("fight", seed, like=like).string == made.string
+    said = fights.grammars.generate("fight", 3, like="a person kicks, then punches")
+    assert accepts(learned.grammar, said.string)
+    first = next(k for k, name in enumerate(said.string) if name in kick)
+    assert any(name in punch for name in said.string[first + 1 :])
+    best = fights.grammars.complete("fight", "... kick ...", 3)
+    assert all(kick & set(one.string) for one in best.sentences)
+    with pytest.raises(QueryError, match=r"'kickk': .* Did you mean kick\?"):
+        fights.grammars.complete("fight", "... kickk ...")
+    with pytest.raises(GrammarError, match="expected 'kick' anywhere after"):
+        fights.grammars.complete("fight", " ".join(["kick"] * 60))

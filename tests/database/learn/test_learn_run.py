@@ -118,16 +118,6 @@ def test_background_by_hand() -> None:
     np.testing.assert_allclose(actual, np.array([-1.25, -4.5]) - 1.8378770664)
 
 
-@pytest.mark.parametrize("n_symbols", [1, 3])
-def test_as_many_symbols_as_asked_for(tmp_path: Path, some: Path, n_symbols: int) -> None:
-    with motiondb.open(tmp_path / "m.duckdb") as db:
-        db.add(some)
-        learned = db.learn(LearnSettings(n_symbols=n_symbols))
-        assert learned.symbols.n_symbols == n_symbols
-        assert learned.segments.scores.shape[1] == n_symbols
-        assert db.learned.symbols.n_symbols == n_symbols
-
-
 def test_what_is_stored_is_what_was_learned_and_by_which_run(tmp_path: Path, some: Path) -> None:
     chosen = LearnSettings(seed=4, acquisition=AcquisitionSettings(n_states=3))
     with motiondb.open(tmp_path / "m.duckdb") as db:

@@ -10,7 +10,6 @@ import motiondb
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.cataloguing import AddSettings
 from motiondb.language import vocabulary
-from motiondb.meaning.description_map import score_probabilities
 from motiondb.meaning.score_vectors import unit
 from motiondb.search.described import word_probabilities
 
@@ -56,20 +55,6 @@ def test_it_is_fitted_to_the_described_intervals(learned_file: Path) -> None:
     p, t = p - p.mean(axis=0), t - t.mean(axis=0)
     weights = np.linalg.solve(p.T @ p + 0.3 * np.eye(p.shape[1]), p.T @ t)
     np.testing.assert_allclose(pooled.weights, weights, atol=1e-3)
-
-
-def test_words_are_told_by_the_map_of_descriptions(learned_file: Path) -> None:
-    with motiondb.open(learned_file, read_only=True) as db:
-        learned = db.learned
-        vectors = unit(np.random.default_rng(0).normal(size=(3, len(learned.score_space.mean))))
-        assert learned.description_calibration is not None
-        assert learned.description_map is not None
-        np.testing.assert_array_equal(
-            word_probabilities(learned, vectors),
-            score_probabilities(
-                learned.description_map.scores(vectors), learned.description_calibration
-            ),
-        )
 
 
 def test_adding_and_removing_leave_both_as_they_are(learned_copy: Path, tmp_path: Path) -> None:

@@ -15,17 +15,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import motiondb
 from motiondb import files as capture
 from motiondb import store
 from motiondb.body import kinematics, retarget
-from motiondb.database.scenes import scene_folder, scene_making
+from motiondb.database.scenes import scene_folder, scene_making, scene_records
 from motiondb.database.scenes.scene_facts import action_captions
 from motiondb.database.scenes.scene_records import from_json, record_state, record_text, to_json
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.grammar.cfg.context_free import Tree
+from motiondb.scene.clips.clips import ClipSource
+from motiondb.store import SceneClip
 
 DIAGRAM = """diagram "Two"
 grammar basketball
@@ -185,6 +189,8 @@ def test_a_scene_tells_whether_time_ended_its_sampling(
         scene = db.scenes.update(db.scenes.find(made.folder), made.diagram)
     assert (len(scene.made.trace.best) == 2) == cut_short  # the start and one round
     assert scene.record.report["cut_short"] is cut_short
+    if cut_short:
+        assert scene.record.report["cut_at"]["rounds"] == 1
 
 
 @pytest.mark.parametrize(
@@ -399,3 +405,53 @@ def test_nothing_half_is_left(made: Made, tmp_path: Path, monkeypatch: pytest.Mo
             db.scenes.write(made.scene, tmp_path / "new", drawn=False)
     assert {p.name: p.read_bytes() for p in (tmp_path / "two").iterdir()} == before
     assert [path.name for path in tmp_path.iterdir()] == ["two"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"chains": 0}, "chains: expected 1 to 64"),
+        ({"minutes": 0.0}, "minutes: expected a number above 0"),
+        ({"minutes": float("nan")}, "minutes: expected a number above 0"),
+        ({"rounds": 0}, "rounds: expected at least 1"),
+        ({"tries": 0}, "tries: expected at least 1"),
+    ],
+)
+def test_settings_that_make_no_sense(settings: dict, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        SceneSettings(**settings)
+
+
+PLACES = st.tuples(
+    st.sampled_from(["a", "b", "c"]), st.integers(0, 3000), st.integers(0, 3000), st.booleans(),
+    st.sampled_from([-0.1, 0.0, 0.1]), st.sampled_from([0.9, 1.0]),
+)  # fmt: skip
+
+
+def library_of(places: list[tuple]) -> SimpleNamespace:
+    source = tuple(ClipSource(*place) for place in places)
+    return SimpleNamespace(terminals=("run",), of=lambda _: range(len(source)), source=source)
+
+
+def kept_at(place: tuple) -> SceneClip:
+    capture, *rest = place
+    return SceneClip("run", capture, "", *rest)
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(places=st.lists(PLACES, min_size=1, max_size=12), wanted=PLACES)
+def test_the_most_similar_entry_is_that_of_a_search_through_all(places, wanted):
+    clips = library_of(places)
+    clip = kept_at(wanted)
+    costs = [scene_records._unlike(source, clip) for source in clips.source]
+    assert scene_records._entry(clips, clip) == int(np.argmin(costs))
+
+
+def test_an_entry_that_is_there_is_found_itself():
+    places = [("a", 0, 30, False, 0.0, 1.0), ("b", 0, 30, False, 0.0, 1.0)]
+    assert scene_records._entry(library_of(places), kept_at(places[1])) == 1
+
+
+def test_an_action_that_lost_its_clips_is_named():
+    with pytest.raises(SceneError, match="run: expected clips of this action, found none"):
+        scene_records._entry(library_of([]), kept_at(("a", 0, 30, False, 0.0, 1.0)))

@@ -100,12 +100,6 @@ def test_rest_pose_by_hand() -> None:
     np.testing.assert_allclose(end, [0, -7 * CMU, 0])
 
 
-def test_root_turns_the_body() -> None:
-    # A quarter turn about y carries the hip from +x to -z.
-    positions, _ = kinematics.clip_positions(read())
-    np.testing.assert_allclose(positions[1, 2], np.array([1, 17, 0]) * CMU, atol=1e-12)
-
-
 def _turn(axis: str, degrees: float) -> np.ndarray:
     c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
@@ -171,11 +165,6 @@ def test_other_length_is_found_from_the_size() -> None:
     assert body.unit == 0.01
 
 
-def test_windows_line_ends() -> None:
-    clip = read(AMC.replace("\n", "\r\n"), ASF.replace("\n", "\r\n"))
-    np.testing.assert_array_equal(clip.local_rotations, read().local_rotations)
-
-
 def test_incomplete_last_frame_is_left_out_with_a_note() -> None:
     clip = read(AMC.replace("shin 40 50\n", ""))
     assert clip.n_frames == 1
@@ -199,30 +188,28 @@ def test_frame_numbers_that_jump_are_noted() -> None:
     [
         (["16.asf", "17.asf"], "16.asf"),
         (["16.ASF"], "16.ASF"),
-        (["body.asf"], "body.asf"),
+        (["my_body.asf"], "my_body.asf"),
+        (["takes.asf"], "takes.asf"),  # the name of the folder
         (["16_01.asf", "16.asf"], "16_01.asf"),
     ],
 )
 def test_skeleton_beside_the_motion(tmp_path: Path, names: list[str], expected: str) -> None:
+    folder = tmp_path / "takes"
+    folder.mkdir()
     for name in names:
-        (tmp_path / name).write_text(ASF)
-    (tmp_path / "16_01.amc").write_text(AMC)
-    skeleton = skeleton_path(tmp_path / "16_01.amc")
+        (folder / name).write_text(ASF)
+    (folder / "16_01.amc").write_text(AMC)
+    skeleton = skeleton_path(folder / "16_01.amc")
     assert skeleton is not None
     assert skeleton.name == expected
-    assert read_capture(tmp_path / "16_01.amc").n_frames == 2
-    assert read_capture(tmp_path / "16_01.amc", skeleton=tmp_path / names[-1]).n_frames == 2
+    assert read_capture(folder / "16_01.amc").n_frames == 2
+    assert read_capture(folder / "16_01.amc", skeleton=folder / names[-1]).n_frames == 2
 
 
 def test_no_skeleton_and_too_many(tmp_path: Path) -> None:
     (tmp_path / "16_01.amc").write_text(AMC)
-    with pytest.raises(CaptureError) as caught:
+    with pytest.raises(CaptureError, match=r"expected its skeleton 16\.asf .* found no ASF file"):
         read_capture(tmp_path / "16_01.amc")
-    assert str(caught.value) == (
-        f"{tmp_path}/16_01.amc: expected its skeleton 16.asf in the same folder, "
-        "found no ASF file. "
-        "Put the ASF beside the AMC, or name it in the sheet's column 'skeleton'."
-    )
     (tmp_path / "a.asf").write_text(ASF)
     (tmp_path / "b.asf").write_text(ASF)
     with pytest.raises(CaptureError, match=r"found a\.asf, b\.asf\. Put the ASF"):

@@ -43,7 +43,6 @@ RATE = "Give the right frame rate with --fps."
 
 BROKEN_BVH = {
     "empty file": ("", "w.bvh: expected a capture, found an empty file. Export it again."),
-    "white space": (" \n\n ", "w.bvh: expected a capture, found an empty file. Export it again."),
     "binary data": (
         "\0\1\2",
         "w.bvh: expected text, found binary data. Check the file's ending, or export it as text.",
@@ -59,10 +58,6 @@ BROKEN_BVH = {
         "w.bvh:7: expected '}' for 'Leg' of line 6, found the end.\n"
         "w.bvh:7: expected '}' for 'Hips' of line 2, found the end.\n"
         "w.bvh:6: expected an OFFSET for 'Leg', found none; write one.\n"
-        "w.bvh: expected a line MOTION, found none. The file may be cut short.",
-    ),
-    "cut before the motion": (
-        BVH.split("MOTION")[0],
         "w.bvh: expected a line MOTION, found none. The file may be cut short.",
     ),
     "cut in a frame": (
@@ -90,10 +85,6 @@ BROKEN_BVH = {
         BVH.replace("91", "nan"),
         f"w.bvh:20: expected numbers, found 'nan' as value 2. {MEND}",
     ),
-    "infinity": (
-        BVH.replace("91", "1e999"),
-        f"w.bvh:20: expected numbers, found '1e999' as value 2. {MEND}",
-    ),
     "decimal commas": (
         BVH.replace("0 91 0 10", "0 91,5 0 10").replace("0 92", "0 92,25"),
         f"w.bvh:20: expected numbers, found '91,5' as value 2. {MEND}\n"
@@ -102,18 +93,6 @@ BROKEN_BVH = {
     "a frame time of 0": (
         BVH.replace("0.0333333", "0"),
         f"w.bvh:18: expected a frame time from 0.0005 to 1 s, found 0. {RATE}",
-    ),
-    "a rate in place of a time": (
-        BVH.replace("0.0333333", "30"),
-        f"w.bvh:18: expected a frame time from 0.0005 to 1 s, found 30. {RATE}",
-    ),
-    "a negative frame time": (
-        BVH.replace("0.0333333", "-0.03"),
-        f"w.bvh:18: expected a frame time from 0.0005 to 1 s, found -0.03. {RATE}",
-    ),
-    "an absurd frame time": (
-        BVH.replace("0.0333333", "1e-9"),
-        f"w.bvh:18: expected a frame time from 0.0005 to 1 s, found 1e-09. {RATE}",
     ),
     "a frame time that is none": (
         BVH.replace("0.0333333", "fast"),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from odd_c3d import MARKERS
 
 from motiondb.body import body, kinematics
 from motiondb.errors import CaptureError
@@ -15,36 +16,11 @@ from motiondb.files.readers.c3d import read_c3d
 
 ezc3d = pytest.importorskip("ezc3d")
 
-SIDES = {
-    "ASI": (0.12, 1.0, 0.1),
-    "PSI": (0.05, 1.0, -0.1),
-    "KNE": (0.15, 0.5, 0.0),
-    "ANK": (0.14, 0.08, 0.0),
-    "TOE": (0.1, 0.03, 0.14),
-    "SHO": (0.18, 1.5, 0.0),
-    "ELB": (0.45, 1.45, 0.0),
-    "WRA": (0.7, 1.45, 0.03),
-    "WRB": (0.7, 1.45, -0.03),
-    "FHD": (0.07, 1.7, 0.1),
-    "BHD": (0.07, 1.7, -0.1),
-}
-MIDDLE = {
-    "C7": (0, 1.5, -0.07),
-    "CLAV": (0, 1.45, 0.09),
-    "STRN": (0, 1.25, 0.12),
-    "T10": (0, 1.25, -0.1),
-}
-MARKERS = (
-    {f"L{name}": place for name, place in SIDES.items()}
-    | {f"R{name}": (-x, y, z) for name, (x, y, z) in SIDES.items()}
-    | MIDDLE
-)
-
 
 def tracks(n_frames: int = 30) -> dict[str, np.ndarray]:
     """The markers of a person who slides ahead by 1 cm a frame, metres, y up."""
     ahead = np.arange(n_frames)[:, None] * [0.0, 0.0, 0.01]
-    return {name: np.array(place) + ahead for name, place in MARKERS.items()}
+    return {name: np.array(place) / 100.0 + ahead for name, place in MARKERS.items()}
 
 
 def write(
@@ -99,21 +75,8 @@ def test_cmu_names_of_the_pelvis(tmp_path: Path) -> None:
 
 
 def test_without_markers_that_can_be_spared(tmp_path: Path) -> None:
-    spared = (
-        "LTOE",
-        "RTOE",
-        "LWRA",
-        "LWRB",
-        "RWRA",
-        "RWRB",
-        "STRN",
-        "CLAV",
-        "LFHD",
-        "RFHD",
-        "LBHD",
-        "RBHD",
-    )
-    markers = {name: track for name, track in tracks().items() if name not in spared}
+    spared = ("TOE", "WRA", "WRB", "TRN", "LAV", "FHD", "BHD")  # of STRN, CLAV, or of each side
+    markers = {name: track for name, track in tracks().items() if name[1:] not in spared}
     positions, _ = kinematics.clip_positions(read_c3d(write(tmp_path, markers), "a.c3d"))
     places = dict(zip(body.JOINTS, positions[0]))
     for side, sign in (("l", 1), ("r", -1)):

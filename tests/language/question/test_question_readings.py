@@ -6,8 +6,7 @@ import pytest
 
 from motiondb.errors import QueryError
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import Exclusion, Part, Reading, hold_to_known, readings
-from motiondb.language.question.say import plain_actions, say
+from motiondb.language.question.readings import hold_to_known, plain_actions, readings, say
 
 COUNTS = {"walk": 9, "run": 5, "jump": 4, "sit": 3, "wave": 3, "slow": 2, "slowly": 1, "left": 4}
 
@@ -113,12 +112,6 @@ def test_readings_are_bounded(text: str, message: str) -> None:
     with pytest.raises(QueryError) as error:
         readings(parse(text).tree)
     assert str(error.value) == message
-
-
-def test_a_reading_is_what_the_search_is_given() -> None:
-    (reading,), _ = readings(parse("walk twice, not run").tree)
-    part = Part((("walk",),))
-    assert reading == Reading((part, part), (Exclusion((("run",),), 0, 2),))
 
 
 @pytest.mark.parametrize(

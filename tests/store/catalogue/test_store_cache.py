@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import os
-import shutil
+import re
 import subprocess
 import sys
 import threading
@@ -49,12 +49,14 @@ def test_a_change_of_motions_makes_it_anew_and_old_files_go(
     filled: store.Store, samples: ModuleType
 ) -> None:
     store.load_motion_pool(filled)
+    (_folder(filled) / "motions-2024.json").write_text("a user's own")
     n_files = len(list(_folder(filled).iterdir()))
     samples.add(filled, "dddd", n_frames=2)
     assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18, 20]
     store.remove_capture(filled, 2)
     assert store.load_motion_pool(filled).capture_ids.tolist() == [1, 3, 4]
-    assert len(list(_folder(filled).iterdir())) == n_files == 5
+    assert len(list(_folder(filled).iterdir())) == n_files == 6
+    assert (_folder(filled) / "motions-2024.json").read_text() == "a user's own"
 
 
 def test_arrays_are_built_once_until_the_motions_change(
@@ -91,15 +93,6 @@ def test_within_a_transaction_nothing_is_kept(filled: store.Store, samples: Modu
     assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18]
 
 
-def test_the_folder_can_be_deleted_or_damaged(filled: store.Store) -> None:
-    expected = store.load_motion_pool(filled).poses.copy()
-    shutil.rmtree(_folder(filled))
-    np.testing.assert_array_equal(store.load_motion_pool(filled).poses, expected)
-    for file in _folder(filled).glob("*.npy"):
-        file.write_bytes(file.read_bytes()[:100])
-    np.testing.assert_array_equal(store.load_motion_pool(filled).poses, expected)
-
-
 def _arrays() -> dict[str, np.ndarray]:
     return {"x": np.arange(3000), "y": np.linspace(0.0, 1.0, 7).reshape(7, 1)}
 
@@ -126,28 +119,26 @@ def _list_file(filled: store.Store) -> Path:
 
 
 @pytest.mark.parametrize(
-    "content",
-    ["", "[]", '{"version": 1}', '{"version": 1, "arrays": {}, "checksum": 0}'],
-)
-def test_a_damaged_list_is_made_anew(filled: store.Store, content: str) -> None:
-    store.cached_arrays(filled, "features", _arrays)
-    _list_file(filled).write_text(content)
-    _expect_healed(filled)
-
-
-@pytest.mark.parametrize(
     ("before", "after"),
-    [('"x"', '"z"'), ("[3000]", "[1500]"), ("<i8", "<f8"), ('"version": 1', '"version": 2')],
+    [
+        (r"(?s).*", ""),
+        (r"(?s).*", '{"version": 1, "arrays": {}, "checksum": 0}'),
+        ('"x"', '"z"'),
+        (r"\[3000\]", "[1500]"),
+        ("<i8", "<f8"),
+        ('"version": 1', '"version": 2'),
+    ],
 )
 def test_a_changed_list_is_made_anew(filled: store.Store, before: str, after: str) -> None:
     store.cached_arrays(filled, "features", _arrays)
     listed = _list_file(filled)
-    assert before in listed.read_text()
-    listed.write_text(listed.read_text().replace(before, after))
+    changed = re.sub(before, after, listed.read_text(), count=1)
+    assert changed != listed.read_text()
+    listed.write_text(changed)
     _expect_healed(filled)
 
 
-@pytest.mark.parametrize(("place", "bit"), [(0, 1), (70, 128), (128, 1), (10_000, 128), (-1, 1)])
+@pytest.mark.parametrize(("place", "bit"), [(0, 1), (10_000, 128), (-1, 1)])
 def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> None:
     store.cached_arrays(filled, "features", _arrays)
     (file,) = _folder(filled).glob("features-*-x.npy")
@@ -157,12 +148,12 @@ def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> 
     _expect_healed(filled)
 
 
-def test_a_young_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
+def test_a_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
     store.cached_arrays(filled, "features", _arrays)
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     stem, processes = _list_file(filled).stem, (ended.pid, 1, os.getpid())
-    left, *growing = (_folder(filled) / f"{stem}-x.npy.new-{n}-7" for n in processes)
+    left, *growing = (_folder(filled) / f".{stem}-x.npy.{n}.7.part" for n in processes)
     for draft in (left, *growing):
         draft.write_text("half")
     _list_file(filled).unlink()
@@ -201,7 +192,7 @@ def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) ->
     assert len(actual) == 8
     for each in actual:
         np.testing.assert_array_equal(each["x"], _arrays()["x"])
-    assert [f.name for f in _folder(filled).iterdir() if ".new-" in f.name] == []
+    assert [f.name for f in _folder(filled).iterdir() if f.suffix == ".part"] == []
 
 
 def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Store) -> None:

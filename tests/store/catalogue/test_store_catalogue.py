@@ -124,21 +124,6 @@ def test_names_are_found_by_their_end_or_suggested(
         store.load_capture(database, "zzz")
 
 
-def test_captures_are_filtered(database: store.Store, samples: ModuleType) -> None:
-    samples.add(database, "14/a", tags={"performer": "14", "style": "proud"})
-    samples.add(database, "06/bb", tags={"performer": "06"}, fps=60.0)
-
-    def names(where: str) -> list[str]:
-        return [info.name for info in store.load_captures(database, where)]
-
-    assert names("performer=6") == ["06/bb"]
-    assert names("style=proud and fps>100") == ["14/a"]
-    assert names("style!=proud") == ["06/bb"]
-    assert names("") == ["14/a", "06/bb"]
-    with pytest.raises(QueryError, match=r"Did you mean style\?"):
-        names("stile=proud")
-
-
 def test_tags_words_and_synonyms_are_replaced(database: store.Store, samples: ModuleType) -> None:
     samples.add(database, "a")
     store.save_tags(database, 1, {"performer": "9"})

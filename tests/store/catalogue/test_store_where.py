@@ -39,24 +39,6 @@ def test_filters_are_read(text: str, expected: tuple) -> None:
     assert parse_where(text) == tuple(Condition(*parts) for parts in expected)
 
 
-@pytest.mark.parametrize(
-    ("text", "rest"),
-    [
-        ("performer", "performer"),
-        ("=14", "=14"),
-        ("a=1 and", "nothing"),
-        ("a=b=c", "a=b=c"),
-    ],
-)
-def test_what_is_no_filter_is_shown_one(text: str, rest: str) -> None:
-    with pytest.raises(QueryError) as error:
-        parse_where(text)
-    assert str(error.value) == (
-        f"filter {text!r}: expected NAME OPERATOR VALUE with one of = != < <= > >= ~, "
-        f"found {rest!r}. Write for example: performer=14 and duration>2.5."
-    )
-
-
 def test_unknown_name_gets_a_suggestion() -> None:
     with pytest.raises(QueryError) as error:
         check_names(parse_where("preformer=14"), ["performer", "style"])
@@ -162,32 +144,34 @@ def test_values_may_hold_parentheses_and_commas() -> None:
     assert (first.value, second.value) == ("a,b)", "c d")
 
 
+NO_CONDITION = (
+    "expected NAME OPERATOR VALUE with one of = != < <= > >= ~, found {!r}. "
+    "Write for example: performer=14 and duration>2.5."
+)
+TOO_DEEP = "expected at most 50 parentheses and negations within one another"
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("(a=1", "filter '(a=1': expected ')' for every '(', found 'the end'. "
-         "Close the parentheses."),
-        ("a=1)", "filter 'a=1)': expected '(' before ')', found none. Leave out ')', or put the "
-         "value into quotes."),
-        ("a in ()", "filter 'a in ()': expected NAME OPERATOR VALUE with one of "
-         "= != < <= > >= ~, found 'a in ()'. Write for example: performer=14 and duration>2.5."),
-        ("not", "filter 'not': expected NAME OPERATOR VALUE with one of "
-         "= != < <= > >= ~, found 'not'. Write for example: performer=14 and duration>2.5."),
-        ("a=1 or or b=2", "filter 'a=1 or or b=2': expected NAME OPERATOR VALUE with one of "
-         "= != < <= > >= ~, found 'or b=2'. Write for example: performer=14 and duration>2.5."),
-        ("not " * 60 + "a=1", None),
-        ("(" * 60 + "a=1" + ")" * 60, None),
+        ("performer", NO_CONDITION.format("performer")),
+        ("=14", NO_CONDITION.format("=14")),
+        ("a=1 and", NO_CONDITION.format("nothing")),
+        ("a=b=c", NO_CONDITION.format("a=b=c")),
+        ("a in ()", NO_CONDITION.format("a in ()")),
+        ("not", NO_CONDITION.format("not")),
+        ("a=1 or or b=2", NO_CONDITION.format("or b=2")),
+        ("(a=1", "expected ')' for every '(', found 'the end'. Close the parentheses."),
+        ("a=1)", "expected '(' before ')', found none. Leave out ')', or put the value into"),
+        ("not " * 60 + "a=1", TOO_DEEP),
+        ("(" * 60 + "a=1" + ")" * 60, TOO_DEEP),
     ],
-)  # fmt: skip
-def test_what_cannot_be_read_is_refused(text: str, message: str | None) -> None:
+)
+def test_what_cannot_be_read_is_refused(text: str, message: str) -> None:
     with pytest.raises(QueryError) as error:
         parse_where(text)
-    if message is None:
-        assert "expected at most 50 parentheses and negations within one another" in str(
-            error.value
-        )
-    else:
-        assert str(error.value) == message
+    assert str(error.value).startswith("filter ")
+    assert message in str(error.value)
 
 
 def test_a_filter_has_a_longest_length() -> None:

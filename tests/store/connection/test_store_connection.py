@@ -14,6 +14,7 @@ import duckdb
 import pytest
 
 from motiondb import store
+from motiondb.database.catalogue.rescuing import rescue
 from motiondb.errors import StoreError
 
 _HOLD = """
@@ -132,8 +133,8 @@ def test_the_next_command_sweeps_what_a_killed_one_left(tmp_path: Path, read_onl
     store.open_store(path).close()
     with subprocess.Popen([sys.executable, "-c", ""]) as ended:
         ended.wait()
-    drafts = [tmp_path / f".m.duckdb.new-{ended.pid}{end}" for end in ("", ".wal")]
-    running = tmp_path / f".m.duckdb.new-{os.getppid()}"
+    drafts = [tmp_path / f".m.duckdb.{ended.pid}.1.part{end}" for end in ("", ".wal")]
+    running = tmp_path / f".m.duckdb.{os.getppid()}.1.part"
     copies = [tmp_path / f".m.duckdb.compact{end}" for end in ("", ".wal")]
     for left in (*drafts, running, *copies):
         left.write_text("half a file")
@@ -169,13 +170,6 @@ def test_a_store_opened_for_reading_is_not_changed(database: store.Store) -> Non
     )
 
 
-def test_what_duckdb_refuses_becomes_a_sentence(database: store.Store) -> None:
-    with pytest.raises(StoreError) as error, store.transaction(database) as connection:
-        connection.execute("INSERT INTO capture_tag VALUES (1, 'a', NULL)")
-    assert str(error.value).startswith(f"{database.path}: expected to save the change, found: ")
-    assert str(error.value).endswith(". Nothing was changed.")
-
-
 class _InterruptedAfter:
     """A connection whose statement ``words`` is done, and met by Ctrl-C right after."""
 
@@ -195,9 +189,74 @@ def test_an_interrupt_knows_whether_the_change_was_saved(
 ) -> None:
     with store.open_store(tmp_path / "m.duckdb") as opened:
         before, connection = store.Store.changes_saved, opened.connection
-        opened.connection = _InterruptedAfter(connection, words)
+        opened.local.connection = _InterruptedAfter(connection, words)
         with pytest.raises(KeyboardInterrupt), store.transaction(opened):
             opened.connection.execute("INSERT INTO meta VALUES (1, 2)")
-        opened.connection = connection
+        opened.local.connection = connection
         assert store.Store.changes_saved - before == saved
         assert len(connection.execute("FROM meta WHERE key = '1'").fetchall()) == saved
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with pytest.raises(StoreError) as caught:
+        store.open_store(path)
+    assert str(caught.value) == (
+        f"{path}: expected a database of motiondb, found neither a file nor a folder. "
+        "Name another file with --db."
+    )
+
+
+def test_a_file_that_was_removed_meanwhile_is_not_made_anew(tmp_path: Path) -> None:
+    path = tmp_path / "motions.duckdb"
+
+    def remove_meanwhile() -> None:
+        with store.open_store(path) as opened, store.released(opened):
+            path.unlink()
+
+    with pytest.raises(StoreError) as caught:
+        remove_meanwhile()
+    assert str(caught.value).startswith(
+        f"{path}: expected a database of motiondb, found no such file."
+    )
+    assert not path.exists()
+
+
+def test_a_missing_file_cannot_be_rescued(tmp_path: Path) -> None:
+    with pytest.raises(StoreError) as caught:
+        rescue(tmp_path / "none", tmp_path / "new.duckdb")
+    assert str(caught.value) == (
+        f"{tmp_path}/none: expected a database, found no such file. Name another file."
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def kept(opened: store.Store) -> tuple[str, ...] | None:
+    """What was kept under a key of the test's."""
+    return opened.connection.execute("SELECT value FROM meta WHERE key = 'kept'").fetchone()
+
+
+@pytest.mark.parametrize("name", [":memory:", "a'b\".duckdb", "[a]*?"])
+def test_every_name_is_that_of_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with store.open_store(name) as opened:
+        opened.connection.execute("INSERT INTO meta VALUES ('kept', 'yes')")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    with store.open_store(name, read_only=True) as opened:
+        assert kept(opened) == ("yes",)
+    store.compact(name)
+    with store.open_store(name, read_only=True) as opened:
+        assert kept(opened) == ("yes",)
+
+
+def test_a_name_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(StoreError) as caught:
+        store.open_store(tmp_path / os.fsdecode(b"caf\xe9.duckdb"))
+    assert str(caught.value) == (
+        f"{tmp_path}/caf\\xe9.duckdb: expected a file name in UTF-8, found other bytes. "
+        "Give another name."
+    )

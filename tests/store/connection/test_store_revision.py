@@ -156,13 +156,6 @@ def test_threads_ask_while_the_file_is_released(database: store.Store) -> None:
     store.save_synonyms(database, {})
 
 
-def test_an_error_within_a_released_block_leaves_a_usable_store(database: store.Store) -> None:
-    with pytest.raises(KeyboardInterrupt), store.released(database):
-        raise KeyboardInterrupt
-    store.save_synonyms(database, {"dash": "run"})
-    assert store.load_synonyms(database) == {"dash": "run"}
-
-
 def test_the_first_cause_of_an_aborted_transaction_is_told(database: store.Store) -> None:
     def insert_and_go_on() -> None:
         with store.transaction(database) as connection:
