@@ -16,8 +16,8 @@ from motiondb.database import MotionDB, generated_files
 from motiondb.database.generating import Generated
 from motiondb.generate.motion_making import METHODS
 from motiondb.generate.shown_actions import JudgedAction
-from motiondb.learn.recognition import understand
 from motiondb.records import Match, Motion
+from motiondb.search.asked_words import understand
 from real_tasks.measures import (
     Part,
     Smoothness,
@@ -229,7 +229,7 @@ def make_sentences(db: MotionDB, folder: Path) -> list[MadeResult]:
             pictures.Timeline("recognised", spans),
         ]
         target = folder / f"made-{slug(sentence)}.png"
-        pictures.draw_strip(best.motion, target, title=sentence, timelines=timelines)
+        pictures.save_png(pictures.strip_figure(best.motion, sentence, timelines), target)
         methods = {name: (smoothness(g.motion), _recognised(g)) for name, g in made.items()}
         words = tuple(f"{span[2]} {span[0]:.1f}–{span[1]:.1f} s" for span in spans)
         shown = {name: g.shown for name, g in made.items()}
@@ -263,5 +263,5 @@ def _draw(
     query: tuple[str, Motion] | None = None,
 ) -> str:
     hits = [(match, db.motion(match.capture)) for match in matches]
-    pictures.draw_hits(hits, target, title=title, query=query)
+    pictures.save_png(pictures.hits_figure(hits, title, query), target)
     return shrink(target).name

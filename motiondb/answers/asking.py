@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Literal
 
+from motiondb.answers.plain import fields_of
 from motiondb.language.question import tree
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.translation.decoding import Decoding
@@ -16,10 +17,10 @@ from motiondb.search.reasons import Explanation
 
 if TYPE_CHECKING:
     from motiondb.language.question.readings import KnownQuestion
+    from motiondb.search.asked_words import Taking
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
-    from motiondb.search.unknown_words import Taking
 
 
 @dataclass(frozen=True)
@@ -257,14 +258,12 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         WrittenAnswer(word.word, word.tags, len(word.captures), word.in_captions)
         for word in answer.written
     )
-    found = vars(like_answer(answer)) | {
-        "matches": tuple(
-            ExplainedMatch(**vars(match), explain=reason)
-            for match, reason in zip_longest(answer.matches, why)
-        )
-    }
+    matches = tuple(
+        ExplainedMatch(**fields_of(match), explain=reason)
+        for match, reason in zip_longest(answer.matches, why)
+    )
     return SearchAnswer(
-        **found,
+        **fields_of(like_answer(answer)) | {"matches": matches},
         question=understood_question(answer.question, answer.not_used),
         taken=known_words(answer.taken),
         suggested=known_words(answer.suggested),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from motiondb.answers.asking import WordProbability
+from motiondb.answers.plain import fields_of
 from motiondb.records import Caption, CaptureInfo, Event
 
 
@@ -52,7 +53,7 @@ def shown_event(event: Event) -> ShownEvent:
     event : Event
         The event.
     """
-    return ShownEvent(**vars(event), seconds=event.seconds)
+    return ShownEvent(**fields_of(event), seconds=event.seconds)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -72,8 +73,7 @@ def listed_capture(info: CaptureInfo, captions: tuple[Caption, ...] = ()) -> Lis
     captions : tuple of Caption
         What people wrote about the capture.
     """
-    values = {field.name: getattr(info, field.name) for field in fields(CaptureInfo)}
-    return ListedCapture(**values, words=tuple(captions))
+    return ListedCapture(**fields_of(info), words=tuple(captions))
 
 
 @dataclass(frozen=True, kw_only=True)

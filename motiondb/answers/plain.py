@@ -11,6 +11,19 @@ from typing import Any, cast
 import numpy as np
 
 
+def fields_of(value: object, kind: type | None = None) -> dict[str, Any]:
+    """Return the fields of an answer, from which one with more fields is made.
+
+    Parameters
+    ----------
+    value : object
+        A dataclass.
+    kind : type or None
+        The dataclass whose fields are wanted; None: that of the value.
+    """
+    return {field.name: getattr(value, field.name) for field in fields(cast(Any, kind or value))}
+
+
 def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSON has
     """Convert a value to types that JSON has; numbers that are not finite become null.
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from motiondb.answers.making import Source
+from motiondb.answers.plain import fields_of
 from motiondb.scene.report.report_records import (
     Collision,
     GuardReport,
@@ -93,4 +94,4 @@ def scene_row(scene: SceneAnswer) -> SceneRow:
     scene : SceneAnswer
         What :meth:`Scenes.facts` gives.
     """
-    return SceneRow(**{field.name: getattr(scene, field.name) for field in fields(SceneRow)})
+    return SceneRow(**fields_of(scene, SceneRow))

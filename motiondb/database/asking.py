@@ -15,13 +15,15 @@ from motiondb.records import Match, Motion
 from motiondb.search.asked_words import (
     find_written,
     learned_words,
+    leave_unknown,
+    unknown_words,
+    with_likeliest,
     with_replaced,
     written_words_of,
 )
 from motiondb.search.by_words import WordAnswer, search_words, with_takings
 from motiondb.search.chances import word_sources
 from motiondb.search.reasons import ExplainedWord
-from motiondb.search.unknown_words import leave_unknown, unknown_words, with_likeliest
 
 if TYPE_CHECKING:
     from motiondb.pictures import Timeline
@@ -101,7 +103,7 @@ def draw_matches(
     with session.reading():
         hits = [(match, _motion(session, match.capture)) for match in matches[:SHOWN_MATCHES]]
     query = None if example is None else ("query", example)
-    return pictures.draw_hits(hits, Path(path), title=title, query=query)
+    return pictures.save_png(pictures.hits_figure(hits, title, query), path)
 
 
 def draw_reasons(session: Session, answer: WordAnswer, path: str | Path, title: str) -> Path:
@@ -119,7 +121,8 @@ def draw_reasons(session: Session, answer: WordAnswer, path: str | Path, title: 
     timelines = [*map(_timeline, words), pictures.Timeline("found", rows)]
     with session.reading():
         motion = _motion(session, best.capture)
-    return pictures.draw_strip(motion, path, title=f"{title}: {best.capture}", timelines=timelines)
+    figure = pictures.strip_figure(motion, f"{title}: {best.capture}", timelines)
+    return pictures.save_png(figure, path)
 
 
 def _motion(session: Session, name: str) -> Motion:

@@ -43,7 +43,7 @@ def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> d
 def draw_generated(made: Made, title: str, path: str | Path) -> Path:
     """Draw a strip of stick figures over the sources of the frames, as PNG."""
     timeline = pictures.Timeline("sources", source_spans(made))
-    return pictures.draw_strip(made.motion, path, title=title, timelines=[timeline])
+    return pictures.save_png(pictures.strip_figure(made.motion, title, [timeline]), path)
 
 
 def sources_of(provenance: store.Provenance) -> tuple[Source, ...]:

@@ -232,7 +232,7 @@ def draw_capture(session: Session, name: str, path: str | Path) -> Path:
             for d in describe(session.learned, motion)
         ]
         timelines.append(pictures.Timeline("recognised", [span for span in said if span[2]]))
-    return pictures.draw_strip(motion, path, title=info.name, timelines=timelines)
+    return pictures.save_png(pictures.strip_figure(motion, info.name, timelines), path)
 
 
 def _recognised(words: Sequence[tuple[str, float | None]]) -> list[str]:
@@ -285,7 +285,7 @@ def symbol_rows(learned: Learned, n_words: int = 3) -> list[SymbolRow]:
 def draw_symbols(learned: Learned, path: str | Path) -> Path:
     """The symbol space with its clusters, every symbol with its most probable word, as PNG."""
     labels = [row.words[0].word if row.words else "" for row in symbol_rows(learned, 1)]
-    return pictures.draw_symbol_space(learned.space, labels, path)
+    return pictures.save_png(pictures.space_figure(learned.space, labels), path)
 
 
 def _timed(words: str, start: float | None, end: float | None) -> str:

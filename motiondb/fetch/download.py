@@ -17,11 +17,12 @@ import os
 import re
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, Queue
-from typing import BinaryIO, TypeVar, cast
+from typing import TypeVar
 
 import requests
 from urllib3.exceptions import HTTPError, IncompleteRead, ProtocolError
@@ -150,10 +151,8 @@ class Download:
     def file(self, url: str, path: Path, check: Check, on_bytes: OnBytes) -> int:
         """Download one file, resuming what an earlier attempt left; return its number of bytes."""
         part = path.with_name(path.name + ".part")
-        try:
+        with _writing(path.parent):
             path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise disk_fault(path.parent, error) from None
         for is_resumed in (size(part) > 0, False):
             self._insist(url, lambda: self._append(url, part, on_bytes), lambda: size(part))
             fault = check(part.read_bytes())
@@ -172,7 +171,9 @@ class Download:
         have = size(part)
         pace = _Pace(self.timeout)
         with self._ask(url, have) as answer:
-            if answer.status_code == 416 and _range_of(answer) == f"bytes */{have}":
+            if answer.status_code == 416 and (
+                answer.headers.get("Content-Range") == f"bytes */{have}"
+            ):
                 return  # it was whole already
             if have and answer.status_code in (206, 416) and not _begins_at(answer, have):
                 part.unlink(missing_ok=True)
@@ -182,15 +183,20 @@ class Download:
             total = None if length is None else have + length
             try:
                 _check_size(url, total or 0, self.limits.file_bytes)
-                with _open_part(part, "ab" if have else "wb") as file:
+                with _writing(part):
+                    file = part.open("ab" if have else "wb")
+                with file:
                     while chunk := _next_bytes(answer):
-                        _write(file, chunk, part)
+                        with _writing(part):
+                            file.write(chunk)
+                            file.flush()
                         have += len(chunk)
                         self._spend(url, len(chunk))
                         _check_size(url, have, self.limits.file_bytes)
                         on_bytes(have, total)
                         pace.check(have - begun)
-                    _sync(file, part)
+                    with _writing(part):  # some file systems find only now that it is full
+                        os.fsync(file.fileno())
             except RefusedError:  # too long
                 part.unlink(missing_ok=True)
                 raise
@@ -299,13 +305,10 @@ def _next_bytes(answer: requests.Response) -> bytes:
         return b""  # the end came early, which is found by the length
 
 
-def _range_of(answer: requests.Response) -> str:
-    return answer.headers.get("Content-Range", "")
-
-
 def _begins_at(answer: requests.Response, have: int) -> bool:
     """Whether an answer holds the bytes from ``have`` on."""
-    return answer.status_code == 206 and _range_of(answer).startswith(f"bytes {have}-")
+    found = answer.headers.get("Content-Range", "")
+    return answer.status_code == 206 and found.startswith(f"bytes {have}-")
 
 
 def _check_end(url: str, n_bytes: int, expected: int | None) -> None:
@@ -351,27 +354,11 @@ def size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
 
-def _open_part(part: Path, mode: str) -> BinaryIO:
-    """Open a file that grows."""
+@contextmanager
+def _writing(part: Path) -> Iterator[None]:
+    """Tell a fault of the disk, such as a full one, from those of the network."""
     try:
-        return cast(BinaryIO, part.open(mode))
-    except OSError as error:
-        raise disk_fault(part, error) from None
-
-
-def _write(file: BinaryIO, chunk: bytes, part: Path) -> None:
-    """Write bytes through to the disk; a full disk is no fault of the network."""
-    try:
-        file.write(chunk)
-        file.flush()
-    except OSError as error:
-        raise disk_fault(part, error) from None
-
-
-def _sync(file: BinaryIO, part: Path) -> None:
-    """Wait until the bytes are on the disk; some file systems find only then that it is full."""
-    try:
-        os.fsync(file.fileno())
+        yield
     except OSError as error:
         raise disk_fault(part, error) from None
 

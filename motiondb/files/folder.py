@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from motiondb.errors import CaptureError
+from motiondb.files.enclosed import leads_out
 from motiondb.files.safe_files import is_file, open_file
 from motiondb.files.text import quoted
 
@@ -95,14 +96,22 @@ _LOOK = 4096
 within the first or, where other keys follow, the last few hundred bytes."""
 
 
-def find_captures(folder: Path | str) -> list[Path]:
-    """Return all captures below a folder, sorted; hidden files and folders are skipped."""
+def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
+    """Return all captures below a folder, sorted; hidden files and folders are skipped.
+
+    `within`: Folder outside of which nothing is read. Links that lead out of it and have the ending
+    of a capture are returned, so that they can be named.
+    """
     return sorted(
         path
         for path in _visible(Path(folder))
         if path.suffix.lower() in FORMATS
         and path.is_file()
-        and (path.suffix.lower() not in (".txt", ".json") or _is_deepmimic(path))
+        and (
+            path.suffix.lower() not in (".txt", ".json")
+            or (within is not None and leads_out(path, within))
+            or _is_deepmimic(path)
+        )
     )
 
 

@@ -119,7 +119,7 @@ def read_capture_bytes(
 def read_file(path: Path, options: ReadOptions) -> bytes:
     """Return the content of a file that is not too large."""
     try:
-        with open_file(path) as file:
+        with open_file(path, options.within) as file:
             check_file_size(os.fstat(file.fileno()).st_size, path, options.limits)
             return file.read()
     except OSError as error:

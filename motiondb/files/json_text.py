@@ -126,7 +126,7 @@ def _of_kind(kind: _Any, value: _Any, name: str) -> _Any:
         return _to_dataclass(kind, value, name)
     if origin is tuple:
         return _to_tuple(arguments, value, name)
-    if origin is not None and issubclass(origin, Mapping):
+    if isinstance(origin, type) and issubclass(origin, Mapping):
         if not isinstance(value, dict):
             raise _fault(name, dict, value)
         return {key: _of_kind(arguments[1], v, _below(name, key)) for key, v in value.items()}

@@ -84,6 +84,7 @@ class ReadOptions:
     # Leave out frames with wrong or unreadable values instead of refusing the file
     skip_bad_frames: bool = False
     limits: ReadLimits = field(default_factory=ReadLimits)  # What reading may cost
+    within: Path | None = None  # Folder that links must not lead out of
 
 
 def check_options(options: ReadOptions, path: object) -> None:

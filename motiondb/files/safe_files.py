@@ -16,24 +16,22 @@ here such a name is that of no file.
 from __future__ import annotations
 
 import errno
-import glob
 import io
 import os
 import re
 import stat
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from motiondb.errors import StoreError
+from motiondb.files.enclosed import check_inside, open_inside
 
 _LONGEST = 120
 """Bytes of a file's name that its draft keeps: a name has at most 255 on most file systems, and the
 numbers of a process and a thread take about 35."""
-_OWNER = re.compile(r"\.(\d+)\.\d+\.part$")
 
 MOST_TEXT = 10_000_000
 """Bytes of a text that people write: joint maps, synonyms, diagrams, grammars. A thousand times
@@ -57,13 +55,22 @@ def _refuse_other_kinds(mode: int, is_folder_refused: bool) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
 
 
-def open_file(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a user's file for reading; OSError if it is not a regular file, or cannot be read."""
+def open_file(path: str | os.PathLike[str], within: Path | None = None) -> BinaryIO:
+    """Open a user's file for reading; OSError if it is not a regular file, or cannot be read.
+
+    `within`: Folder that links must not lead out of (CaptureError); None: they may lead anywhere.
+    """
     flags = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
     try:
+        if within is not None:
+            check_inside(Path(path), within)
         _refuse_other_kinds(Path(path).stat().st_mode, True)  # opening a device may act on it
         # a pipe that has taken the name meanwhile is not waited for
-        descriptor = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+        flags |= getattr(os, "O_NONBLOCK", 0)
+        if within is None:
+            descriptor = os.open(path, flags)
+        else:
+            descriptor = open_inside(Path(path), within, flags)
     except ValueError:  # a null character, or letters that no encoding has
         raise OSError(errno.EINVAL, "a name that no system accepts") from None
     try:
@@ -112,22 +119,26 @@ def check_output(path: Path) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
 
     Of a link the target is replaced. OSError if ``path`` may not be written (:func:`check_output`).
+
+    `is_cache`: Whether the database itself writes into its cache.
     """
     path = link_target(path)
-    check_output(path)
-    check_one_name(path)
-    stem = path.name.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
-    _sweep(path.parent, stem)
+    if not is_cache:
+        check_output(path)
+        check_one_name(path)
+    stem = draft_stem(path)
+    sweep_drafts(path.parent, re.escape(stem))
     draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
     try:
+        delete_all(draft, log_of(draft))  # of an earlier process of the same number
         yield draft
         draft.replace(path)
     finally:
-        delete_all(draft)
+        delete_all(draft, log_of(draft))
 
 
 def delete_all(*files: Path) -> None:
@@ -146,18 +157,6 @@ def is_duckdb(path: Path) -> bool:
         return False
 
 
-def is_being_written(draft: Path, abandoned: float = 60.0) -> bool:
-    """Tell whether a file ``NAME.new-PROCESS...`` is young and its process runs.
-
-    Files that are ``abandoned`` seconds old count as left by a kill even if a process of this
-    number runs: numbers are used again. Writing 1 GB takes about 5 s.
-    """
-    maker = re.search(r"\.new-([0-9]+)", draft.name)
-    if maker is None or not is_running(int(maker[1])):
-        return False
-    return time.time() - draft.stat().st_mtime < abandoned
-
-
 def is_running(process: int) -> bool:
     """Return whether this host has a process of this number, or True if that is not known."""
     if os.name != "posix":
@@ -171,14 +170,21 @@ def is_running(process: int) -> bool:
     return True
 
 
-def _sweep(folder: Path, stem: str) -> None:
-    """Delete drafts whose process has ended. Those of this process may be of another thread."""
-    for left in folder.glob(f".{glob.escape(stem)}.*.part"):
-        owner = _OWNER.search(left.name)
-        if owner is None or left.name != f".{stem}{owner[0]}":
-            continue
-        if not is_running(int(owner[1])):
+def sweep_drafts(folder: Path, stem: str) -> None:
+    """Delete drafts whose process has ended; those of this process may be of another thread.
+
+    `stem`: Pattern of the names that were to be written. A draft may have a log, and a draft.
+    """
+    draft = re.compile(rf"\.+(?:{stem})(?:\.(\d+)\.\d+\.part)+(?:\.wal)?")
+    for left in folder.glob(".*.part*"):
+        owner = draft.fullmatch(left.name)
+        if owner is not None and not is_running(int(owner[1])):
             delete_all(left)
+
+
+def draft_stem(path: Path) -> str:
+    """Return how the names of a file's drafts begin, after the dot."""
+    return path.name.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
 
 
 def read_bounded(path: Path, most: int = MOST_TEXT) -> bytes:
@@ -247,8 +253,7 @@ def check_file_name(path: Path) -> None:
         ) from None
     try:
         path.exists()
-        draft = f".{path.name}.new-{os.getpid()}-{threading.get_ident()}.wal"
-        path.with_name(draft).exists()  # the longest name of a file made beside it
+        path.with_name(f".{path.name}.compact.wal").exists()  # the longest name beside it
     except PermissionError:
         raise StoreError(
             f"{path}: expected a file in a folder that this user may read, found: permission "

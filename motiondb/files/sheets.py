@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
@@ -25,7 +25,7 @@ from motiondb.errors import SheetError, suggestion
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
 from motiondb.files.safe_files import read_bounded
-from motiondb.files.text import MAX_FAULTS, number, quoted
+from motiondb.files.text import MAX_FAULTS, cut, number, quoted
 from motiondb.records import MOTION_FPS, Caption, Event
 
 KNOWN = ("file", "words", "start", "end", "performer", "fps", "licence", "skeleton")
@@ -144,8 +144,7 @@ def shown_row(cells: list[str]) -> str:
     >>> shown_row(["a", "b"])
     'a, b'
     """
-    text = ", ".join(cells)
-    return text if len(text) <= 400 else f"{text[:400]}..."
+    return cut(", ".join(cells), 400)
 
 
 def read_rows(path: Path, header: str) -> Rows:
@@ -200,25 +199,36 @@ def _split(path: Path, text: str, delimiter: str) -> Rows:
     return rows
 
 
+def _cells_of(
+    path: Path, header: list[str], rows: Rows, faults: list[str], advice: str = ""
+) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the line and the cells by column of every row that is not too long."""
+    for line, row in rows:
+        if len(row) > len(header):
+            faults.append(
+                f"{path}:{line}: expected {len(header)} columns, found {len(row)}.{advice}"
+            )
+        else:
+            yield line, {column: cell.strip() for column, cell in zip(header, row)}
+
+
+def _repeats(path: Path, line: int, row: Hashable, seen: dict[Hashable, int]) -> list[str]:
+    """Return a note where a row repeats one that was seen, else none."""
+    first = seen.setdefault(row, line)
+    return [] if first == line else [f"{path}:{line}: repeats line {first} and was left out"]
+
+
 def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
     """Turn rows into entries; raise all faults at once."""
     entries: dict[str, SheetEntry] = {}
     faults: list[str] = []
     repeats: list[str] = []
-    seen: dict[tuple[str, ...], int] = {}
-    for line, row in rows:
-        if len(row) > len(header):
-            faults.append(
-                f"{path}:{line}: expected {len(header)} columns, found {len(row)}. "
-                "Put text with separators in quotes."
-            )
+    seen: dict[Hashable, int] = {}
+    advice = " Put text with separators in quotes."
+    for line, cells in _cells_of(path, header, rows, faults, advice):
+        if repeat := _repeats(path, line, tuple(sorted(cells.values())), seen):
+            repeats += repeat
             continue
-        cells = {c: v.strip() for c, v in zip(header, row)}
-        key = tuple(sorted(cells.values()))
-        if key in seen:
-            repeats.append(f"{path}:{line}: repeats line {seen[key]} and was left out")
-            continue
-        seen[key] = line
         try:
             entry = _entry(cells, line)
             name = capture_name(entry.file)
@@ -226,25 +236,14 @@ def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
         except ValueError as error:
             faults.append(f"{path}:{line}: {error}")
     if faults:
-        raise SheetError(all_faults(faults))
-    return Sheet(str(path), entries, first_of(repeats))
+        raise SheetError("\n".join(_listed(faults, "faults like these.")))
+    return Sheet(str(path), entries, tuple(_listed(repeats, "notes like these")))
 
 
-def first_of(notes: list[str]) -> tuple[str, ...]:
-    """Return the first hundred notes, and how many more there are."""
-    more = len(notes) - _MAX_LISTED
-    return (*notes[:_MAX_LISTED], *([f"... and {more} more notes like these"] if more > 0 else []))
-
-
-def all_faults(faults: list[str]) -> str:
-    r"""Join the faults of a sheet: a hundred of them, and how many more there are.
-
-    >>> all_faults(["a", "b"])
-    'a\nb'
-    """
-    more = len(faults) - _MAX_LISTED
-    rest = [f"... and {more} more faults like these."] if more > 0 else []
-    return "\n".join(faults[:_MAX_LISTED] + rest)
+def _listed(sentences: list[str], what: str) -> list[str]:
+    """Return the first hundred sentences, and how many more there are."""
+    more = len(sentences) - _MAX_LISTED
+    return sentences[:_MAX_LISTED] + ([f"... and {more} more {what}"] if more > 0 else [])
 
 
 def _entry(cells: dict[str, str], line: int) -> SheetEntry:
@@ -375,28 +374,25 @@ def read_event_sheet(path: Path | str) -> EventSheet:
 def _gather_events(path: Path, header: list[str], rows: Rows) -> EventSheet:
     """Turn rows into events; raise all faults at once."""
     entries: dict[str, list[tuple[int, Event]]] = {}
-    seen: dict[tuple[str, Event], int] = {}
+    seen: dict[Hashable, int] = {}
     faults: list[str] = []
     repeats: list[str] = []
-    for line, row in rows:
-        if len(row) > len(header):
-            faults.append(f"{path}:{line}: expected {len(header)} columns, found {len(row)}.")
-            continue
-        cells = {column: cell.strip() for column, cell in zip(header, row)}
+    for line, cells in _cells_of(path, header, rows, faults):
         try:
             name, event = capture_name(_filled(cells, "file")), _event(cells)
         except ValueError as error:
             faults.append(f"{path}:{line}: {error}")
             continue
-        if (name, event) in seen:
-            repeats.append(f"{path}:{line}: repeats line {seen[name, event]} and was left out")
-            continue
-        seen[name, event] = line
-        entries.setdefault(name, []).append((line, event))
+        repeat = _repeats(path, line, (name, event), seen)
+        repeats += repeat
+        if not repeat:
+            entries.setdefault(name, []).append((line, event))
     if faults:
-        raise SheetError(all_faults(faults))
+        raise SheetError("\n".join(_listed(faults, "faults like these.")))
     return EventSheet(
-        str(path), {n: tuple(of_one) for n, of_one in entries.items()}, first_of(repeats)
+        str(path),
+        {n: tuple(of_one) for n, of_one in entries.items()},
+        tuple(_listed(repeats, "notes like these")),
     )
 
 

@@ -158,7 +158,12 @@ def quoted(text: str, length: int = 40) -> str:
     >>> quoted("Hips"), quoted("x" * 50, 3)
     ("'Hips'", "'xxx...'")
     """
-    return repr(text if len(text) <= length else f"{text[:length]}...")
+    return repr(cut(text, length))
+
+
+def cut(text: str, length: int) -> str:
+    """Return a text, or its beginning where it is longer than ``length``."""
+    return text if len(text) <= length else f"{text[:length]}..."
 
 
 def number(token: str) -> float | None:

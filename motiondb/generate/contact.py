@@ -30,13 +30,7 @@ FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"
 
 def find_contacts(positions: FloatArray) -> NDArray[np.bool_]:
     """Which foot, left or right, is on the ground: array (frames, 2); positions (frames, 21, 3)."""
-    contacts = np.zeros((len(positions), 2), dtype=bool)
-    for foot, side in enumerate("lr"):
-        ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
-        low = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - TOE_HEIGHT) < MAX_HEIGHT
-        slow = np.minimum(_ground_speed(ankle), _ground_speed(toe)) < MAX_SPEED
-        contacts[:, foot] = _without_flicker(low & slow)
-    return contacts
+    return _steady((foot_heights(positions) < MAX_HEIGHT) & (_foot_speeds(positions) < MAX_SPEED))
 
 
 def foot_heights(positions: FloatArray) -> FloatArray:
@@ -59,13 +53,7 @@ def foot_slip(motion: Motion) -> float:
 def contact_speeds(motion: Motion) -> FloatArray:
     """Ground speed of feet in contact: array (frames, 2), metres a second; NaN without contact."""
     positions, _ = retarget.motion_positions(motion, FEET)
-    contacts = find_contacts(positions)
-    speeds = np.full(contacts.shape, np.nan)
-    for foot, side in enumerate("lr"):
-        ankle, toe = positions[:, _I[f"{side}_ankle"]], positions[:, _I[f"{side}_toe"]]
-        speed = np.minimum(_ground_speed(ankle), _ground_speed(toe))
-        speeds[contacts[:, foot], foot] = speed[contacts[:, foot]]
-    return speeds
+    return np.where(find_contacts(positions), _foot_speeds(positions), np.nan)
 
 
 def lock_feet(
@@ -169,8 +157,11 @@ def _without_flicker(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return steady
 
 
-def _ground_speed(place: FloatArray) -> FloatArray:
-    return np.linalg.norm(np.gradient(place[:, [0, 2]], axis=0), axis=-1) * MOTION_FPS
+def _foot_speeds(positions: FloatArray) -> FloatArray:
+    """Ground speed of the slower of ankle and toe: array (frames, 2), metres a second."""
+    places = positions[:, FEET][..., [0, 2]]
+    speeds = np.linalg.norm(np.gradient(places, axis=0), axis=-1) * MOTION_FPS
+    return np.minimum(speeds[:, ::2], speeds[:, 1::2])
 
 
 def _path(place: FloatArray) -> float:

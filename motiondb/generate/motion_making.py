@@ -248,7 +248,7 @@ def _from_excerpts(
     asked, left, symbols, positions = [], [], list[int](), list[int]()
     for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
         done, not_done = report_excerpt(learned, shown)
-        part = of.action.groups, of.action.excluded, int(ends[n]), int(ends[n + 1])
+        part = of.action, int(ends[n]), int(ends[n + 1])
         placed = place_probability(learned, shown)
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
@@ -287,8 +287,7 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
     frames = np.bincount(made_of_symbols.positions, weights=lengths).astype(int)
     ends = np.cumsum([0, *frames])
     asked = [
-        Asked(action.groups, action.excluded, int(a), int(b))
-        for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
+        Asked(action, int(a), int(b)) for action, a, b in zip(wanted.actions, ends[:-1], ends[1:])
     ]
     judged = judge_motion(
         learned, made_of_symbols.made.motion, asked, sorted(made_of_symbols.captures)

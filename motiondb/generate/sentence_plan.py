@@ -23,7 +23,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import SPEEDS
-from motiondb.language.question.say import say, say_count, say_duration
+from motiondb.language.question.readings import say, say_count, say_duration
 from motiondb.language.question.tree import (
     Action,
     AnyOf,
@@ -63,6 +63,15 @@ class Amount:
         if self.least > 0.0 or self.most is None:
             return float(self.least)
         return float(self.most) / 2.0
+
+
+def say_times(times: Amount) -> str:
+    """A number of repetitions in words.
+
+    >>> say_times(Amount(3, 3))
+    '3 times'
+    """
+    return say_count(int(times.least), None if times.most is None else int(times.most))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.generate.direction import gone, say_not_gone
 from motiondb.generate.excerpts import REACHED
 from motiondb.generate.occurrences import measured_track
+from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import (
     WithoutSources,
@@ -82,10 +83,9 @@ class JudgedAction:
 
 @dataclass(frozen=True)
 class Asked:
-    """A part of a motion, and the actions for which it is judged."""
+    """A part of a motion, and the action for which it is judged."""
 
-    groups: tuple[tuple[str, ...], ...]  # Words of the actions that the part is to show
-    excluded: tuple[tuple[str, ...], ...]  # Words of the actions that it must not show
+    action: PlannedAction  # The groups of words that the part is to show, and must not show
     start: int  # First frame of the part
     end: int  # Last frame + 1
     done: tuple[str, ...] = ()  # The counts, durations and speeds of the motion
@@ -96,11 +96,6 @@ class Asked:
     performer: str = ""  # Performer of that capture
     capture: str = ""  # Name of that capture
 
-    @property
-    def words(self) -> tuple[str, ...]:
-        """Words of all groups, each once."""
-        return tuple(dict.fromkeys(word for group in self.groups for word in group))
-
 
 def judge_motion(
     learned: Learned, motion: Motion, asked: Sequence[Asked], sources: Sequence[int]
@@ -110,7 +105,7 @@ def judge_motion(
     known = [
         tuple(numbers[w] for w in group if w in numbers)
         for one in asked
-        for group in (*one.groups, *one.excluded)
+        for group in (*one.action.groups, *one.action.excluded)
     ]
     groups = {group: len(numbers) + n for n, group in enumerate(dict.fromkeys(known))}
     judge = _judge(learned, groups, sources)
@@ -155,11 +150,13 @@ def _judge_part(
     features: Float32Array,
     asked: Asked,
 ) -> JudgedAction:
+    action = asked.action
+    answer = JudgedAction(action.words, asked.start, asked.end, None, done=asked.done)
     if judge is None or judge.table.judge.calibration is None:
         why = "the database has no judge of motion: learn again, with more captions"
         if not learned.described:
             why = "no caption of this database can confirm it"
-        return JudgedAction(asked.words, asked.start, asked.end, None, done=asked.done, reason=why)
+        return replace(answer, reason=why)
     last = max(asked.end // FEATURE_STEP, asked.start // FEATURE_STEP + 1)
     part = features[min(asked.start // FEATURE_STEP, len(features) - 1) : last]
     scores = judge.scores(pool_windows(part))
@@ -169,7 +166,7 @@ def _judge_part(
         for word, p in judge.likeliest(scores, N_DESCRIBED + len(groups))
         if word < len(named)
     )[:N_DESCRIBED]
-    each = [_probability(learned, judge, groups, scores, group) for group in asked.groups]
+    each = [_probability(learned, judge, groups, scores, group) for group in action.groups]
     known = [p for p in each if p is not None]
     unsure = ""
     shown: bool | None = None
@@ -191,13 +188,11 @@ def _judge_part(
         shown = probability >= SHOWN_FROM
         unlike = "it does not look like other captures of it"
         reason = "" if shown else unsure or unlike
-    for words in asked.excluded:
+    for words in action.excluded:
         unwanted = _probability(learned, judge, groups, scores, words)
         if unwanted is not None and unwanted >= SHOWN_FROM:
             shown, reason = False, f"it shows {' '.join(words)!r} ({unwanted:.2f}), not wanted"
-    return JudgedAction(
-        asked.words, asked.start, asked.end, shown, probability, described, reason, asked.done
-    )
+    return replace(answer, shown=shown, probability=probability, described=described, reason=reason)
 
 
 def _probability(
@@ -237,7 +232,7 @@ def _is_mixed(learned: Learned, judge: WithoutSources, asked: Asked) -> bool:
     said = judge.table.said
     return any(
         all(said[c][1] > 1 for c in _saying(learned, judge, words, asked.performer))
-        for words in asked.groups
+        for words in asked.action.groups
     )
 
 
@@ -248,7 +243,7 @@ def find_companion(learned: Learned, judge: WithoutSources, asked: Asked) -> str
     own captures list the action.
     """
     said, together = judge.table.said, judge.table.together
-    for words in asked.groups:
+    for words in asked.action.groups:
         numbers = [learned.word_numbers[w] for w in words if w in learned.word_numbers]
         saying = _saying(learned, judge, words, asked.performer, FEWEST_OWN)
         if not saying or not numbers or any(said[c][1] == 1 for c in saying):

@@ -161,20 +161,9 @@ def _play(
 
 
 def _part(whole: Stitched, start: int, end: int) -> Stitched:
-    return Stitched(
-        whole.path[start:end],
-        whole.rotations[start:end],
-        whole.captures[start:end],
-        whole.frames[start:end],
-        whole.shares[start:end],
-    )
+    return Stitched(*(column[start:end] for column in vars(whole).values()))
 
 
 def _join(*parts: Stitched) -> Stitched:
-    return Stitched(
-        np.concatenate([p.path for p in parts]),
-        np.concatenate([p.rotations for p in parts]),
-        np.concatenate([p.captures for p in parts]),
-        np.concatenate([p.frames for p in parts]),
-        np.concatenate([p.shares for p in parts]),
-    )
+    columns = zip(*(vars(part).values() for part in parts))
+    return Stitched(*map(np.concatenate, columns))

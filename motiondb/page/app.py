@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import FileResponse, Response
 
 from motiondb.errors import MotionDBError
-from motiondb.page.errors import answer_of, error_answer, unknown
+from motiondb.page.errors import FULL_DISK, ErrorReply, answer_of, error_answer, unknown
 from motiondb.page.guard import HEADERS, Guard
 from motiondb.page.routes import (
     asking,
@@ -33,21 +33,6 @@ from motiondb.page.state import Page
 _ROUTES = (catalogue, asking, making, motions, grammars, boards, scenes, files, jobs)
 _KINDS = {404: "UnknownError", 405: "MethodError", 413: "TooLargeError", 415: "KindError"}
 """Kind of error by HTTP status."""
-_ERROR = {
-    "type": "object",
-    "required": ["error"],
-    "properties": {
-        "error": {
-            "type": "object",
-            "required": ["kind", "message", "status"],
-            "properties": {
-                "kind": {"type": "string"},
-                "message": {"type": "string"},
-                "status": {"type": "integer"},
-            },
-        }
-    },
-}
 
 
 def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE) -> FastAPI:
@@ -70,8 +55,7 @@ def make_application(settings: PageSettings, folder: Path, bundle: Path = BUNDLE
         redoc_url=None,
         separate_input_output_schemas=False,  # fields with a default may be absent in answers too
         responses={
-            code: {"description": text, "content": {"application/json": {"schema": _ERROR}}}
-            for code, text in _STATUSES.items()
+            code: {"description": text, "model": ErrorReply} for code, text in _STATUSES.items()
         },
     )
     application.state.page = page
@@ -94,6 +78,7 @@ _STATUSES = {
     422: "A parameter is missing or of another type.",
     500: "A fault of the program.",
     503: "Another process holds the database.",
+    507: "There is no room on a disk.",
 }  # Description of each HTTP status of errors, for OpenAPI
 
 
@@ -119,6 +104,15 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
             answer.headers[name] = value
         return answer
 
+    async def full(_request: Request, error: OSError) -> Response:
+        if error.errno not in FULL_DISK:
+            raise error
+        message = (
+            f"request: expected room for its files, found none ({error.strerror}). Free some on the"
+            " disk of the database and on that of temporary files (TMPDIR)."
+        )
+        return error_answer("FullError", message, 507)
+
     async def broken(_request: Request, error: Exception) -> Response:
         # the guard adds no headers here: this answer is made outside of it
         fault = type(error).__name__
@@ -128,6 +122,7 @@ def _error_handlers(application: FastAPI, folder: Path) -> None:
         return answer
 
     application.add_exception_handler(Exception, broken)
+    application.add_exception_handler(OSError, cast(Handler, full))
     application.add_exception_handler(MotionDBError, cast(Handler, refused))
     application.add_exception_handler(RequestValidationError, cast(Handler, malformed))
     application.add_exception_handler(HTTPException, cast(Handler, failed))

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from starlette.responses import Response
 
+from motiondb.answers.plain import to_json
 from motiondb.errors import HeldError, MotionDBError, NotLearnedError
+
+FULL_DISK = (errno.ENOSPC, errno.EDQUOT)
+"""Numbers of the errors that say that nothing more can be written."""
 
 
 class PageError(MotionDBError):
@@ -28,11 +34,27 @@ def unknown(what: str, name: str, advice: str = "") -> PageError:
     )
 
 
+@dataclass(frozen=True)
+class ErrorFacts:
+    """What went wrong; `status` is that of the answer."""
+
+    kind: str
+    message: str
+    status: int
+
+
+@dataclass(frozen=True)
+class ErrorReply:
+    """The form that all errors of the page have."""
+
+    error: ErrorFacts
+
+
 def error_answer(kind: str, message: str, status: int) -> Response:
     """Return an error in the form that all errors of the page have."""
     headers = {"Retry-After": "1"} if status == 503 else None
-    facts = {"error": {"kind": kind, "message": message, "status": status}}
-    text = json.dumps(facts, ensure_ascii=False)
+    reply = ErrorReply(ErrorFacts(kind, message, status))
+    text = json.dumps(to_json(reply), ensure_ascii=False)
     data = text.encode("utf-8", "replace")  # file names may hold lone surrogates
     return Response(data, status, headers, media_type="application/json")
 

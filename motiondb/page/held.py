@@ -1,12 +1,14 @@
 """The database, held only while requests are answered.
 
 DuckDB lets one process write or several read. The page holds the file only while it answers, so
-that commands can use the database as well. Loaded values stay in memory until the database changes.
+that commands can use the database as well; new requests wait while another process waits for the
+file. Loaded values stay in memory until the database changes.
 """
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -15,8 +17,13 @@ from motiondb.answers.catalogue import DatabaseInfo
 from motiondb.database import MotionDB
 from motiondb.database.session import feature_arrays
 from motiondb.errors import MotionDBError
+from motiondb.files.safe_files import link_target, log_of
 from motiondb.learn.drift import Drift
+from motiondb.store import somebody_waits
 
+_LEAVE, _PAUSE = 1.0, 0.01
+"""Seconds for which the file is left to a process that waits for it, which tries five times a
+second or more often; and between two checks whether it still waits."""
 EXAMPLE = 2.0  # Longest example, in seconds, by which the data for examples are loaded
 
 
@@ -42,7 +49,12 @@ class HeldDatabase:
 
     @contextmanager
     def use(self) -> Iterator[MotionDB]:
-        """Yield the database; it stays open for the length of the ``with`` block."""
+        """Yield the database; it stays open for the length of the ``with`` block.
+
+        Blocks of one thread must not be nested: the inner one would wait for the outer one if
+        another process waits for the file.
+        """
+        self._give_way()
         with self._lock:
             self._users += 1
         try:
@@ -52,6 +64,19 @@ class HeldDatabase:
                 self._users -= 1
                 if not self._users:
                     self._database.release()
+
+    def _give_way(self) -> None:
+        """Wait until a process that waits for the file has had it, for ``_LEAVE`` s at most."""
+        free_since = None
+        while somebody_waits(self.path):
+            now = time.monotonic()
+            if self._users:  # running requests end first
+                free_since = None
+            elif free_since is None:
+                free_since = now
+            elif now - free_since > _LEAVE:
+                return
+            time.sleep(_PAUSE)
 
     def warm_view(self) -> None:
         """Load what the first view of the page needs."""
@@ -140,7 +165,8 @@ class Watch:
     def _stamp(self) -> tuple[int, ...]:
         """Return size, time and inode of the file and of DuckDB's write-ahead log."""
         stamp: list[int] = []
-        for path in (self._held.path, self._held.path.with_name(f"{self._held.path.name}.wal")):
+        file = link_target(self._held.path)
+        for path in (file, log_of(file)):
             with suppress(OSError):
                 facts = path.stat()
                 stamp += [facts.st_size, facts.st_mtime_ns, facts.st_ino]

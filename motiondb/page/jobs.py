@@ -25,6 +25,7 @@ from typing import IO, Any, Final, Literal
 from motiondb.answers.catalogue import AddResult
 from motiondb.answers.grammars import GrammarLearned
 from motiondb.answers.learning import LearnResult
+from motiondb.answers.plain import fields_of
 from motiondb.answers.scenes import SceneMade
 from motiondb.page.errors import PageError, unknown
 
@@ -106,7 +107,7 @@ class Job:
             kind=self.kind,
             title=self.title,
             state=self.state,
-            **vars(self.step()),
+            **fields_of(self.step()),
             started=round(self.started, 3),
             seconds=round(seconds, 3),
             message=self.message,

@@ -66,11 +66,7 @@ _RADII = {
 """Radius of the capsule that ends at each point, metres. They look like an adult's."""
 
 
-def _radius(point: str) -> float:
-    return _RADII[point[2:] if point[1] == "_" else point]
-
-
-RADII: tuple[float, ...] = tuple(_radius(point) for point in POINTS)
+RADII = tuple(_RADII[point[2:] if point[1] == "_" else point] for point in POINTS)
 """Radius of the capsule from each point to its parent, metres; 0 for the pelvis."""
 BALL_RADIUS = 0.12  # Radius of a basketball, metres
 
@@ -125,11 +121,6 @@ def thinned(n_frames: int, fps: float, wanted: float) -> IntArray:
     return np.minimum(np.round(np.arange(count) * fps / wanted).astype(np.int64), n_frames - 1)
 
 
-def no_points() -> FloatArray:
-    """Return the points of a figure without frames."""
-    return np.zeros((0, len(POINTS), 3))
-
-
 @dataclass(frozen=True, eq=False)
 class Track:
     """A body or a ball in the container."""
@@ -150,16 +141,19 @@ def body_track(
     name: str, ref: str, shown: Figure, start: float = 0.0, fps: float = MOTION_FPS
 ) -> Track:
     """Return the track of a figure, at the same or a lower frame rate."""
-    kept = thinned(len(shown.points), MOTION_FPS, fps)
-    rate = min(fps, MOTION_FPS)
-    return Track(
-        name,
-        ref,
-        shown.points[kept],
-        shown.contacts[kept],
-        start,
-        rate,
-        leg_length=shown.leg_length,
+    whole = Track(name, ref, shown.points, shown.contacts, start, leg_length=shown.leg_length)
+    return part_of(whole, 0, len(shown.points), fps)
+
+
+def part_of(track: Track, low: int, high: int, fps: float) -> Track:
+    """Return frames [low, high) of a track, at the same or a lower frame rate."""
+    kept = low + thinned(max(high - low, 0), MOTION_FPS, fps)
+    return replace(
+        track,
+        points=track.points[kept],
+        contacts=None if track.contacts is None else track.contacts[kept],
+        start=track.start + low / MOTION_FPS,
+        fps=min(fps, MOTION_FPS),
     )
 
 

@@ -8,7 +8,7 @@ updated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
@@ -16,9 +16,9 @@ from motiondb.database.catalogue.parts import cut_motion
 from motiondb.errors import QueryError
 from motiondb.page.errors import PageError, unknown
 from motiondb.page.jobs import FIRST_FILE, MOTION_FILE
-from motiondb.page.motion import Track, read_tracks, scene_tracks, thinned
+from motiondb.page.motion import Track, part_of, read_tracks, scene_tracks
 from motiondb.page.state import Page
-from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.records import MOTION_FPS, Motion
 from motiondb.store import StoredScene
 
 KINDS = ("capture", "upload", "made", "sequence", "scene", "first", "kept")
@@ -68,7 +68,7 @@ def load_motion(
         return db.motion(find_capture(db, ref.name), start, end)
     if ref.kind == "upload":
         upload_id, _, file = ref.name.partition("/")
-        return db.motion(page.uploads.get(upload_id).path(file), start, end)
+        return db.motion(page.uploads.path(upload_id, file or "/"), start, end)
     if ref.kind == "made":
         return cut_motion(page.made.get(ref.name).generated.motion, start, end, FEATURE_STEP)
     if ref.kind == "sequence":
@@ -114,8 +114,4 @@ def _part(track: Track, start: float | None, end: float | None, fps: float) -> T
     n_frames = len(track.points)
     low = min(round((start or 0.0) * MOTION_FPS), n_frames)
     high = n_frames if end is None else min(round(end * MOTION_FPS), n_frames)
-    kept = low + thinned(max(high - low, 0), MOTION_FPS, fps)
-    points: FloatArray = track.points[kept]
-    contacts = None if track.contacts is None else track.contacts[kept]
-    rate = min(fps, MOTION_FPS)
-    return replace(track, points=points, contacts=contacts, start=low / MOTION_FPS, fps=rate)
+    return part_of(track, low, high, fps)

@@ -31,6 +31,7 @@ from motiondb.answers.catalogue import (
 )
 from motiondb.answers.grammars import SequenceAnswer
 from motiondb.answers.making import GeneratedAnswer, Source
+from motiondb.answers.plain import fields_of
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
@@ -100,12 +101,7 @@ class LikeReply(LikeAnswer):
 
 def search_reply(db: MotionDB, answer: WordAnswer, took: float | None = None) -> SearchReply:
     """Return the answer to words; every match has its reasons."""
-    facts = search_answer(answer)
-    return SearchReply(
-        **vars(facts) | {"matches": tuple(_with_take(db, m) for m in facts.matches)},
-        not_yet_learned=len(db.unlearned()),
-        took=took,
-    )
+    return SearchReply(**_with_takes(db, search_answer(answer)), took=took)
 
 
 def like_reply(
@@ -117,22 +113,21 @@ def like_reply(
     took: float | None = None,
 ) -> LikeReply:
     """Return the answer to an example."""
-    facts = like_answer(answer)
-    return LikeReply(
-        **vars(facts) | {"matches": tuple(_with_take(db, m) for m in facts.matches)},
-        ref=ref,
-        start=start,
-        end=end,
-        not_yet_learned=len(db.unlearned()),
-        took=took,
-    )
+    facts = _with_takes(db, like_answer(answer))
+    return LikeReply(**facts, ref=ref, start=start, end=end, took=took)
+
+
+def _with_takes(db: MotionDB, answer: LikeAnswer) -> dict[str, Any]:
+    """Return the fields of an answer, its matches with their takes."""
+    matches = tuple(_with_take(db, match) for match in answer.matches)
+    return fields_of(answer) | {"matches": matches, "not_yet_learned": len(db.unlearned())}
 
 
 def _with_take(db: MotionDB, match: Match) -> ShownMatch:
     row = db.browsed(match.capture)
     assert row is not None  # both come from one revision
     return ShownMatch(
-        **{"explain": None} | vars(match),
+        **{"explain": None} | fields_of(match),
         ref=f"capture:{match.capture}",
         duration=round(row.info.duration, 3),
         performer=row.info.tags.get("performer"),
@@ -201,7 +196,7 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
             made |= {"grammar": shown["grammar"], "string": tuple(shown["string"].split())}
     words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
-        **vars(listed_capture(row.info, row.captions)),
+        **fields_of(listed_capture(row.info, row.captions)),
         ref=f"capture:{name}",
         learned=row.learned,
         copies=row.copies,
@@ -235,7 +230,7 @@ class GenerateReply(WordsOfQuestion):
 def made_reply(db: MotionDB, made: Generated, made_id: str, saved: str = "") -> MadeReply:
     """Return a generated motion."""
     return MadeReply(
-        **vars(made.facts()),
+        **fields_of(made.facts()),
         id=made_id,
         ref=f"made:{made_id}",
         recognised_words=words_over_time(db.describe(made.motion)),
@@ -312,11 +307,11 @@ def sequence_reply(
     words = {name: tuple(w for w, _ in one.words) for name, one in zip(names, meanings)}
     path = root_path(sequence).round(3).tolist()
     return SequenceReply(
-        **vars(db.grammars.facts(sequence, seed)),
+        **fields_of(db.grammars.facts(sequence, seed)),
         id=sequence_id,
         ref=f"sequence:{sequence_id}",
         strip=tuple(
-            WordedTerminal(**vars(each), words=words.get(each.terminal, ()), at=at)
+            WordedTerminal(**fields_of(each), words=words.get(each.terminal, ()), at=at)
             for at, each in enumerate(db.grammars.strip(sequence))
         ),
         path=RootPath(MOTION_FPS / PATH_STEP, [(x, z) for x, z in path]),

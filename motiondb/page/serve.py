@@ -3,31 +3,103 @@
 from __future__ import annotations
 
 import errno
+import os
 import secrets
 import shutil
+import signal
 import socket
 import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from types import FrameType
 
 from motiondb.errors import MotionDBError
 from motiondb.page.settings import NO_BUNDLE, PageSettings, is_built
 
+try:
+    import fcntl
+except ImportError:  # Windows has other locks
+    fcntl = None  # type: ignore[assignment]
+
 END = 2  # Seconds that the server waits for open streams when it ends
+_PREFIX = "motiondb-page-"  # Of the names of private folders
 
 
 @contextmanager
 def private_folder() -> Iterator[Path]:
-    """Yield a folder that only this user can read, and remove it at the end."""
-    folder = Path(tempfile.mkdtemp(prefix="motiondb-page-"))
+    """Yield a folder that only this user can read, and remove it at the end.
+
+    A server locks its folder as long as it runs. Folders without a lock were left by servers that
+    were killed, and are removed.
+    """
     try:
-        yield folder
+        lefts = [*Path(tempfile.gettempdir()).glob(f"{_PREFIX}*")]
+    except OSError as error:
+        raise _no_folder(error) from None
+    for left in lefts:
+        with _locked(left, fcntl.LOCK_NB if fcntl else 0) as is_unused:
+            if is_unused:
+                shutil.rmtree(left, ignore_errors=True)
+    while True:
+        try:
+            folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
+        except OSError as error:
+            raise _no_folder(error) from None
+        with _locked(folder):
+            if not folder.exists():
+                continue  # another server has just taken it for one that was left
+            try:
+                yield folder
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)
+            return
+
+
+def _no_folder(error: OSError) -> MotionDBError:
+    return MotionDBError(
+        f"serve: expected a folder for temporary files, found: {error.strerror or error}. Set"
+        " TMPDIR to one that has room and can be written."
+    )
+
+
+@contextmanager
+def _locked(folder: Path, how: int = 0) -> Iterator[bool]:
+    """Lock a folder of this user while the block runs; gives whether that could be done."""
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+    except OSError:
+        yield False
+        return
+    is_locked = False
+    try:
+        with suppress(OSError):
+            if fcntl is not None and os.fstat(descriptor).st_uid == os.getuid():
+                fcntl.flock(descriptor, fcntl.LOCK_EX | how)
+                is_locked = True
+        yield is_locked
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        os.close(descriptor)
+
+
+@contextmanager
+def _handled(end: Callable[[int, FrameType | None], None], *names: str) -> Iterator[None]:
+    """Call a function at signals that would end the process while the block runs."""
+    # a signal that is ignored, as nohup does, stays so; Windows has no SIGHUP
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    numbers = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    if threading.current_thread() is not threading.main_thread():
+        numbers = []
+    for number in numbers:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def check_settings(settings: PageSettings) -> None:
@@ -106,7 +178,18 @@ def serve(
     settings = with_token(settings)
     if not is_built():
         warn(NO_BUNDLE)
-    with private_folder() as folder, listen(settings) as listening:
+    server: uvicorn.Server | None = None
+
+    def end(number: int, frame: FrameType | None) -> None:
+        if server is None or server.should_exit:  # before it runs, and again when it has ended
+            raise SystemExit(128 + number)
+        server.handle_exit(number, frame)
+
+    with (
+        _handled(end, "SIGTERM", "SIGHUP"),
+        private_folder() as folder,
+        listen(settings) as listening,
+    ):
         application = make_application(settings, folder)
         address = address_of(settings, listening.getsockname()[1])
         config = uvicorn.Config(
@@ -122,4 +205,5 @@ def serve(
         announce(address)
         if open_browser and is_built():
             threading.Timer(0.5, webbrowser.open, [address]).start()
-        uvicorn.Server(config).run(sockets=[listening])
+        server = uvicorn.Server(config)
+        server.run(sockets=[listening])

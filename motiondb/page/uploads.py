@@ -13,12 +13,12 @@ import secrets
 import shutil
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from motiondb.page.errors import PageError, unknown
+from motiondb.page.errors import FULL_DISK, PageError, unknown
 from motiondb.page.settings import UploadLimits, upload_kind
 
 _FORBIDDEN = re.compile(r"[^\w .()+=@-]")
@@ -28,32 +28,30 @@ _CHUNK = 2**20  # Bytes read at once
 
 
 @dataclass(frozen=True)
-class UploadedFile:
-    """A file of an upload."""
+class AcceptedFile:
+    """A file that was accepted."""
 
-    name: str  # Cleaned name, with ``/`` between its parts
+    name: str  # Cleaned, with ``/`` between its parts
+    ref: str
+    bytes: int
     kind: str  # "capture", "skeleton" or "sheet"
-    n_bytes: int
 
 
 @dataclass(frozen=True)
-class Upload:
-    """The files of one request."""
+class RefusedFile:
+    """A file that was refused."""
 
-    upload_id: str
-    folder: Path  # Where the files are
-    files: tuple[UploadedFile, ...]
+    name: str
+    message: str
 
-    @property
-    def n_bytes(self) -> int:
-        """Size of all files."""
-        return sum(file.n_bytes for file in self.files)
 
-    def path(self, name: str) -> Path:
-        """Return the path of one of the files, by its cleaned name."""
-        if name not in {file.name for file in self.files}:
-            raise unknown("uploaded file", name, "Upload it again.")
-        return self.folder.joinpath(*name.split("/"))
+@dataclass(frozen=True)
+class UploadReply:
+    """Files that were uploaded together."""
+
+    upload: str
+    files: list[AcceptedFile]
+    refused: list[RefusedFile]
 
 
 def clean_name(name: str) -> str:
@@ -76,85 +74,99 @@ class Uploads:
     """The uploads of a server; the oldest are dropped when they exceed the size limit."""
 
     def __init__(self, folder: Path, limits: UploadLimits) -> None:
-        self._folder, self.limits = folder, limits
-        self._uploads: OrderedDict[str, Upload] = OrderedDict()
+        self._folder, self._limits = folder, limits
+        self._uploads: OrderedDict[str, UploadReply] = OrderedDict()
         self._lock = threading.Lock()
 
-    def get(self, upload_id: str) -> Upload:
-        """Return an upload."""
-        with self._lock:
-            if upload_id not in self._uploads:
-                raise unknown("upload", upload_id, "Upload the files again.")
-            return self._uploads[upload_id]
+    def path(self, upload_id: str, name: str = "") -> Path:
+        """Return the folder of an upload, or one of its files by its cleaned name."""
+        upload = self._uploads.get(upload_id)
+        if upload is None:
+            raise unknown("upload", upload_id, "Upload the files again.")
+        if name and name not in {file.name for file in upload.files}:
+            raise unknown("uploaded file", name, "Upload it again.")
+        return self._folder / upload_id / name
 
-    def begin(self) -> Receiving:
-        """Begin an upload, and return the object that receives its files."""
-        upload_id = f"u{secrets.token_hex(8)}"
-        folder = self._folder / upload_id
+    def receive(self, files: Iterable[tuple[str, BinaryIO]]) -> UploadReply:
+        """Keep files with their names; drop the oldest uploads if they exceed the size limit."""
+        upload = UploadReply(f"u{secrets.token_hex(8)}", [], [])
+        folder = self._folder / upload.upload
         folder.mkdir(mode=0o700)
-        return Receiving(upload_id, folder, self.limits)
-
-    def keep(self, received: Receiving) -> Upload:
-        """Keep the received files; drop the oldest uploads if they exceed the size limit."""
-        if not received.files:
-            shutil.rmtree(received.folder, ignore_errors=True)
-            why = "; ".join(f"{name}: {reason}" for name, reason in received.refused[:5])
-            raise PageError(
-                f"upload: expected captures or sheets of words, found none. {why}".strip(),
-                415,
-                "KindError",
-            )
-        upload = Upload(received.upload_id, received.folder, tuple(received.files))
+        try:
+            for name, stream in files:
+                self._take(upload, name, stream)
+            if not upload.files:
+                why = "; ".join(f"{file.name}: {file.message}" for file in upload.refused[:5])
+                raise PageError(
+                    f"upload: expected captures or sheets of words, found none. {why}".strip(),
+                    415,
+                    "KindError",
+                )
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
         with self._lock:
-            self._uploads[upload.upload_id] = upload
-            while sum(u.n_bytes for u in self._uploads.values()) > self.limits.kept_bytes:
-                if len(self._uploads) == 1:
-                    break
-                _, oldest = self._uploads.popitem(last=False)
-                shutil.rmtree(oldest.folder, ignore_errors=True)
+            self._uploads[upload.upload] = upload
+            while len(self._uploads) > 1 and self._n_bytes() > self._limits.kept_bytes:
+                oldest, _ = self._uploads.popitem(last=False)
+                shutil.rmtree(self._folder / oldest, ignore_errors=True)
         return upload
 
+    def _n_bytes(self) -> int:
+        """Return the size of all uploads."""
+        return sum(file.bytes for upload in self._uploads.values() for file in upload.files)
 
-class Receiving:
-    """An upload that receives files one after the other."""
-
-    def __init__(self, upload_id: str, folder: Path, limits: UploadLimits) -> None:
-        self.upload_id, self.folder, self._limits = upload_id, folder, limits
-        self.files: list[UploadedFile] = []
-        self.refused: list[tuple[str, str]] = []
-
-    def take(self, name: str, stream: BinaryIO) -> None:
-        """Receive a file, or note why it is refused."""
+    def _take(self, upload: UploadReply, name: str, stream: BinaryIO) -> None:
+        """Write a file, or note why it is refused."""
         shown = clean_name(name) or "a file without a name"
         kind = upload_kind(shown)
         if not kind:
-            self.refused.append((shown, "expected a capture or a sheet, found another ending."))
-        elif any(file.name.casefold() == shown.casefold() for file in self.files):
-            self.refused.append((shown, "expected one file of this name, found a second."))
+            why = "expected a capture or a sheet, found another ending."
+        elif why := _clash(shown, [file.name for file in upload.files]):
+            pass
         else:
-            self._write(shown, kind, stream)
+            try:
+                size = self._write(self._folder / upload.upload / shown, stream)
+            except OSError as error:
+                if error.errno in FULL_DISK:
+                    raise
+                size, why = 0, f"expected a name that can be stored, found: {error.strerror}."
+            if size > self._limits.file_bytes:
+                why = f"expected at most {self._limits.file_bytes / 1e6:.0f} MB, found more."
+            elif not why:
+                ref = f"upload:{upload.upload}/{shown}"
+                upload.files.append(AcceptedFile(shown, ref, size, kind))
+                return
+        upload.refused.append(RefusedFile(shown, why))
 
-    def _write(self, name: str, kind: str, stream: BinaryIO) -> None:
-        path = self.folder.joinpath(*name.split("/"))
+    def _write(self, path: Path, stream: BinaryIO) -> int:
+        """Write a file and return its size; one that is too large is left out."""
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         size = 0
         with path.open("wb") as file:
-            for chunk in _chunks(stream):
+            while size <= self._limits.file_bytes and (chunk := stream.read(_CHUNK)):
                 size += len(chunk)
-                if size > self._limits.file_bytes:
-                    break
                 file.write(chunk)
         if size > self._limits.file_bytes:
             path.unlink()
-            most = self._limits.file_bytes / 1e6
-            self.refused.append((name, f"expected at most {most:.0f} MB, found more."))
-            return
-        self.files.append(UploadedFile(name, kind, size))
+        return size
 
 
-def _chunks(stream: BinaryIO) -> Iterator[bytes]:
-    while chunk := stream.read(_CHUNK):
-        yield chunk
+def _clash(name: str, others: Iterable[str]) -> str:
+    """Say why a file cannot be stored beside others of an upload; "" if it can.
+
+    >>> _clash("A.bvh", ["a.bvh"])
+    'expected one file of this name, found a second.'
+    >>> _clash("a.bvh/b.bvh", ["a.bvh"]), _clash("b.bvh", ["a.bvh"])
+    ('expected a file or a folder of one name, found both.', '')
+    """
+    mine = name.casefold()
+    for other in map(str.casefold, others):
+        if mine == other:
+            return "expected one file of this name, found a second."
+        if mine.startswith(f"{other}/") or other.startswith(f"{mine}/"):
+            return "expected a file or a folder of one name, found both."
+    return ""
 
 
 @dataclass(frozen=True)
@@ -185,7 +197,8 @@ def allowed_path(roots: Sequence[Path], root: int, path: str) -> Path:
     try:
         allowed = base.joinpath(*parts).resolve()
         inside = allowed.is_relative_to(base) and ".." not in parts and allowed.exists()
-    except (OSError, ValueError):  # a loop of links, or characters that no path may have
+    # a loop of links, or characters that no path may have
+    except (OSError, ValueError, RuntimeError):
         inside = False
     if not inside:
         raise unknown("folder", path, "Choose one that is listed.")

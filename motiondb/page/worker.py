@@ -14,10 +14,11 @@ import json
 import os
 import pickle
 import sys
+import tempfile
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from queue import Queue
@@ -26,7 +27,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from motiondb.answers.catalogue import AddResult
 from motiondb.answers.grammars import GrammarLearned
 from motiondb.answers.learning import LearnResult, learned_summary
-from motiondb.answers.plain import to_json
+from motiondb.answers.plain import fields_of, to_json
 from motiondb.answers.scenes import SceneMade
 from motiondb.database import MotionDB
 from motiondb.errors import MotionDBError
@@ -119,17 +120,22 @@ class Workshop:
         from motiondb.database.catalogue.file_reading import AddSettings
         from motiondb.files import unit_from_name
 
-        unit, place = parameters["unit"], str(Path(parameters["folder"]).absolute())
+        unit, places = parameters["unit"], [str(Path(parameters["folder"]).absolute())]
+        words, within = parameters["words"], parameters["within"]
+        if words and within:
+            words = _copied(Path(words), Path(within))
+            places.append(str(words.parent))
         settings = AddSettings(
             unit=unit_from_name(unit) if unit else None,
             fps=parameters["fps"],
             skip_bad_frames=parameters["skip_bad_frames"],
             keep_implausible=parameters["keep_implausible"],
+            within=Path(within) if within else None,
         )
         before = {info.name for info in self.database.captures()}
         report = self.database.add(
             parameters["folder"],
-            parameters["words"],
+            words,
             settings,
             lambda what, done, total: progress.progress(what, done / max(total, 1e-9)),
         )
@@ -138,8 +144,8 @@ class Workshop:
             added=len(report.added),
             known=len(report.known),
             captures=names,
-            problems=[_without_folder(problem, place) for problem in report.problems],
-            notes=[_without_folder(note, place) for note in report.notes],
+            problems=[_without_folders(problem, places) for problem in report.problems],
+            notes=[_without_folders(note, places) for note in report.notes],
             new_words=list(report.new_words),
             counted=report.counted,
             seconds=round(report.seconds, 2),
@@ -150,7 +156,7 @@ class Workshop:
 
         settings = LearnSettings(n_symbols=parameters["symbols"], seed=parameters["seed"])
         learned = self.database.learn(settings, progress.progress)
-        return LearnResult(**vars(learned_summary(learned)))
+        return LearnResult(**fields_of(learned_summary(learned)))
 
     def _learn_grammar(self, parameters: Parameters, progress: Events) -> GrammarLearned:
         from motiondb.database.grammars.grammar_learning import GrammarSettings
@@ -251,9 +257,20 @@ class _Course:
         self._progress.progress(what, share, known)
 
 
-def _without_folder(sentence: str, folder: str) -> str:
-    """Return a sentence of a report without the server's private folder."""
-    return sentence.replace(f"{folder}/", "").replace(folder, "upload")
+def _copied(sheet: Path, within: Path) -> Path:
+    """Copy a sheet into this server's own folder, so that it is read from no other place."""
+    from motiondb.files import ReadOptions, read_file
+
+    copy = Path(tempfile.mkdtemp(dir=Path.cwd())) / sheet.name
+    copy.write_bytes(read_file(sheet, ReadOptions(within=within)))
+    return copy
+
+
+def _without_folders(sentence: str, folders: Sequence[str]) -> str:
+    """Return a sentence of a report without the folders that it was made from."""
+    for folder in folders:
+        sentence = sentence.replace(f"{folder}/", "").replace(folder, "upload")
+    return sentence
 
 
 def _read(commands: Queue[dict[str, Any]]) -> None:

@@ -1,13 +1,14 @@
 """Pictures of motions, symbols and answers: PNG, and animations as GIF."""
 
 from motiondb.pictures.animation import draw_animation
-from motiondb.pictures.hits import draw_hits
-from motiondb.pictures.scenes import draw_scene_animation, draw_scene_paths
-from motiondb.pictures.space import draw_symbol_space
-from motiondb.pictures.strings import StringBar, TerminalCard, draw_strings
-from motiondb.pictures.strip import Timeline, draw_strip
-from motiondb.pictures.tactics import draw_tactics
-from motiondb.pictures.trees import TreePicture, draw_trees
+from motiondb.pictures.hits import hits_figure
+from motiondb.pictures.scenes import draw_scene_animation, scene_paths_figure
+from motiondb.pictures.space import space_figure
+from motiondb.pictures.strings import StringBar, TerminalCard, strings_figure
+from motiondb.pictures.strip import Timeline, strip_figure
+from motiondb.pictures.style import save_png
+from motiondb.pictures.tactics import tactics_figure
+from motiondb.pictures.trees import TreePicture, trees_figure
 
 __all__ = [
     "StringBar",
@@ -15,12 +16,13 @@ __all__ = [
     "Timeline",
     "TreePicture",
     "draw_animation",
-    "draw_hits",
     "draw_scene_animation",
-    "draw_scene_paths",
-    "draw_strings",
-    "draw_strip",
-    "draw_symbol_space",
-    "draw_tactics",
-    "draw_trees",
+    "hits_figure",
+    "save_png",
+    "scene_paths_figure",
+    "space_figure",
+    "strings_figure",
+    "strip_figure",
+    "tactics_figure",
+    "trees_figure",
 ]

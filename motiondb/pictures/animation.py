@@ -7,8 +7,9 @@ how it travels.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,15 +24,13 @@ from motiondb.pictures.stick import (
     head_centre,
     view_motion,
 )
-from motiondb.records import MOTION_FPS, FloatArray, Motion
+from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-_FINE = 2  # frames are drawn at so many times their size and then reduced
-_FRAME_SECONDS = 0.05
-"""GIF counts in hundredths of a second; browsers play at most 50 frames a second."""
+FINE = 2  # Frames are drawn at so many times their size and then reduced
 _MAX_SECONDS = 60.0  # a longer GIF is many megabytes. Chosen by hand.
 _GRID_REACH = 6  # metres of the grid on every side of the figure
 
@@ -43,38 +42,75 @@ def draw_animation(motion: Motion, path: str | Path, *, height: int = 320) -> Pa
     """
     path = style.check_gif(path)
     images = animation_images(motion, height)
-    return style.save_gif(images, path, _FRAME_SECONDS)
+    return style.save_gif(images, path)
 
 
 def animation_images(motion: Motion, height: int = 320) -> list[Image]:
     """Frames of an animation, 20 a second, with one palette."""
-    from PIL import Image as PilImage
-
     view = view_motion(motion)
-    duration = view.n_frames / MOTION_FPS
-    if duration > _MAX_SECONDS:
-        raise MotionDBError(
-            f"animation: expected at most {_MAX_SECONDS:.0f} s, found {duration:.1f} s. "
-            "Choose an interval with --from and --to."
-        )
+    frames = shown_frames(view.n_frames, _MAX_SECONDS, "Choose an interval with --from and --to.")
     if height < 64:
         raise MotionDBError(
             f"animation: expected at least 64 pixels, found {height}. Ask for more."
         )
-    times = np.arange(0.0, duration, _FRAME_SECONDS)
-    frames = np.minimum((times * MOTION_FPS + 0.5).astype(int), view.n_frames - 1)
     metres = max(view.top, 1.6) + 0.35
     width = round(height * max(1.0, 1.1 * view.width / metres))
     pictures = [_draw_frame(view, int(frame), (width, height), metres) for frame in frames]
-    palette = pictures[0].quantize(64, method=PilImage.Quantize.MEDIANCUT)
-    return [picture.quantize(palette=palette, dither=PilImage.Dither.NONE) for picture in pictures]
+    return in_one_palette(pictures, pictures[0], 64)
+
+
+def shown_frames(n_frames: int, most_seconds: float, advice: str) -> IntArray:
+    """Return the frames of an animation in real time; one that is too long is refused."""
+    duration = n_frames / MOTION_FPS
+    if duration > most_seconds:
+        raise MotionDBError(
+            f"animation: expected at most {most_seconds:.0f} s, found {duration:.1f} s. {advice}"
+        )
+    times = np.arange(0.0, duration, style.FRAME_SECONDS)
+    return np.minimum((times * MOTION_FPS + 0.5).astype(int), n_frames - 1)
+
+
+def in_one_palette(pictures: Sequence[Image], typical: Image, n_colours: int) -> list[Image]:
+    """Return pictures with the colours of a typical one, so that a GIF needs one palette."""
+    from PIL.Image import Dither, Quantize
+
+    palette = typical.quantize(n_colours, method=Quantize.MEDIANCUT)
+    return [picture.quantize(palette=palette, dither=Dither.NONE) for picture in pictures]
+
+
+def paint_disc(draw: ImageDraw, at: FloatArray, radius: float, **look: Any) -> None:  # noqa: ANN401
+    """Draw a circle around a point in pixels; `look`: what Pillow's ellipse takes."""
+    x, y = at
+    draw.ellipse((x - radius, y - radius, x + radius, y + radius), **look)
+
+
+def paint_body(
+    draw: ImageDraw,
+    points: FloatArray,
+    depths: FloatArray,
+    radius: float,
+    thick: int,
+    colour_of: Callable[[int], str],
+    outline: tuple[str, int],
+) -> None:
+    """Draw limbs, far ones first, and the head with its outline (colour and width).
+
+    `points` (joints and ends, 2), `radius` of the head and `thick` in pixels.
+    """
+    for parent, child in sorted(BONES, key=lambda bone: float(depths[bone[0]] + depths[bone[1]])):
+        colour = colour_of(child)
+        draw.line([tuple(points[parent]), tuple(points[child])], fill=colour, width=thick)
+        for end in (points[parent], points[child]):
+            paint_disc(draw, end, thick / 2.0, fill=colour)
+    colour, width = outline
+    paint_disc(draw, head_centre(points), radius, fill="white", outline=colour, width=width)
 
 
 def _draw_frame(view: View, frame: int, size: tuple[int, int], metres: float) -> Image:
     from PIL import Image as PilImage
     from PIL import ImageDraw as PilDraw
 
-    width, height = size[0] * _FINE, size[1] * _FINE
+    width, height = size[0] * FINE, size[1] * FINE
     scale = height / metres
     origin = np.array([width / 2.0, height - 0.25 * scale])
 
@@ -85,31 +121,15 @@ def _draw_frame(view: View, frame: int, size: tuple[int, int], metres: float) ->
     draw = PilDraw.Draw(image)
     for line in _grid(view.track[frame]):
         pixels = to_pixels(line)
-        draw.line([tuple(pixels[0]), tuple(pixels[1])], fill=style.GRID, width=_FINE)
+        draw.line([tuple(pixels[0]), tuple(pixels[1])], fill=style.GRID, width=FINE)
     x, y = origin
     reach, rise = 0.31 * scale, 0.31 * np.sin(ELEVATION) * scale
     draw.ellipse((x - reach, y - rise, x + reach, y + rise), fill=style.GRID)
-    points = view.points[frame]
-    head = to_pixels(head_centre(points))
-    _draw_body(draw, to_pixels(points), view.depths[frame], head, scale)
-    return image.resize(size, PilImage.Resampling.LANCZOS)
-
-
-def _draw_body(
-    draw: ImageDraw, points: FloatArray, depths: FloatArray, head: FloatArray, scale: float
-) -> None:
-    """The figure, far limbs first; points and head in pixels, ``scale`` in pixels per metre."""
     thick = max(1, round(0.045 * scale))
-    for parent, child in sorted(BONES, key=lambda bone: float(depths[bone[0]] + depths[bone[1]])):
-        colour = bone_colour(child)
-        draw.line([tuple(points[parent]), tuple(points[child])], fill=colour, width=thick)
-        for x, y in (points[parent], points[child]):
-            r = thick / 2.0
-            draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)
-    (x, y), r = head, HEAD_RADIUS * scale
-    draw.ellipse(
-        (x - r, y - r, x + r, y + r), fill="white", outline=style.TRUNK, width=round(0.8 * thick)
-    )
+    outline, points = (style.TRUNK, round(0.8 * thick)), to_pixels(view.points[frame])
+    radius, depths = HEAD_RADIUS * scale, view.depths[frame]
+    paint_body(draw, points, depths, radius, thick, bone_colour, outline)
+    return image.resize(size, PilImage.Resampling.LANCZOS)
 
 
 def _grid(spot: FloatArray) -> list[FloatArray]:

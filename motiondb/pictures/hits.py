@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,25 +21,13 @@ _WIDTH, _LEFT, _RIGHT = 11.0, 2.9, 0.2
 _ROW, _TITLE, _FOOT = 1.35, 0.5, 0.1  # Inches
 
 
-def draw_hits(
-    hits: Sequence[tuple[Match, Motion]],
-    path: str | Path,
-    *,
-    title: str = "",
-    query: tuple[str, Motion] | None = None,
-    n_figures: int = 7,
-) -> Path:
-    """Draw the answer of a search as PNG, one row a hit, and return its path."""
-    return style.save_png(hits_figure(hits, title, query, n_figures), path)
-
-
 def hits_figure(
     hits: Sequence[tuple[Match, Motion]],
     title: str = "",
     query: tuple[str, Motion] | None = None,
     n_figures: int = 7,
 ) -> Figure:
-    """Draw the answer of a search as a figure; parameters as in :func:`draw_hits`.
+    """Draw the answer of a search, one row a hit.
 
     The first axes are those of the example, if there is one.
     """
@@ -59,8 +46,6 @@ def comparison_figure(
     starts: Sequence[float] = (),
 ) -> Figure:
     """Draw labelled motions as a figure, one row each, all at one scale."""
-    from matplotlib.figure import Figure as MplFigure
-
     if not rows:
         raise MotionDBError("comparison: expected at least 1 motion, found 0. Name one.")
     if n_figures < 1:
@@ -72,10 +57,7 @@ def comparison_figure(
     first = _TITLE if title else 0.15
     height = first + len(rows) * _ROW + _FOOT
     with style.drawing():
-        figure = MplFigure(figsize=(_WIDTH, height), facecolor="white")
-        if title:
-            y = 1.0 - 0.26 / height
-            figure.text(0.2 / _WIDTH, y, title, fontsize=11, fontweight="bold", va="center")
+        figure = style.new_page(_WIDTH, height, title, (0.2, 0.26))
         for number, ((label, _), view) in enumerate(zip(rows, views)):
             place = (height - first - (number + 1) * _ROW, height, high)
             start = starts[number] if starts else 0.0
@@ -94,10 +76,8 @@ def _draw_row(
     """Draw a row; ``place``: lower edge and page height in inches, height of the row in metres."""
     low, height, metres_high = place
     inner = _WIDTH - _LEFT - _RIGHT
-    axes = figure.add_axes(
-        (_LEFT / _WIDTH, (low + 0.12) / height, inner / _WIDTH, (_ROW - 0.12) / height),
-        label=label.partition("\n")[0],
-    )
+    name, _, rest = label.partition("\n")
+    axes = style.add_axes(figure, _LEFT, low + 0.12, inner, _ROW - 0.12, name)
     metres_wide = metres_high * inner / (_ROW - 0.12)
     axes.set_xlim(0.0, metres_wide)
     axes.set_ylim(-0.3, metres_high - 0.3)
@@ -109,8 +89,7 @@ def _draw_row(
         x = (number + 0.5) * metres_wide / n_figures
         draw_figure(axes, view, int(frame), x, line_width=1.9)
         time = f"{start + frame / MOTION_FPS:.1f} s"
-        axes.text(x, -0.17, time, ha="center", va="center", fontsize=6.5, color=style.FAINT)
-    name, _, rest = label.partition("\n")
+        style.write(axes, x, -0.17, time, 6.5, color=style.FAINT)
     x, middle = 0.2 / _WIDTH, (low + 0.55 * _ROW) / height
     figure.text(x, middle, name, fontsize=9, fontweight="bold", va="bottom")
     below = middle - 0.05 / height

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,14 @@ from motiondb.body import body, retarget, rotation
 from motiondb.body.pose_vectors import heading_rotations
 from motiondb.errors import MotionDBError
 from motiondb.pictures import style
-from motiondb.pictures.stick import BONES, HEAD_RADIUS, check_motion, head_centre, world_points
+from motiondb.pictures.animation import (
+    FINE,
+    in_one_palette,
+    paint_body,
+    paint_disc,
+    shown_frames,
+)
+from motiondb.pictures.stick import HEAD_RADIUS, check_motion, head_centre, world_points
 from motiondb.pictures.tactics import court_lines, tactics_figure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.language.tactics import DEFENCE, Diagram
@@ -39,8 +46,6 @@ if TYPE_CHECKING:
 
 ELEVATION = np.deg2rad(28.0)
 """Elevation of the camera, rad, so that players hide one another seldom."""
-_FINE = 2  # Pixels are drawn this many times finer and then averaged, for smooth edges
-_FRAME_SECONDS = 0.05  # Seconds a picture: the shortest delay of a GIF that all browsers keep
 _MAX_SECONDS = 120.0  # Longest animation, s; a longer one would take hundreds of megabytes
 _MARGIN = 0.9  # Margin around all that moves, m
 _RIM_HEIGHT, _RIM, _BALL_RADIUS = 3.05, 0.225, 0.12
@@ -105,7 +110,7 @@ def draw_scene_animation(
     """
     path = style.check_gif(path)
     images = scene_images(diagram, performers, ball, above=above, width=width)
-    return style.save_gif(images, path, _FRAME_SECONDS)
+    return style.save_gif(images, path)
 
 
 def scene_images(
@@ -117,23 +122,12 @@ def scene_images(
     width: int = 640,
 ) -> list[Image]:
     """Return the pictures of an animation, one for every twentieth of a second, in one palette."""
-    from PIL import Image as PilImage
-
     check_performers(diagram, performers)
     stage = _stage(diagram, performers, ball, above, width)
-    duration = stage.points.shape[1] / MOTION_FPS
-    if duration > _MAX_SECONDS:
-        raise MotionDBError(
-            f"animation: expected at most {_MAX_SECONDS:.0f} s, found {duration:.1f} s."
-            " Make a shorter scene."
-        )
+    frames = shown_frames(stage.points.shape[1], _MAX_SECONDS, "Make a shorter scene.")
     ground = _ground(stage, diagram)
-    times = np.arange(0.0, duration, _FRAME_SECONDS)
-    frames = np.minimum((times * MOTION_FPS + 0.5).astype(int), stage.points.shape[1] - 1)
     pictures = [_picture(stage, ground, int(frame)) for frame in frames]
-    middle = pictures[len(pictures) // 2]
-    palette = middle.quantize(96, method=PilImage.Quantize.MEDIANCUT)
-    return [picture.quantize(palette=palette, dither=PilImage.Dither.NONE) for picture in pictures]
+    return in_one_palette(pictures, pictures[len(pictures) // 2], 96)
 
 
 def _stage(
@@ -159,8 +153,8 @@ def _stage(
     high = np.concatenate(seen).max(axis=0) + _MARGIN
     wide = max(high[0] - low[0], 0.75 * (high[1] - low[1]), 4.0)
     middle = (low[0] + high[0]) / 2.0
-    scale = width * _FINE / wide
-    size = (width * _FINE, _FINE * max(round((high[1] - low[1]) * scale / _FINE), 32))
+    scale = width * FINE / wide
+    size = (width * FINE, FINE * max(round((high[1] - low[1]) * scale / FINE), 32))
     left_top = np.array([middle - wide / 2.0, high[1]])
     colours = performer_colours(diagram)
     return _Stage(
@@ -250,7 +244,7 @@ def _picture(stage: _Stage, ground: Image, frame: int) -> Image:
         else:
             _figure(draw, stage, k, frame)
     draw.text((12, 8), f"{frame / MOTION_FPS:.1f} s", fill=style.INK, font=_font(24))
-    return image.reduce(_FINE)
+    return image.reduce(FINE)
 
 
 def _disc(draw: ImageDraw, stage: _Stage, at: FloatArray, radius: float, colour: str) -> None:
@@ -262,28 +256,20 @@ def _disc(draw: ImageDraw, stage: _Stage, at: FloatArray, radius: float, colour:
 
 
 def _ball(draw: ImageDraw, stage: _Stage, at: FloatArray) -> None:
-    x, y = stage.pixels(at)
-    r = max(_BALL_RADIUS * stage.scale, 4.0)
-    draw.ellipse((x - r, y - r, x + r, y + r), fill=BALL, outline=style.INK, width=_FINE)
+    radius = max(_BALL_RADIUS * stage.scale, 4.0)
+    paint_disc(draw, stage.pixels(at), radius, fill=BALL, outline=style.INK, width=FINE)
 
 
 def _figure(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
     """Draw a stick figure, far limbs first, with the name above."""
-    world = stage.points[k, frame]
-    points = stage.pixels(world)
+    world, colour = stage.points[k, frame], stage.colours[k]
+    points, radius = stage.pixels(world), HEAD_RADIUS * stage.scale
     thick = max(2, round(0.06 * stage.scale))
-    depth = world[:, 2]
-    for parent, child in sorted(BONES, key=lambda bone: float(depth[bone[0]] + depth[bone[1]])):
-        _line(draw, points[[parent, child]], stage.colours[k], thick / _FINE)
-        for x, y in (points[parent], points[child]):
-            r = thick / 2.0
-            draw.ellipse((x - r, y - r, x + r, y + r), fill=stage.colours[k])
+    paint_body(draw, points, world[:, 2], radius, thick, lambda _: colour, (colour, thick))
     x, y = head_centre(points)
-    r = HEAD_RADIUS * stage.scale
-    draw.ellipse((x - r, y - r, x + r, y + r), fill="white", outline=stage.colours[k], width=thick)
     tip = stage.pixels(head_centre(world) + 0.17 * stage.looking[k, frame])
-    _line(draw, np.array([[x, y], tip]), stage.colours[k], thick / _FINE)
-    _name(draw, (x, y - r - 12 * _FINE), stage.names[k], stage.colours[k])
+    _line(draw, np.array([[x, y], tip]), colour, thick / FINE)
+    _name(draw, (x, y - radius - 12 * FINE), stage.names[k], colour)
 
 
 def _from_above(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
@@ -298,13 +284,13 @@ def _from_above(draw: ImageDraw, stage: _Stage, k: int, frame: int) -> None:
     for wrist in ("l_wrist", "r_wrist"):
         hand = stage.pixels(np.array([world[body.INDEX["neck"]], world[body.INDEX[wrist]]]))
         _line(draw, hand, colour, 2.0)
-    r = _BODY * stage.scale
-    draw.ellipse((x - r, y - r, x + r, y + r), fill="white", outline=colour, width=2 * _FINE)
+    look = {"fill": "white", "outline": colour, "width": 2 * FINE}
+    paint_disc(draw, np.array([x, y]), _BODY * stage.scale, **look)
     _name(draw, (x, y), stage.names[k], colour)
 
 
 def _name(draw: ImageDraw, at: tuple[float, float], name: str, colour: str) -> None:
-    draw.text(at, name, fill=colour, font=_font(11 * _FINE), anchor="mm")
+    draw.text(at, name, fill=colour, font=_font(11 * FINE), anchor="mm")
 
 
 def _font(size: int) -> FreeTypeFont | ImageFont:
@@ -314,7 +300,7 @@ def _font(size: int) -> FreeTypeFont | ImageFont:
 
 
 def _line(draw: ImageDraw, points: FloatArray, colour: str, width: float) -> None:
-    draw.line([tuple(p) for p in points], fill=colour, width=max(1, round(width * _FINE)))
+    draw.line([tuple(p) for p in points], fill=colour, width=max(1, round(width * FINE)))
 
 
 def performer_colours(diagram: Diagram) -> dict[str, str]:
@@ -327,16 +313,6 @@ def performer_colours(diagram: Diagram) -> dict[str, str]:
         colours[player.name] = tints[counts[defends] % len(tints)]
         counts[defends] += 1
     return colours
-
-
-def draw_scene_paths(
-    diagram: Diagram,
-    performers: Mapping[str, Motion],
-    path: str | Path,
-    ball: FloatArray | None = None,
-) -> Path:
-    """Write the paths over the diagram as PNG; return the file's path; `ball` (frames, 3), m."""
-    return style.save_png(scene_paths_figure(diagram, performers, ball), path)
 
 
 def check_performers(diagram: Diagram, performers: Mapping[str, Motion]) -> None:
@@ -387,16 +363,8 @@ def _draw_way(axes: Axes, motion: Motion, colour: str, name: str) -> None:
     axes.plot(*way[seconds].T, ls="", marker="o", ms=2.6, color=colour, zorder=9)
     axes.plot(*way[:1].T, ls="", marker="o", ms=7, mfc="white", mec=colour, mew=1.6, zorder=9)
     axes.plot(*way[-1:].T, ls="", marker="o", ms=6, color=colour, zorder=9)
-    axes.annotate(
-        name,
-        way[-1],
-        xytext=(5, -7),
-        textcoords="offset points",
-        color=colour,
-        fontsize=8,
-        fontweight="bold",
-        zorder=11,
-    )
+    look: Any = {"color": colour, "fontsize": 8, "fontweight": "bold", "zorder": 11}
+    axes.annotate(name, way[-1], xytext=(5, -7), textcoords="offset points", **look)
 
 
 def _draw_ball_path(axes: Axes, ball: FloatArray) -> None:

@@ -13,8 +13,7 @@ of least overlap.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,22 +34,13 @@ _MAX_LEGEND = 24  # clusters in the legend; more would not fit below the panels
 _CROWD = 80  # More symbols than this are labelled in smaller type
 
 
-def draw_symbol_space(
-    space: SymbolSpace, labels: Sequence[str], path: str | Path, *, title: str = "Symbol space"
-) -> Path:
-    """Draw the symbol space as PNG and return its path."""
-    return style.save_png(space_figure(space, labels, title), path)
-
-
 def space_figure(
     space: SymbolSpace, labels: Sequence[str] = (), title: str = "Symbol space"
 ) -> Figure:
-    """Draw the symbol space as a figure; parameters as in :func:`draw_symbol_space`.
+    """Draw the symbol space.
 
     The first axes are those of the large panel.
     """
-    from matplotlib.figure import Figure as MplFigure
-
     n_symbols, n_dimensions = space.coordinates.shape
     if n_symbols == 0:
         raise MotionDBError("symbol space: expected at least 1 symbol, found 0. Run learn first.")
@@ -66,18 +56,12 @@ def space_figure(
     width = _LEFT + _SIDE + (_LEFT + side if len(pairs) > 1 else 0.0) + 0.25
     height = _FOOT + tall + 0.55
     with style.drawing():
-        figure = MplFigure(figsize=(width, height), dpi=style.DOTS_PER_INCH, facecolor="white")
-        figure.text(
-            _LEFT / width, 1.0 - 0.3 / height, title, fontsize=11, fontweight="bold", va="top"
-        )
+        figure = style.new_page(width, height, title, (_LEFT, 0.3), "top")
         for number, pair in enumerate(pairs):
             box = (_LEFT, _FOOT, _SIDE, tall)
             if number > 0:
                 box = (2.0 * _LEFT + _SIDE, _FOOT + (2 - number) * (side + 0.75), side, side)
-            axes = figure.add_axes(
-                (box[0] / width, box[1] / height, box[2] / width, box[3] / height),
-                label=f"dimensions {pair[0] + 1} and {pair[1] + 1}",
-            )
+            axes = style.add_axes(figure, *box, f"dimensions {pair[0] + 1} and {pair[1] + 1}")
             _draw_panel(axes, space, pair, labels if number == 0 else None)
         _draw_legend(figure, space, _LEFT / width)
     return figure
@@ -99,16 +83,9 @@ def _draw_panel(
         chosen = space.clusters == cluster
         colour, marker = cluster_look(cluster)
         _draw_ellipses(axes, means[cluster], _block(space.covars[cluster], pair), colour)
-        axes.scatter(
-            points[chosen, 0],
-            points[chosen, 1],
-            s=46 if labels is not None else 20,
-            color=colour,
-            marker=marker,
-            edgecolor="white",
-            linewidth=0.7,
-            zorder=4,
-        )
+        look: Any = {"color": colour, "marker": marker, "edgecolor": "white", "linewidth": 0.7}
+        x, y = points[chosen].T
+        axes.scatter(x, y, s=46 if labels is not None else 20, zorder=4, **look)
     texts = [
         f"{n} {labels[n]}".strip() if labels is not None else str(n) for n in range(len(points))
     ]
@@ -160,19 +137,11 @@ def _draw_ellipses(axes: Axes, mean: FloatArray, covar: FloatArray, colour: str)
     sizes = 2.0 * np.sqrt(np.maximum(variances, 0.0))
     angle = float(np.rad2deg(np.arctan2(directions[1, 1], directions[0, 1])))
     for sigma, alpha in ((2.0, 0.07), (1.0, 0.12)):
-        axes.add_patch(
-            Ellipse(
-                (float(mean[0]), float(mean[1])),
-                float(sigma * sizes[1]),
-                float(sigma * sizes[0]),
-                angle=angle,
-                facecolor=(colour, alpha),
-                edgecolor=(colour, 0.55),
-                linewidth=0.8,
-                zorder=1,
-                gid="ellipse",
-            )
-        )
+        wide, high = (sigma * sizes[::-1]).tolist()
+        ellipse = Ellipse((float(mean[0]), float(mean[1])), wide, high, angle=angle, zorder=1)
+        ellipse.set(facecolor=(colour, alpha), edgecolor=(colour, 0.55), linewidth=0.8)
+        ellipse.set_gid("ellipse")
+        axes.add_patch(ellipse)
 
 
 def _write_labels(
@@ -195,9 +164,7 @@ def _write_labels(
     ):
         if offset.max() > 2.0 * gap:
             axes.plot(*zip(point, place), color=style.FAINT, lw=0.5, zorder=2)
-        axes.text(
-            place[0], place[1], text, fontsize=size, ha="center", va="center", zorder=5, gid="label"
-        )
+        style.write(axes, place[0], place[1], text, size, zorder=5, gid="label")
 
 
 def _draw_legend(figure: Figure, space: SymbolSpace, left: float) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb.errors import MotionDBError
@@ -55,19 +54,10 @@ class StringBar:
     timelines: Sequence[Timeline]
 
 
-def draw_strings(
-    cards: Sequence[TerminalCard], bars: Sequence[StringBar], path: str | Path, title: str = ""
-) -> Path:
-    """Draw terminals and strings as PNG."""
-    return style.save_png(strings_figure(cards, bars, title), path)
-
-
 def strings_figure(
     cards: Sequence[TerminalCard], bars: Sequence[StringBar], title: str = ""
 ) -> Figure:
     """Return the picture as a figure: axes for each card, then for each timeline of each row."""
-    from matplotlib.figure import Figure as MplFigure
-
     if not cards and not bars:
         raise MotionDBError("strings: expected terminals or strings to draw, found none.")
     longest = max((bar.seconds for bar in bars), default=_SECONDS_PER_ROW)
@@ -80,10 +70,7 @@ def strings_figure(
     ]
     height = _TITLE + n_cards * (_CARD + _GAP) + _GAP + sum(heights)
     with style.drawing():
-        figure = MplFigure(figsize=(_WIDTH, height), facecolor="white")
-        figure.text(
-            0.25 / _WIDTH, 1 - 0.24 / height, title, fontsize=11, va="center", fontweight="bold"
-        )
+        figure = style.new_page(_WIDTH, height, title)
         _draw_cards(figure, cards, height)
         low = height - _TITLE - n_cards * (_CARD + _GAP) - _GAP
         for (name, start, stop, lines), high in zip(rows, heights):
@@ -114,13 +101,8 @@ def _draw_cards(figure: Figure, cards: Sequence[TerminalCard], height: float) ->
     for number, card in enumerate(cards):
         row, column = divmod(number, _CARDS)
         top = height - _TITLE - row * (_CARD + _GAP)
-        box = (
-            (0.25 + column * width) / _WIDTH,
-            (top - _CARD) / height,
-            (width - _GAP) / _WIDTH,
-            _CARD / height,
-        )
-        axes = figure.add_axes(box, label=f"terminal {card.name}")
+        left, name = 0.25 + column * width, f"terminal {card.name}"
+        axes = style.add_axes(figure, left, top - _CARD, width - _GAP, _CARD, name)
         _draw_card(axes, card, width - _GAP)
 
 
@@ -141,16 +123,8 @@ def _draw_card(axes: Axes, card: TerminalCard, width: float) -> None:
     axes.set_ylim(-0.25, high - 0.25)
     axes.set_axis_off()
     band = 0.22 * scale
-    axes.add_patch(
-        Rectangle(
-            (0.0, high - 0.25 - band),
-            across,
-            band,
-            facecolor=style.tint(card.key),
-            lw=0,
-            gid="band",
-        )
-    )
+    low, colour = high - 0.25 - band, style.tint(card.key)
+    axes.add_patch(Rectangle((0.0, low), across, band, facecolor=colour, lw=0, gid="band"))
     y = high - 0.25 - band / 2.0
     axes.text(0.06 * scale, y, card.name, fontsize=9, va="center", fontweight="bold", gid="name")
     room = int((width - 0.12 - 0.09 * len(card.name) - 0.1) / 0.068)
@@ -175,30 +149,15 @@ def _draw_row(
     """Draw one row downwards from ``low`` (inches): name, timelines and every fifth second."""
     inner, start = _WIDTH - _LEFT - _RIGHT, span[0]
     if name:
-        figure.text(
-            _LEFT / _WIDTH,
-            (low - _NAME / 2) / height,
-            name,
-            fontsize=8,
-            va="center",
-            color=style.FAINT,
-        )
+        y = (low - _NAME / 2) / height
+        style.write(figure, _LEFT / _WIDTH, y, name, 8, ha="left", color=style.FAINT)
         low -= _NAME
     for line in lines:
         high = _LANE * n_lanes(line)
         low -= high
-        box = (_LEFT / _WIDTH, low / height, inner / _WIDTH, high / height)
-        axes = figure.add_axes(box, label=f"{line.name} {name} {start:g}")
+        axes = style.add_axes(figure, _LEFT, low, inner, high, f"{line.name} {name} {start:g}")
         draw_timeline(axes, line, start, start + seconds, seconds / inner)
     first = int(-(-start // 5) * 5)
     for second in range(first, int(span[1]) + 1, 5):
         x = (_LEFT + inner * (second - start) / seconds) / _WIDTH
-        figure.text(
-            x,
-            (low - 0.08) / height,
-            f"{second} s",
-            fontsize=6,
-            color=style.FAINT,
-            ha="center",
-            va="center",
-        )
+        style.write(figure, x, (low - 0.08) / height, f"{second} s", 6, color=style.FAINT)

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,25 +65,6 @@ class _Layout:
         return self.metres_high * self.inner / _FIGURES
 
 
-def draw_strip(
-    motion: Motion,
-    path: str | Path,
-    *,
-    title: str = "",
-    timelines: Sequence[Timeline] = (),
-    n_figures: int | None = None,
-    seconds_per_row: float | None = None,
-) -> Path:
-    """Draw a strip of stick figures with timelines below as PNG, and return its path.
-
-    `n_figures`: Figures in a row. None: as many as fit without overlap, from 3 to 24.
-
-    `seconds_per_row`: Seconds in a row. None: 12 s, or more where that would give over 10 rows;
-    whole seconds if there are several rows.
-    """
-    return style.save_png(strip_figure(motion, title, timelines, n_figures, seconds_per_row), path)
-
-
 def strip_figure(
     motion: Motion,
     title: str = "",
@@ -92,19 +72,19 @@ def strip_figure(
     n_figures: int | None = None,
     seconds_per_row: float | None = None,
 ) -> Figure:
-    """Draw the strip as a figure; parameters as in :func:`draw_strip`.
+    """Draw a strip of stick figures with timelines below.
+
+    `n_figures`: Figures in a row. None: as many as fit without overlap, from 3 to 24.
+
+    `seconds_per_row`: Seconds in a row. None: 12 s, or more where that would give over 10 rows;
+    whole seconds if there are several rows.
 
     The axes of a row are those of the figures, then one for each timeline, then that of time.
     """
-    from matplotlib.figure import Figure as MplFigure
-
     view = view_motion(motion)
     layout = _layout(view, timelines, n_figures, seconds_per_row)
     with style.drawing():
-        figure = MplFigure(figsize=(_WIDTH, layout.height), facecolor="white")
-        if title:
-            y = 1.0 - 0.24 / layout.height
-            figure.text(_LEFT / _WIDTH, y, title, fontsize=11, va="center", fontweight="bold")
+        figure = style.new_page(_WIDTH, layout.height, title, (_LEFT, 0.24))
         for row in range(len(layout.rows)):
             _draw_row(figure, view, layout, row)
     return figure
@@ -153,8 +133,7 @@ def _draw_row(figure: Figure, view: View, layout: _Layout, row: int) -> None:
     def add_axes(name: str, high: float) -> Axes:
         nonlocal low
         low -= high
-        box = (_LEFT / _WIDTH, low / layout.height, layout.inner / _WIDTH, high / layout.height)
-        return figure.add_axes(box, label=f"{name} {row}")
+        return style.add_axes(figure, _LEFT, low, layout.inner, high, f"{name} {row}")
 
     axes = add_axes("figures", _FIGURES)
     axes.set_xlim(0.0, layout.metres_wide)
@@ -252,33 +231,13 @@ def draw_timeline(
 
     letter = 0.075 * seconds_per_inch
     for (left, right, label, key), lane in zip(timeline.spans, lanes(timeline.spans)):
-        axes.add_patch(
-            Rectangle(
-                (left, lane + 0.08),
-                right - left,
-                0.84,
-                facecolor=style.tint(key),
-                edgecolor="white",
-                linewidth=0.8,
-                gid="span",
-            )
-        )
+        colours: Any = {"facecolor": style.tint(key), "edgecolor": "white", "linewidth": 0.8}
+        axes.add_patch(Rectangle((left, lane + 0.08), right - left, 0.84, gid="span", **colours))
         text = fit_label(label, right - left - 0.5 * letter, letter)
         if text:
-            middle = (left + right) / 2.0
-            axes.text(
-                middle, lane + 0.52, text, ha="center", va="center", fontsize=7.5, gid="label"
-            )
+            style.write(axes, (left + right) / 2.0, lane + 0.52, text, 7.5, gid="label")
     axes.set_ylim(n_lanes(timeline), 0)
     axes.set_xlim(start, end)
     axes.set_axis_off()
-    axes.text(
-        -0.008,
-        0.5,
-        timeline.name,
-        transform=axes.transAxes,
-        ha="right",
-        va="center",
-        fontsize=8,
-        color=style.FAINT,
-    )
+    look = {"ha": "right", "color": style.FAINT, "transform": axes.transAxes}
+    style.write(axes, -0.008, 0.5, timeline.name, 8, **look)

@@ -19,12 +19,14 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import whole_file
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
 LEFT, RIGHT, TRUNK = "#0072B2", "#D55E00", "#3C4048"
 INK, FAINT, GROUND, GRID, SHADOW = "#24272D", "#8A9099", "#B9BEC6", "#D5D8DE", "#E6E8EC"
 DOTS_PER_INCH = 110  # Resolution of the pictures. Chosen by eye
+FRAME_SECONDS = 0.05  # Seconds a picture: the shortest delay of a GIF that all browsers keep
 
 TINTS: tuple[str, ...] = (
     "#88CCEE",
@@ -82,6 +84,37 @@ def drawing() -> Iterator[None]:
         yield
 
 
+def new_page(
+    width: float,
+    height: float,
+    title: str = "",
+    at: tuple[float, float] = (0.25, 0.24),
+    va: str = "center",
+) -> Figure:
+    """Return a white page of a size in inches; `at`: place of the title from the left and top."""
+    from matplotlib.figure import Figure as MplFigure
+
+    page = MplFigure(figsize=(width, height), dpi=DOTS_PER_INCH, facecolor="white")
+    if title:
+        left, down = at[0] / width, 1.0 - at[1] / height
+        page.text(left, down, title, fontsize=11, fontweight="bold", va=va)
+    return page
+
+
+def add_axes(
+    page: Figure, left: float, low: float, width: float, height: float, label: str
+) -> Axes:
+    """Add axes to a page; their left and lower edge and their size in inches."""
+    across, high = page.get_size_inches()
+    return page.add_axes((left / across, low / high, width / across, height / high), label=label)
+
+
+def write(where: Axes | Figure, x: float, y: float, text: str, size: float, **look: Any) -> None:  # noqa: ANN401
+    """Write a text around a point; `look`: what matplotlib's text takes besides."""
+    centred: dict[str, Any] = {"fontsize": size, "ha": "center", "va": "center"}
+    where.text(x, y, text, **centred | look)
+
+
 def tint(key: int | str) -> str:
     """Fill colour of a symbol number or a word, the same in every picture.
 
@@ -116,15 +149,15 @@ def check_gif(path: str | Path) -> Path:
     return path
 
 
-def save_gif(images: Sequence[Image], path: Path, frame_seconds: float) -> Path:
-    """Write images as a GIF that repeats endlessly, and return its path."""
+def save_gif(images: Sequence[Image], path: Path) -> Path:
+    """Write images, one every ``FRAME_SECONDS``, as a GIF that repeats endlessly."""
     with _whole_picture(path) as draft:
         images[0].save(
             draft,
             format="GIF",
             save_all=True,
             append_images=images[1:],
-            duration=round(1000 * frame_seconds),
+            duration=round(1000 * FRAME_SECONDS),
             loop=0,
             optimize=False,
         )

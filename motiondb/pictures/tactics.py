@@ -10,7 +10,6 @@ player who is guarded or whose shot is blocked. Numbers are the steps. Court lin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,26 +40,16 @@ class _Stroke:
     step: int
 
 
-def draw_tactics(diagram: Diagram, path: str | Path) -> Path:
-    """Write a diagram as PNG; return its path."""
-    return style.save_png(tactics_figure(diagram), path)
-
-
 def tactics_figure(diagram: Diagram) -> Figure:
     """Return a diagram as a figure with one panel, in metres."""
-    from matplotlib.figure import Figure as MplFigure
-
     court = diagram.court
     width, height = court.width + 2 * _MARGIN, court.length + 2 * _MARGIN
     head = 0.22
     with style.drawing():
-        figure = MplFigure(
-            figsize=(_SCALE * width, _SCALE * height + head), dpi=style.DOTS_PER_INCH
-        )
-        figure.set_facecolor("white")
-        share = _SCALE * height / (_SCALE * height + head)
-        axes = figure.add_axes((0.0, 0.0, 1.0, share), label="court")
-        figure.text(0.02, 1.0 - 0.012, diagram.name, fontsize=11, fontweight="bold", va="top")
+        across, high = _SCALE * width, _SCALE * height
+        at = 0.02 * across, 0.012 * (high + head)
+        figure = style.new_page(across, high + head, diagram.name, at, "top")
+        axes = style.add_axes(figure, 0.0, 0.0, across, high, "court")
         axes.set_xlim(-width / 2, width / 2)
         axes.set_ylim(court.length - court.behind_rim + _MARGIN, -court.behind_rim - _MARGIN)
         axes.set_axis_off()
@@ -280,21 +269,10 @@ def _draw_players(axes: Axes, diagram: Diagram, strokes: list[_Stroke]) -> None:
                 xs = [at[0] - reach, at[0] + reach]
                 axes.plot(xs, [at[1] - sign * reach, at[1] + sign * reach], color=colour, lw=2.4)
             x, z = _freest_corner(np.array(at), strokes, diagram)
-            axes.text(
-                x, z, player.name, fontsize=8.5, color=colour, ha="center", va="center", zorder=6
-            )
+            style.write(axes, x, z, player.name, 8.5, color=colour, zorder=6)
             continue
         axes.add_patch(Circle(at, _RADIUS, fc="white", ec=colour, lw=1.8, zorder=5, gid="player"))
-        axes.text(
-            at[0],
-            at[1],
-            player.name,
-            fontsize=8.5,
-            color=colour,
-            ha="center",
-            va="center",
-            zorder=6,
-        )
+        style.write(axes, *at, player.name, 8.5, color=colour, zorder=6)
 
 
 def _freest_corner(at: FloatArray, strokes: list[_Stroke], diagram: Diagram) -> FloatArray:
@@ -326,14 +304,4 @@ def _number(axes: Axes, strokes: list[_Stroke], diagram: Diagram) -> None:
     every = np.concatenate([pixels, taken])
     places = place_labels(every, sizes, 4.0, low, high)[: len(pixels)]
     for stroke, place in zip(strokes, to_pixels.inverted().transform(places), strict=True):
-        axes.text(
-            float(place[0]),
-            float(place[1]),
-            str(stroke.step),
-            fontsize=8,
-            ha="center",
-            va="center",
-            color=style.INK,
-            zorder=7,
-            gid="step",
-        )
+        style.write(axes, place[0], place[1], str(stroke.step), 8, zorder=7, gid="step")

@@ -9,9 +9,8 @@ another node. Narrow trees are drawn side by side.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError
 from motiondb.grammar.cfg.context_free import Tree
@@ -55,20 +54,7 @@ class _Placed:
     width: float
     height: float
     left: float = 0.0  # Distance from the left edge of the page, in inches
-    top: float = field(default=0.0)  # Distance from the top of the page below the title, in inches
-
-
-def draw_trees(
-    trees: Sequence[TreePicture],
-    path: str | Path,
-    title: str = "",
-    colours: Mapping[str, int] | None = None,
-) -> Path:
-    """Draw derivation trees as PNG, and return the path.
-
-    `colours`: Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
-    """
-    return style.save_png(trees_figure(trees, title, colours), path)
+    top: float = 0.0  # Distance from the top of the page below the title, in inches
 
 
 def trees_figure(
@@ -78,24 +64,14 @@ def trees_figure(
 
     `colours`: Terminal -> number of its tint. A terminal that is missing gets the tint of its name.
     """
-    from matplotlib.figure import Figure as MplFigure
-
     if not trees:
         raise MotionDBError("trees: expected at least one tree to draw, found none. Parse first.")
     placed, width, height = _arrange([_lay_out(tree) for tree in trees])
     with style.drawing():
-        figure = MplFigure(figsize=(width, height + _TITLE), facecolor="white")
-        if title:
-            y = 1.0 - 0.24 / (height + _TITLE)
-            figure.text(_MARGIN / width, y, title, fontsize=11, va="center", fontweight="bold")
+        figure = style.new_page(width, height + _TITLE, title, (_MARGIN, 0.24))
         for one in placed:
-            box = (
-                one.left / width,
-                1.0 - (one.top + one.height + _TITLE) / (height + _TITLE),
-                one.width / width,
-                one.height / (height + _TITLE),
-            )
-            axes = figure.add_axes(box, label=one.picture.caption)
+            low, name = height - one.top - one.height, one.picture.caption
+            axes = style.add_axes(figure, one.left, low, one.width, one.height, name)
             _draw_tree(axes, one, colours or {})
     return figure
 
@@ -143,17 +119,14 @@ def _lay_out(picture: TreePicture) -> _Placed:
 
 def _arrange(trees: Sequence[_Placed]) -> tuple[list[_Placed], float, float]:
     """Arrange the trees in rows, in their order; return also the width and height of the page."""
-    page = max(_WIDTH, max(tree.width for tree in trees))
-    if len(trees) == 1:
-        page = max(trees[0].width, 4.0)
+    least = 4.0 if len(trees) == 1 else _WIDTH
+    page = max(least, *(tree.width for tree in trees))
     placed: list[_Placed] = []
     left = top = shelf = 0.0
     for tree in trees:
         if left and left + tree.width > page:
             left, top, shelf = 0.0, top + shelf, 0.0
-        placed.append(
-            _Placed(tree.picture, tree.nodes, tree.width, tree.height, left=left, top=top)
-        )
+        placed.append(replace(tree, left=left, top=top))
         left += tree.width
         shelf = max(shelf, tree.height)
     return placed, page, top + shelf
@@ -183,33 +156,15 @@ def _draw_tree(axes: Axes, placed: _Placed, colours: Mapping[str, int]) -> None:
         if node.kind == "terminal":
             key = colours.get(node.symbol, node.symbol)
             half = _PLACE * 0.44
-            axes.add_patch(
-                FancyBboxPatch(
-                    (x - half, y - 0.11),
-                    2 * half,
-                    0.22,
-                    boxstyle="round,pad=0,rounding_size=0.05",
-                    facecolor=style.tint(key),
-                    edgecolor=edge,
-                    linewidth=1.2,
-                    zorder=2,
-                    gid="terminal",
-                )
-            )
+            tile = FancyBboxPatch((x - half, y - 0.11), 2 * half, 0.22, zorder=2, gid="terminal")
+            tile.set_boxstyle("round", pad=0, rounding_size=0.05)
+            tile.set(facecolor=style.tint(key), edgecolor=edge, linewidth=1.2)
+            axes.add_patch(tile)
         elif node.kind == "empty":
             axes.plot([x], [y + 0.16], "o", ms=3, mfc="white", mec=style.FAINT, zorder=2)
+        look: dict[str, Any] = {"color": style.INK, "fontweight": "bold"}
+        if node.kind != "terminal":
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+            look = {"color": style.RIGHT if number in marked else style.INK, "bbox": box}
         size = 7.5 if len(node.symbol) < 5 else 6.0
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-        axes.text(
-            x,
-            y,
-            node.symbol,
-            ha="center",
-            va="center",
-            fontsize=size,
-            zorder=3,
-            gid="symbol",
-            color=style.RIGHT if number in marked and node.kind != "terminal" else style.INK,
-            fontweight="bold" if node.kind == "terminal" else "normal",
-            bbox=None if node.kind == "terminal" else box,
-        )
+        style.write(axes, x, y, node.symbol, size, zorder=3, gid="symbol", **look)

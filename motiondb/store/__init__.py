@@ -85,6 +85,9 @@ from motiondb.store.connection.transactions import (
     revision,
     transaction,
 )
+from motiondb.store.connection.turns import (
+    somebody_waits,
+)
 from motiondb.store.grammars import (
     Derivation,
     GrammarSize,

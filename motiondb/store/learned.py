@@ -85,17 +85,12 @@ def save_learning(store: Store, learning: StoredLearning) -> None:
         finish_run(store, run_id)
 
 
-def load_learning(store: Store, *, segments: bool = True, scores: bool = True) -> StoredLearning:
+def load_learning(store: Store) -> StoredLearning:
     """Load everything that was learned."""
-    size = load_learning_size(store)
-    empty = np.zeros(0, dtype=np.int64), np.zeros(0)
-    none = SegmentTable(
-        empty[0], empty[0], empty[0], empty[0], empty[1], empty[1], np.zeros((0, 0), np.float32)
-    )
     return StoredLearning(
-        size.run_id,
+        load_learning_size(store).run_id,
         load_symbols(store),
-        load_segments(store, scores=scores) if segments else none,
+        load_segments(store),
         load_space(store),
         load_association(store),
         load_transition_counts(store),

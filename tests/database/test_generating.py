@@ -14,6 +14,7 @@ import motiondb
 from motiondb import MotionDB
 from motiondb.errors import QueryError
 from motiondb.generate.occurrences import find_occurrences, measured_track
+from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.generate.shown_actions import Asked, judge_motion
 from motiondb.records import MOTION_FPS
 
@@ -160,7 +161,7 @@ def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -
 def test_a_motion_that_does_not_do_a_measured_word_does_not_show_it(db: MotionDB) -> None:
     made = db.generate("kick for half a second, then stand up")
     path = made.motion
-    asked = Asked((("jump",),), (), *made.spans[0], directions=("jump",))
+    asked = Asked(PlannedAction((("jump",),)), *made.spans[0], directions=("jump",))
     judged = judge_motion(db.learned, path, [asked], [])[0]
     assert (judged.shown, judged.reason) == (False, "it does not jump")
 

@@ -250,11 +250,12 @@ def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) 
             self.file.write(chunk[:50])
             raise OSError(errno.ENOSPC, "No space left on device")
 
-    def opened(part, mode):
-        return FullDisk(real(part, mode)) if "_06" in part.name else real(part, mode)
+    def opened(part, mode="r", *rest, **named):
+        file = real(part, mode, *rest, **named)
+        return FullDisk(file) if "_06" in part.name and mode != "rb" else file
 
-    real = download._open_part
-    monkeypatch.setattr(download, "_open_part", opened)
+    real = Path.open
+    monkeypatch.setattr(Path, "open", opened)
     with pytest.raises(UnreachableError) as caught:
         fetch(site, tmp_path)
     part = tmp_path / "14" / "14_06.amc.part"
@@ -263,7 +264,7 @@ def test_a_full_disk_stops_and_keeps_what_is_whole(site, tmp_path, monkeypatch) 
         "Make room and run the same command again; downloaded files are kept."
     )
     assert (tmp_path / "cmu-captions.tsv").read_text() == HEADER + ROWS[0]
-    monkeypatch.setattr(download, "_open_part", real)
+    monkeypatch.setattr(Path, "open", real)
     fetch(site, tmp_path)
     assert site.asked(WALK) == [None, "bytes=50-"]
     assert files_in(tmp_path) == whole(site)

@@ -143,3 +143,9 @@ def test_a_nearly_straight_knee_does_not_snap() -> None:
     upper, _ = kinematics.two_bone(hip, knee, ankle, target, ahead)
     moved = np.linalg.norm(hip + rotation.rotate(upper, knee - hip) - knee)
     assert moved < 2 * 0.0022
+
+
+@pytest.mark.parametrize("n_frames", [1, 2])
+def test_a_frame_or_two_are_left_alone(n_frames: int) -> None:
+    motion = standing(n_frames)
+    assert contact.lock_feet(motion) is motion

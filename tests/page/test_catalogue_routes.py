@@ -95,6 +95,22 @@ def test_what_somebody_else_wrote_is_not_undone(learned_copy: Path, serve: Serve
         assert db.captions(NAME)[0].words == "somebody else wrote this"
 
 
+def test_an_edit_that_could_not_be_undone_can_be_undone_later(
+    learned_copy: Path, serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = serve(learned_copy)
+    before = get(client, "/api/capture", name=NAME)["words"]
+    post(client, "/api/words", {"capture": NAME, "words": "walk"})
+
+    def full(*_arguments: object) -> None:
+        raise motiondb.StoreError("expected room on the disk, found none")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(motiondb.MotionDB, "set_captions", full)
+        assert client.post("/api/undo", json={}).status_code == 400
+    assert post(client, "/api/undo", {})["words"] == before
+
+
 def test_words_without_sense_change_nothing(learned_copy: Path, serve: Serve) -> None:
     client = serve(learned_copy)
     answer = client.post("/api/words", json={"capture": NAME, "words": "walk", "end": 99})

@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +53,28 @@ def test_the_file_is_free_while_features_are_computed(
     held.warm()  # they are there now
     assert opened == [0]
     held.close()
+
+
+def test_a_command_has_its_turn_beside_requests_without_a_break(learned_copy: Path) -> None:
+    held, ended = HeldDatabase(learned_copy, read_only=False, wait=60.0), threading.Event()
+
+    def ask() -> None:
+        while not ended.is_set():
+            with held.use() as db:
+                db.revision()
+                time.sleep(0.05)
+
+    requests = [threading.Thread(target=ask) for _ in range(3)]
+    for request in requests:
+        request.start()
+    code = "import motiondb, sys; motiondb.open(sys.argv[1], wait=10).close()"
+    codes = [subprocess.run([sys.executable, "-c", code, learned_copy]).returncode for _ in "ab"]
+    ended.set()
+    for request in requests:
+        request.join()
+    held.close()
+    assert codes == [0, 0]
+    assert not list(learned_copy.parent.glob(".*.waits"))
 
 
 def test_nothing_is_loaded_where_nothing_was_learned(tmp_path: Path) -> None:

@@ -69,6 +69,32 @@ def test_a_folder_that_the_user_allowed_is_added(tmp_path: Path, serve: Serve, s
     assert client.post("/api/add", json={}).status_code == 400
 
 
+def test_links_out_of_an_allowed_folder_are_named_and_not_read(
+    tmp_path: Path, serve: Serve, some: Path
+) -> None:
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "secret.bvh").write_text("SECRET words")
+    (outside / "take.json").write_text('{"Frames": "SECRET"}')
+    (some / "a.bvh").symlink_to(outside / "secret.bvh")
+    (some / "b.json").symlink_to(outside / "take.json")
+    (some / "words.tsv").symlink_to(outside / "secret.bvh")
+    (some / "deep").symlink_to(outside)
+    (some / "loop.bvh").symlink_to("loop.bvh")
+    client = serve(tmp_path / "new.duckdb", folders=(some,))
+    for path in ("words.tsv", "loop.bvh"):
+        body = {"folder": {"root": 0}, "words": path}
+        assert client.post("/api/add", json=body).status_code == 404
+    result = ended(client, post(client, "/api/add", {"folder": {"root": 0}}))["result"]
+    why = "expected a file inside the folder, found a link that leads out of it."
+    assert result["problems"] == [
+        f"{name}: {why} Copy the file into the folder." for name in ("a.bvh", "b.json")
+    ]
+    assert result["captures"] == ["ana/bow_1", "ana/jump_1", "boris/kick_1", "boris/punch_1"]
+    assert "SECRET" not in json.dumps(result)
+    assert {note.partition(":")[0] for note in result["notes"]} >= {"deep", "loop.bvh"}
+
+
 def test_a_job_that_fails_says_why(tmp_path: Path, serve: Serve) -> None:
     client = serve(tmp_path / "new.duckdb")
     job = ended(client, post(client, "/api/learn", {}))

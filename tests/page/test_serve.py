@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import urllib.request
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,20 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
         serving.check_settings(PageSettings(Path("x"), folders=(tmp_path / "none",)))
 
 
+def test_folders_of_killed_servers_are_removed_and_no_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    for name in ("motiondb-page-killed", "mine"):
+        (tmp_path / name / "uploads").mkdir(parents=True)
+    (tmp_path / "motiondb-page-link").symlink_to(tmp_path / "mine")
+    with serving.private_folder() as first, serving.private_folder() as second:
+        assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+            ["mine", "motiondb-page-link", first.name, second.name]
+        )
+    assert (tmp_path / "mine" / "uploads").is_dir()
+
+
 def test_a_port_that_is_taken_is_told(command: Any, learned_file: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -57,7 +72,10 @@ def test_a_read_only_page_needs_a_database(command: Any) -> None:
     assert "expected a database of motiondb, found no such file" in ended.err
 
 
-def test_it_serves_until_it_is_interrupted(learned_file: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_it_serves_until_it_is_ended_and_leaves_nothing(
+    ending: signal.Signals, learned_file: Path, tmp_path: Path
+) -> None:
     code = "from motiondb.cli.main import main; main()"
     words = ["serve", "--no-open", "--port", "0", "--read-only", "--db", str(learned_file)]
     environment = os.environ | {"TMPDIR": str(tmp_path)}
@@ -72,6 +90,6 @@ def test_it_serves_until_it_is_interrupted(learned_file: Path, tmp_path: Path) -
             with urllib.request.urlopen(f"{address}api/jobs", timeout=60) as answer:
                 assert json.load(answer) == {"jobs": []}
         finally:
-            server.send_signal(signal.SIGINT)
+            server.send_signal(ending)
             server.communicate(timeout=60)
     assert list(tmp_path.iterdir()) == []

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import io
 from pathlib import Path, PurePosixPath
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from page_serving import Serve
 from starlette.testclient import TestClient
 
 from motiondb.page.errors import PageError
@@ -54,6 +56,38 @@ def test_kinds_are_told_by_endings_and_others_refused(client: TestClient) -> Non
     assert facts["files"][0]["ref"] == f"upload:{facts['upload']}/a.bvh"
 
 
+@pytest.mark.parametrize("names", [("a.bvh", "A.bvh/b.bvh"), ("a.bvh/b.bvh", "A.bvh")])
+def test_a_name_is_that_of_a_file_or_of_a_folder(client: TestClient, names: list[str]) -> None:
+    facts = client.post("/api/uploads", files=[("files", (n, b"x")) for n in names]).json()
+    assert [file["name"] for file in facts["files"]] == [names[0]]
+    assert facts["refused"] == [
+        {"name": names[1], "message": "expected a file or a folder of one name, found both."}
+    ]
+
+
+def test_a_name_that_the_system_refuses_is_refused(client: TestClient) -> None:
+    files = [("files", (name, b"x")) for name in ("漢" * 99 + ".bvh", "a.bvh")]
+    answer = client.post("/api/uploads", files=files)
+    assert answer.json()["refused"][0]["message"] == (
+        "expected a name that can be stored, found: File name too long."
+    )
+
+
+def test_a_full_disk_is_told_and_keeps_nothing(
+    tmp_path: Path, serve: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client = serve(tmp_path / "new.duckdb")
+
+    def write(_path: Path, _mode: str) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "open", write)
+    answer = client.post("/api/uploads", files=[("files", ("a.bvh", b"x"))])
+    assert answer.status_code == 507
+    assert "No space left on device" in answer.json()["error"]["message"]
+    assert [*tmp_path.glob("private-*/uploads/*")] == []
+
+
 def test_an_upload_without_captures_is_refused(client: TestClient) -> None:
     answer = client.post("/api/uploads", files=[("files", ("run.exe", b"MZ"))])
     assert answer.status_code == 415
@@ -65,17 +99,13 @@ def test_an_upload_without_captures_is_refused(client: TestClient) -> None:
 
 def test_the_oldest_uploads_are_dropped_when_there_is_too_much(tmp_path: Path) -> None:
     uploads = Uploads(tmp_path, UploadLimits(kept_bytes=10))
-    kept = []
-    for _ in range(2):
-        received = uploads.begin()
-        received.take("a.bvh", io.BytesIO(b"x" * 8))
-        kept.append(uploads.keep(received))
-    assert not kept[0].folder.exists()
-    assert kept[1].path("a.bvh").read_bytes() == b"x" * 8
+    first, second = (uploads.receive([("a.bvh", io.BytesIO(b"x" * 8))]).upload for _ in "ab")
+    assert [path.name for path in tmp_path.iterdir()] == [second]
+    assert uploads.path(second, "a.bvh").read_bytes() == b"x" * 8
     with pytest.raises(PageError, match="Upload the files again"):
-        uploads.get(kept[0].upload_id)
+        uploads.path(first)
     with pytest.raises(PageError, match="uploaded file"):
-        kept[1].path("../a.bvh")
+        uploads.path(second, "../a.bvh")
 
 
 def test_an_uploaded_file_is_an_example_like_a_stored_one(

@@ -11,6 +11,7 @@ import hand_made
 import numpy as np
 import pytest
 from hand_made import DIAGRAM, people, rest, standing, swing
+from matplotlib.figure import Figure
 from PIL import Image
 
 from motiondb import pictures
@@ -27,14 +28,14 @@ WORDS = pictures.Timeline("words", [(0.0, 1.5, "$5 歩く_{x", "walk")])
 CARD = pictures.TerminalCard("a", "walk", 0, swing(20))
 HIT = Match(1, "16/16_01", 1.0, 2.0, 0.912345, ("walk", "swing"))
 Draw = Callable[[Path], Path]
-PNG: dict[str, Draw] = {
-    "strip": lambda p: pictures.draw_strip(swing(45), p, title="$a_b$", timelines=[WORDS]),
-    "hits": lambda p: pictures.draw_hits([(HIT, swing(60))], p, title="walk"),
-    "space": lambda p: pictures.draw_symbol_space(hand_made.space(30, 3, 12), ["walk"] * 30, p),
-    "tactics": lambda p: pictures.draw_tactics(DIAGRAM, p),
-    "trees": lambda p: pictures.draw_trees([TREE], p, "many"),
-    "strings": lambda p: pictures.draw_strings([CARD], [], p),
-    "scene": lambda p: pictures.draw_scene_paths(DIAGRAM, people(), p),
+PNG: dict[str, Callable[[], Figure]] = {
+    "strip": lambda: pictures.strip_figure(swing(45), "$a_b$", [WORDS]),
+    "hits": lambda: pictures.hits_figure([(HIT, swing(60))], "walk"),
+    "space": lambda: pictures.space_figure(hand_made.space(30, 3, 12), ["walk"] * 30),
+    "tactics": lambda: pictures.tactics_figure(DIAGRAM),
+    "trees": lambda: pictures.trees_figure([TREE], "many"),
+    "strings": lambda: pictures.strings_figure([CARD], []),
+    "scene": lambda: pictures.scene_paths_figure(DIAGRAM, people()),
 }
 GIF: dict[str, Draw] = {
     "animation": lambda p: pictures.draw_animation(swing(30), p, height=96),
@@ -44,7 +45,7 @@ GIF: dict[str, Draw] = {
 
 @pytest.mark.parametrize("kind", PNG)
 def test_a_picture_is_written_whole_and_the_same_each_time(kind: str, tmp_path: Path) -> None:
-    first, second = (PNG[kind](tmp_path / name) for name in ("a.png", "b.png"))
+    first, second = (pictures.save_png(PNG[kind](), tmp_path / name) for name in ("a.png", "b.png"))
     assert first.read_bytes() == second.read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
     with Image.open(first) as image:
@@ -68,17 +69,17 @@ def test_a_gif_runs_in_real_time(kind: str, milliseconds: int, tmp_path: Path) -
 NAN = replace(rest(2), root_positions=rest(2).root_positions * np.float32(np.nan))
 REFUSED: dict[str, Draw] = {
     "expected a file that can be written, found: No such file or directory. Check the folder": (
-        lambda p: pictures.draw_strip(rest(2), p / "no" / "a.png")
+        lambda p: pictures.save_png(pictures.strip_figure(rest(2)), p / "no" / "a.png")
     ),
     "strip: expected at least 1 figure in a row, found 0. Ask for more.": (
-        lambda p: pictures.draw_strip(rest(2), p / "a.png", n_figures=0)
+        lambda _: pictures.strip_figure(rest(2), n_figures=0)
     ),
     "strip: expected a row of more than 0 s, found 0.0. Ask for more.": (
-        lambda p: pictures.draw_strip(rest(2), p / "a.png", seconds_per_row=0.0)
+        lambda _: pictures.strip_figure(rest(2), seconds_per_row=0.0)
     ),
-    "expected at least one tree to draw, found none": lambda p: pictures.draw_trees([], p),
+    "expected at least one tree to draw, found none": lambda _: pictures.trees_figure([]),
     "expected terminals or strings to draw, found none": (
-        lambda p: pictures.draw_strings([], [], p)
+        lambda _: pictures.strings_figure([], [])
     ),
     "a: expected an interval within its 3.00 s, found one from 3.00 s on. Run motiondb learn": (
         lambda _: cut_motion(swing(90), Match(1, "a", 3.0, 4.0, 0.0))
@@ -107,7 +108,7 @@ REFUSED: dict[str, Draw] = {
     "symbol space: expected 3 labels, one a symbol, found 1. Run motiondb learn again, so that": (
         lambda _: space_figure(hand_made.space(3, 2), ["walk"])
     ),
-    "expected at least 1 character": lambda p: pictures.draw_scene_paths(DIAGRAM, {}, p / "p.png"),
+    "expected at least 1 character": lambda _: pictures.scene_paths_figure(DIAGRAM, {}),
     "Z9: expected a player of the diagram (A1, A2": (
         lambda p: pictures.draw_scene_animation(DIAGRAM, {"Z9": standing(0, 0, 0)}, p / "p.gif")
     ),

@@ -11,7 +11,7 @@ import typer
 from typer.testing import CliRunner
 
 from motiondb.cli.main import app
-from robustness_tasks import commands
+from robustness_tasks import commands, kills
 from robustness_tasks.commands import ASKING, COMMANDS, FILE_OPTIONS, NOT_ATTACKED, words_of
 
 LEAVES: dict[str, Any] = dict(commands.leaves(typer.main.get_command(app)))
@@ -66,3 +66,18 @@ def test_commands_that_ask_leave_the_folder_as_it_was(
         has_grammar = words_of(name)[0] != "grammar" or name == "grammar list"  # else: none learned
         assert ended.exit_code == 0 or not has_grammar, (name, ended.output, ended.exception)
         assert digests(base) == before, name
+
+
+@pytest.fixture(scope="module")
+def killed_base(tmp_path_factory: pytest.TempPathFactory, learned_file: Path) -> Path:
+    return kills.prepared(
+        tmp_path_factory.mktemp("killed") / "killed_base", learned_file, has_scene=False
+    )
+
+
+@pytest.mark.parametrize("kind", ["words set", "events import", "compact"])
+def test_a_killed_command_did_all_or_nothing(killed_base: Path, kind: str) -> None:
+    usual = kills.reference(killed_base, kind)
+    outcome = kills.kill(sorted(kills.COMMANDS).index(kind), kind, killed_base, usual)
+    assert outcome.faults == ()
+    assert outcome.rows in ("before", "after")

@@ -17,33 +17,15 @@ from motiondb.scene.language.semantic_rules import Weights
 
 @dataclass(frozen=True, eq=False)
 class Energy:
-    """-log P(Y) of a scene and its parts, each divided by its weight.
-
-    Attributes
-    ----------
-    total : float
-        The sum of all parts.
-    rules : array (rules,)
-        f_k / c_k of every row of the table.
-    smooth : float
-        The part of the seams.
-    collision : float
-        The part of collisions.
-    effort : float
-        The part of the distance travelled.
-    by_token : tuple of array (clips,)
-        For every player the errors of their clips: 1 and their shares.
-    overlaps : array of int (players, players)
-        Number of grid points at which two touch.
-    """
+    """-log P(Y) of a scene and its parts, each divided by its weight."""
 
     total: float
     rules: FloatArray
     smooth: float
     collision: float
     effort: float
-    by_token: tuple[FloatArray, ...]
-    overlaps: NDArray[np.int64]
+    by_token: tuple[FloatArray, ...]  # of every player the errors of their clips: 1 and shares
+    overlaps: NDArray[np.int64]  # points of the grid at which two touch
 
 
 def energy(

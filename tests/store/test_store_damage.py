@@ -190,8 +190,9 @@ def test_the_command_tells_what_was_saved(small: Path, tmp_path: Path) -> None:
 
 
 def test_what_killed_rescues_left_is_deleted_and_others_go_on(small: Path, tmp_path: Path) -> None:
-    killed, other = tmp_path / ".new.duckdb.99999999.rescue", tmp_path / ".new.duckdb.1.rescue"
-    for left in (killed, tmp_path / "..new.duckdb.99999999.rescue.new-99999999", other):
+    part = "99999999.1.part"
+    killed, other = tmp_path / f".new.duckdb.{part}", tmp_path / ".new.duckdb.1.1.part"
+    for left in (killed, tmp_path / f"..new.duckdb.{part}.{part}", other):
         left.write_bytes(b"begun")
     rescue(small, tmp_path / "new.duckdb")
     assert {path.name for path in tmp_path.iterdir()} == {"new.duckdb", other.name}

@@ -78,9 +78,6 @@ def test_long_parameters_are_cut_and_joined(filled: store.Store, samples: Module
 def test_parts_can_be_left_out(filled: store.Store, samples: ModuleType) -> None:
     learning = _learn(filled, samples)
     assert store.load_segments(filled, scores=False).scores.shape == (4, 0)
-    parts = store.load_learning(filled, segments=False)
-    assert len(parts.segments.starts) == 0
-    samples.assert_equal(parts.association, learning.association)
     size = store.load_learning_size(filled)
     assert (size.n_symbols, size.n_words, size.run_id) == (5, 4, learning.run_id)
 

@@ -45,17 +45,6 @@ def test_initialise_without_segments_and_with_short_ones() -> None:
     np.testing.assert_allclose(symbols.covars[1, 2], [1.0])
 
 
-def test_one_state_is_mean_variance_and_length() -> None:
-    frames, starts, ends = drawn(0, 8)
-    one = np.zeros(8, dtype=int)
-    symbols = hmm.initialise(frames[::-1], starts, ends, one, np.array([1]), 1e-3)
-    fitted, trace = hmm.fit(symbols, frames, starts, ends, one, n_iterations=1, variance_floor=1e-3)
-    np.testing.assert_allclose(fitted.means[0, 0], frames.mean(axis=0))
-    np.testing.assert_allclose(fitted.covars[0, 0], frames.var(axis=0))
-    assert fitted.self_loops[0, 0] == pytest.approx(1 - 8 / len(frames))
-    assert len(trace) == 2
-
-
 def test_one_iteration_is_that_of_hmmlearn() -> None:
     frames, starts, ends = drawn(1, 12, 6, 20)
     rng = np.random.default_rng(2)

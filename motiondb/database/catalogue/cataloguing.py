@@ -48,7 +48,7 @@ def add_captures(
 ) -> AddReport:
     """Add a file, or all captures below a folder, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
-    paths, unusable = _text_names(_files(folder))
+    paths, unusable = _text_names(_files(folder, settings.within))
     names = {capture_name(_below(path, folder)): path for path in reversed(paths)}
     problems = sheets.unknown(names) + unusable
     problems += [
@@ -205,12 +205,12 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
     ]
 
 
-def _files(folder: Path) -> list[Path]:
+def _files(folder: Path, within: Path | None) -> list[Path]:
     if is_file(folder):
         return [folder]
     if not is_folder(folder):
         raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
-    found = files.find_captures(folder)
+    found = files.find_captures(folder, within)
     if not found:
         others = "".join(f"\n{sentence}." for sentence in files.not_read(folder))
         raise MotionDBError(

@@ -73,6 +73,8 @@ class AddSettings:
         Keep captures that move faster than people can.
     outside_skeletons : bool
         Allow a sheet to name skeletons outside the added folder.
+    within : Path or None
+        Folder that links must not lead out of; None: they may lead anywhere.
     """
 
     unit: float | None = None
@@ -83,6 +85,7 @@ class AddSettings:
     limits: capture.ReadLimits = field(default_factory=capture.ReadLimits)
     keep_implausible: bool = False
     outside_skeletons: bool = False
+    within: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,6 +259,7 @@ def _read_capture(
         unit=settings.unit,
         skip_bad_frames=settings.skip_bad_frames,
         limits=settings.limits,
+        within=settings.within,
     )
     kind = capture.capture_format(path)
     data = capture.read_file(path, options)

@@ -7,10 +7,6 @@ again.
 
 from __future__ import annotations
 
-import glob
-import os
-import re
-import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,7 +14,7 @@ from motiondb import files, store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
-from motiondb.files.safe_files import check_file_name, delete_all, is_running, log_of
+from motiondb.files.safe_files import check_file_name, log_of, whole_file
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 
@@ -63,25 +59,22 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
             f"{output}: expected the name of a new file, found a file of that name. "
             "Give another name with -o."
         )
+    draft = output
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
-        _sweep(output)
-        draft = output.with_name(f".{output.name}.{os.getpid()}-{threading.get_ident()}.rescue")
-        log = log_of(draft)
-        delete_all(draft, log)  # of an earlier process of the same number
         try:
-            with store.open_store(draft) as new:
-                report = _save_all(damaged, new, output, lost)
-            if log.exists():  # not brought into the file, which would lack it under its name
-                raise StoreError(
-                    f"{output}: expected room for a new database, found too little. "
-                    "Nothing was written; look at the disk."
-                )
-            if output.exists():
-                raise StoreError(
-                    f"{output}: expected the name of a new file, found one that was made meanwhile."
-                    " Give another name with -o."
-                )
-            draft.replace(output)
+            with whole_file(output) as draft:
+                with store.open_store(draft) as new:
+                    report = _save_all(damaged, new, output, lost)
+                if log_of(draft).exists():  # not in the file, which would lack it under its name
+                    raise StoreError(
+                        f"{output}: expected room for a new database, found too little. "
+                        "Nothing was written; look at the disk."
+                    )
+                if output.exists():
+                    raise StoreError(
+                        f"{output}: expected the name of a new file, found one that was made "
+                        "meanwhile. Give another name with -o."
+                    )
         except StoreError as error:  # the draft's name would tell nobody anything
             raise StoreError(str(error).replace(str(draft), str(output))) from error
         except OSError as error:
@@ -89,17 +82,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
             raise StoreError(
                 f"{output}: expected a file that can be written, found {reason}."
             ) from error
-        finally:
-            delete_all(draft, log)
     return report
-
-
-def _sweep(output: Path) -> None:
-    """Delete what killed processes left that were to make this file."""
-    for left in output.parent.glob(f".*{glob.escape(output.name)}.*.rescue*"):
-        maker = re.search(r"\.(\d+)(?:-\d+)?\.rescue", left.name)
-        if maker is not None and not is_running(int(maker[1])):
-            delete_all(left)
 
 
 def _save_all(

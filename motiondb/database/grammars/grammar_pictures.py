@@ -47,7 +47,7 @@ def draw_sentences(material: Material, path: str | Path) -> Path:
     title += f"{kinds} different tree{'s' * (kinds != 1)}"
     if len(order) > SHOWN_TREES:
         title += f", {SHOWN_TREES} of them here"
-    return pictures.draw_trees(trees, path, title, colours(learned))
+    return pictures.save_png(pictures.trees_figure(trees, title, colours(learned)), path)
 
 
 def _caption(numbers: Sequence[int]) -> str:
@@ -96,7 +96,7 @@ def draw_strings(material: Material, meanings: Sequence[Meaning], path: str | Pa
         ]
         lines.append(pictures.Timeline("sentences", sentences))
         bars.append(pictures.StringBar(source.name, source.n_frames / MOTION_FPS, lines))
-    return pictures.draw_strings(cards, bars, path, learned.name)
+    return pictures.save_png(pictures.strings_figure(cards, bars, learned.name), path)
 
 
 def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Path) -> Path:
@@ -111,7 +111,7 @@ def draw_sequence(material: Material, sequence: GrammarSequence, path: str | Pat
         pictures.Timeline("sources", source_spans(sequence)),
     ]
     title = f"{sequence.grammar}: {' '.join(sequence.string)}"
-    return pictures.draw_strip(sequence.motion, path, title=title, timelines=lines)
+    return pictures.save_png(pictures.strip_figure(sequence.motion, title, lines), path)
 
 
 def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str | Path) -> Path:
@@ -120,9 +120,9 @@ def draw_parse(material: Material, trees: Sequence[context_free.Tree], path: str
         pictures.TreePicture(f"sentence {n}", with_loops(tree))
         for n, tree in enumerate(trees, start=1)
     ]
-    return pictures.draw_trees(
-        tree_pictures, path, material.learned.name, colours(material.learned)
-    )
+    learned = material.learned
+    figure = pictures.trees_figure(tree_pictures, learned.name, colours(learned))
+    return pictures.save_png(figure, path)
 
 
 def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
@@ -134,4 +134,5 @@ def draw_edit(material: Material, edited: Edit, path: str | Path) -> Path:
         for caption, tree in zip(captions, trees)
     ]
     title = f"{material.learned.name}: what {edited.region.symbol} may derive"
-    return pictures.draw_trees(tree_pictures, path, title, colours(material.learned))
+    figure = pictures.trees_figure(tree_pictures, title, colours(material.learned))
+    return pictures.save_png(figure, path)

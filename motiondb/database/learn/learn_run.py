@@ -11,6 +11,7 @@ from motiondb import store
 from motiondb.database.learn.knowledge import find_start
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
+from motiondb.learn import name_order
 from motiondb.learn.codec import from_values
 from motiondb.learn.drift import Drift, DriftBaseline, count_word_use, measure_drift
 from motiondb.learn.fitting import fit_model
@@ -40,11 +41,21 @@ def learn(
     for _ in range(_ATTEMPTS):
         with store.released(opened) as let_go:
             tell("features", 0.0)
-            pool, taught = _load_taught(opened)
+            pool, taught, names = _load_taught(opened)
             let_go()
             rng = np.random.default_rng(settings.seed)
             started = None if knowledge is None else begin(knowledge, taught.synonyms)
-            model = fit_model(pool, taught, settings, rng, tell, started)
+            numbers = name_order.numbers_by_name(names)
+            model = fit_model(
+                name_order.renumber_pool(pool, numbers),
+                name_order.renumber_taught(taught, numbers),
+                settings,
+                rng,
+                tell,
+                started,
+            )
+            own_numbers = {number: capture for capture, number in numbers.items()}
+            model = name_order.renumber_model(model, own_numbers)
         with store.transaction(opened):
             if _same(_load_catalogue(opened), taught):
                 return _save(opened, settings, model, tell)
@@ -71,8 +82,8 @@ def _save(
     return model
 
 
-def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
-    """Features and captions of the captured captures, of one revision."""
+def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords, dict[int, str]]:
+    """Features, captions and names of the captured captures, of one revision."""
     with store.reading(opened):
         taught = _load_catalogue(opened)
         if not taught.performers:
@@ -80,7 +91,9 @@ def _load_taught(opened: store.Store) -> tuple[FeaturePool, TaughtWords]:
                 f"{opened.path}: expected captures to learn from, found none. "
                 "Add some first: motiondb add FOLDER."
             )
-        return load_features(opened).only(taught.performers), taught
+        names = {i.capture_id: i.name for i in store.load_captures(opened)}
+        names = {capture: names[capture] for capture in taught.performers}
+        return load_features(opened).only(taught.performers), taught, names
 
 
 def _load_catalogue(opened: store.Store) -> TaughtWords:

@@ -370,7 +370,7 @@ def _draw(
 ) -> None:
     ball = record.ball if len(record.ball) else None
     progress("drawing", 0.0, record.error)
-    pictures.draw_scene_paths(diagram, motions, part / "paths.png", ball)
+    pictures.save_png(pictures.scene_paths_figure(diagram, motions, ball), part / "paths.png")
     progress("drawing", 0.2, record.error)
     pictures.draw_scene_animation(diagram, motions, part / "above.gif", ball, above=True)
     progress("drawing", 0.6, record.error)
@@ -478,7 +478,7 @@ def draw_folder(folder: Path, png: Path) -> Path:
     record = read_scene_folder(folder)
     diagram = read_diagram(record.diagram, str(folder))
     motions = read_motions(folder, [player.name for player in record.players])
-    return pictures.draw_scene_paths(diagram, motions, png, record.ball)
+    return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 
 
 def _mend(folder: Path) -> None:

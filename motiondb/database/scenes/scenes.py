@@ -48,7 +48,7 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
-from motiondb.search.unknown_words import Taking
+from motiondb.search.asked_words import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -376,9 +376,8 @@ class Scenes:
             player.name: store.load_motion(self._session.store, player.capture_id)
             for player in record.players
         }
-        return pictures.draw_scene_paths(
-            read_diagram(record.diagram, name), motions, png, record.ball
-        )
+        diagram = read_diagram(record.diagram, name)
+        return pictures.save_png(pictures.scene_paths_figure(diagram, motions, record.ball), png)
 
     @staticmethod
     def read_grammar(grammar: str | Path | MotionGrammar) -> MotionGrammar:
@@ -507,7 +506,7 @@ class Scenes:
             The diagram has a fault, or the picture cannot be written.
         """
         text = diagram if isinstance(diagram, SceneText) else cls.read_diagram(diagram)
-        return pictures.draw_tactics(text.diagram, path)
+        return pictures.save_png(pictures.tactics_figure(text.diagram), path)
 
     @staticmethod
     def is_folder(place: str | Path) -> bool:

@@ -18,11 +18,8 @@ from __future__ import annotations
 
 import io
 import math
-import struct
-import tokenize
 import warnings
 import zipfile
-import zlib
 
 import numpy as np
 from numpy.lib import format as npy
@@ -67,25 +64,6 @@ _ENDS = (
 )
 N_JOINTS = len(_TABLE)
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate")
-_UNREADABLE = (
-    ValueError,
-    OSError,
-    EOFError,
-    KeyError,
-    AttributeError,
-    RuntimeError,
-    NotImplementedError,
-    IndexError,
-    TypeError,
-    OverflowError,
-    SyntaxError,
-    MemoryError,
-    struct.error,
-    zipfile.BadZipFile,
-    zlib.error,
-    tokenize.TokenError,
-)
-"""Exceptions of NumPy and zipfile for files that are not npz files."""
 _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
 more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
@@ -169,7 +147,9 @@ def _load(data: bytes, path: object) -> dict[str, NDArray[np.generic]]:
                     "Save the motion again, without other data.",
                 )
             return {wanted[info.filename]: _read_array(file, info) for info in members}
-    except _UNREADABLE as error:
+    except CaptureError:
+        raise
+    except Exception as error:  # zipfile and NumPy raise some sixteen kinds for other files
         raise CaptureError(
             path, "expected an npz file of plain arrays, found something else. Save it again."
         ) from error

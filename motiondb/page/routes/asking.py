@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query
 
 from motiondb.answers.asking import WordsOverTime, words_over_time
 from motiondb.answers.catalogue import SymbolRow, SymbolSegment
+from motiondb.answers.plain import fields_of
 from motiondb.page.refs import load_motion, read_ref
 from motiondb.page.replies import LikeReply, SearchReply, like_reply, search_reply
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where
@@ -123,7 +124,8 @@ def router(page: Page) -> APIRouter:
             )
         ]
         placed = [
-            PlacedSymbol(**vars(row), at=at.tolist()) for row, at in zip(rows, space.coordinates)
+            PlacedSymbol(**fields_of(row), at=at.tolist())
+            for row, at in zip(rows, space.coordinates)
         ]
         stress = [float(value) for value in space.stress]
         return SpaceReply(space.coordinates.shape[1], stress, placed, clusters)
@@ -138,7 +140,7 @@ def router(page: Page) -> APIRouter:
         with page.held.use() as db:
             rows = db.symbol_segments(symbol)
         shown = [
-            PlayableSegment(**vars(row), ref=f"capture:{row.capture}")
+            PlayableSegment(**fields_of(row), ref=f"capture:{row.capture}")
             for row in rows[offset : offset + limit]
         ]
         return SegmentsReply(symbol, len(rows), shown)

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from motiondb.answers.catalogue import DatabaseInfo, WordRow
+from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture, Facet
 from motiondb.files.folder import CAPTURE_ENDINGS
@@ -262,9 +263,10 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
         with page.held.use() as db, page.editing:
             if not page.edits:
                 raise PageError("undo: expected an edit, found none.", 409, "ConflictError")
-            last = page.edits.pop()
+            last = page.edits[-1]
             row = db.browsed(last.capture)
             if row is None or row.captions != last.after:
+                page.edits.pop()
                 raise PageError(
                     f"{last.capture}: expected the words of this edit, found others."
                     " They were changed since, and stay as they are.",
@@ -272,6 +274,7 @@ def _word_routes(routes: APIRouter, page: Page) -> None:
                     "ConflictError",
                 )
             db.set_captions(last.capture, last.before)
+            page.edits.pop()  # only now: a full disk leaves the edit to be undone later
             return WordsUndone(last.capture, db.captions(last.capture), len(page.edits))
 
 
@@ -318,7 +321,7 @@ def _status(page: Page, db: MotionDB) -> Status:
     info, drift = info_and_drift(db)
     limits, folders = page.settings.limits, page.settings.folders
     return Status(
-        **vars(info) | {"database": without_surrogates(page.settings.database.name)},
+        **fields_of(info) | {"database": without_surrogates(page.settings.database.name)},
         version=VERSION,
         read_only=page.settings.read_only,
         revision=db.revision(),

@@ -7,7 +7,6 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -26,6 +25,7 @@ from motiondb.page.errors import PageError
 from motiondb.page.refs import Ref, find_capture, find_kept, load_motion, load_scene, read_ref
 from motiondb.page.routes.parameters import Body, End, Part, RefText, Start
 from motiondb.page.state import Page
+from motiondb.page.uploads import UploadReply
 
 _PLAIN = re.compile(r"[^A-Za-z0-9._-]+")
 _TYPES = {".zip": "application/zip", ".glb": "model/gltf-binary"}
@@ -64,33 +64,6 @@ _FILE: dict[int | str, dict[str, Any]] = {
 }  # OpenAPI description of a download
 
 
-@dataclass(frozen=True)
-class AcceptedFile:
-    """A file that was accepted."""
-
-    name: str
-    ref: str
-    bytes: int
-    kind: str  # "capture", "skeleton" or "sheet"
-
-
-@dataclass(frozen=True)
-class RefusedFile:
-    """A file that was refused."""
-
-    name: str
-    message: str
-
-
-@dataclass(frozen=True)
-class UploadReply:
-    """Files that were uploaded together."""
-
-    upload: str
-    files: list[AcceptedFile]
-    refused: list[RefusedFile]
-
-
 class DownloadBody(Body):
     """What to download, and in which format."""
 
@@ -113,8 +86,9 @@ def router(page: Page) -> APIRouter:
             said = getattr(error, "detail", None) or str(error)
             raise PageError(f"upload: expected files as a form has them, found: {said}") from None
         try:
-            files = [item for _, item in form.multi_items() if isinstance(item, UploadFile)]
-            return await run_in_threadpool(_receive, page, files)
+            items = [item for _, item in form.multi_items() if isinstance(item, UploadFile)]
+            files = [(item.filename or "", item.file) for item in items]
+            return await run_in_threadpool(page.uploads.receive, files)
         finally:
             await form.close()
 
@@ -127,63 +101,42 @@ def router(page: Page) -> APIRouter:
         canonical: bool = False,
     ) -> Response:
         """One motion as a file; a scene as a zip."""
-        parts = [Part(ref=ref, start=start, end=end)]
-        return _answer(download(page, parts, format, canonical))
+        return download(page, [Part(ref=ref, start=start, end=end)], format, canonical)
 
     @routes.post("/api/download", response_class=Response, responses=_FILE)
     def download_many(body: DownloadBody) -> Response:
         """Motions as files; several as a zip archive, with the provenance of generated motions."""
-        return _answer(download(page, body.items, body.format, body.canonical))
+        return download(page, body.items, body.format, body.canonical)
 
     return routes
 
 
-def _receive(page: Page, files: list[UploadFile]) -> UploadReply:
-    received = page.uploads.begin()
-    for file in files:
-        received.take(file.filename or "", file.file)
-    kept = page.uploads.keep(received)
-    return UploadReply(
-        kept.upload_id,
-        [
-            AcceptedFile(file.name, f"upload:{kept.upload_id}/{file.name}", file.n_bytes, file.kind)
-            for file in kept.files
-        ],
-        [RefusedFile(name, why) for name, why in received.refused],
-    )
-
-
-def _answer(file: Download) -> Response:
-    headers = {"Content-Disposition": f'attachment; filename="{file.name}"'}
-    return Response(file.data, media_type=file.media_type, headers=headers)
-
-
-@dataclass(frozen=True)
-class Download:
-    """A file for the browser."""
-
-    name: str  # File name in plain ASCII
-    data: bytes
-
-    @property
-    def media_type(self) -> str:
-        """Its media type."""
-        return _TYPES.get(Path(self.name).suffix, "application/octet-stream")
-
-
-def download(page: Page, parts: Sequence[Part], ending: str, canonical: bool) -> Download:
+def download(page: Page, parts: Sequence[Part], ending: str, canonical: bool) -> Response:
     """Return the file for some parts: one motion as it is, anything else as a zip."""
     with tempfile.TemporaryDirectory(dir=page.folder) as place:
         folder = Path(place)
+        targets = [(part, read_ref(part.ref), folder / f"{n:04d}") for n, part in enumerate(parts)]
+        for _, ref, target in targets:
+            target.mkdir()
+            if ref.kind == "scene" and ending != "source":  # by a process that may need the file
+                made = page.scene_folder(ref.name)
+                output = str(target / "scene")
+                asked = {"scene": ref.name, "folder": str(made), "output": output}
+                page.jobs.ask_scene_worker("scene-files", "write the scene", asked)
         with page.held.use() as db, db.session.reading():
-            for number, part in enumerate(parts):
-                subfolder = folder / f"{number:04d}"
-                subfolder.mkdir()
-                _write(page, db, part, ending, canonical, subfolder)
+            for part, ref, target in targets:
+                if not any(target.iterdir()):
+                    _write(page, db, part, ref, ending, canonical, target)
         files = sorted(path for path in folder.rglob("*") if path.is_file())
         if len(files) == 1:
-            return Download(files[0].name, files[0].read_bytes())
-        return Download("motiondb.zip", _zip(files))
+            name, data = files[0].name, files[0].read_bytes()
+        else:
+            name, data = "motiondb.zip", _zip(files)
+    return Response(
+        data,
+        media_type=_TYPES.get(Path(name).suffix, "application/octet-stream"),
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},  # plain ASCII
+    )
 
 
 def _zip(files: Sequence[Path]) -> bytes:
@@ -198,10 +151,9 @@ def _zip(files: Sequence[Path]) -> bytes:
 
 
 def _write(
-    page: Page, db: MotionDB, part: Part, ending: str, canonical: bool, folder: Path
+    page: Page, db: MotionDB, part: Part, ref: Ref, ending: str, canonical: bool, folder: Path
 ) -> None:
     """Write one part into a folder."""
-    ref = read_ref(part.ref)
     stem = _stem(ref, part)
     if ending == "source":
         _write_source(db, ref, part, folder)
@@ -214,8 +166,6 @@ def _write(
     elif ref.kind == "sequence" and part.start is None and part.end is None:
         kept = page.sequences.get(ref.name)
         db.grammars.write(kept.sequence, path, kept.seed)
-    elif ref.kind == "scene":
-        _write_scene(page, ref, folder)
     elif ref.kind == "kept":
         record = find_kept(db, ref.name)
         load_scene(page, db, ref, None, None, 30.0)  # raises if a capture of the scene was removed
@@ -236,12 +186,6 @@ def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
     assert row is not None
     ending = Path(row.info.path).suffix.lower() or f".{row.info.format}"
     db.export(ref.name, folder / f"{_plain(ref.name)}.{_plain(ending)}")
-
-
-def _write_scene(page: Page, ref: Ref, folder: Path) -> None:
-    made = page.scene_folder(ref.name)
-    parameters = {"scene": ref.name, "folder": str(made), "output": str(folder / "scene")}
-    page.jobs.ask_scene_worker("scene-files", "write the scene", parameters)
 
 
 def _stem(ref: Ref, part: Part) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter
 from pydantic import Field
 
 from motiondb.answers.grammars import AlternativesAnswer, GrammarAnswer, GrammarRow, Unplayable
+from motiondb.answers.plain import fields_of
 from motiondb.database import MotionDB
 from motiondb.database.grammars.grammar_facts import derives_new, grammar_row
 from motiondb.database.grammars.grammar_sequences import Edit
@@ -136,7 +137,7 @@ def router(page: Page) -> APIRouter:
         """Everything about a grammar, with its saved sequences."""
         with page.held.use() as db, db.session.reading():
             check_grammar(db, name)
-            facts = vars(db.grammars.show(name))
+            facts = fields_of(db.grammars.show(name))
             return GrammarReply(**facts, sequences=list(db.grammars.saved(name)))
 
     @routes.delete("/api/grammar")
@@ -153,11 +154,8 @@ def router(page: Page) -> APIRouter:
         page.check_writable()
         if body.from_symbols and body.terminals is not None:
             raise PageError("terminals: expected no number beside from_symbols, found one.")
-        settings: dict[str, Any] = {
-            key: getattr(body, key)
-            for key in ("from_symbols", "sentences", "seed", "shortest", "longest")
-        }
-        settings["n_terminals"] = body.terminals
+        same = {"from_symbols", "sentences", "seed", "shortest", "longest"}
+        settings = body.model_dump(include=same) | {"n_terminals": body.terminals}
         parameters = {"captures": body.captures, "name": body.name, "settings": settings}
         title = f"grammar {body.name or body.captures[0]}"
         return page.jobs.start("grammar", title, parameters).reply()
@@ -231,7 +229,7 @@ def _sequence_routes(routes: APIRouter, page: Page) -> None:
 def _row(db: MotionDB, size: GrammarSize) -> ListedGrammar:
     learned = db.grammars.load(size.name)
     new = derives_new(learned.grammar, learned.strings)
-    return ListedGrammar(**vars(grammar_row(size)), derives_new=new)
+    return ListedGrammar(**fields_of(grammar_row(size)), derives_new=new)
 
 
 def _keep_line(page: Page, made: MadeSequence | None) -> None:
@@ -274,5 +272,5 @@ def _alternative(
     how: dict[str, object] = {"edited": body.id, "at": body.at, "choose": number + 1}
     how |= {"wider": body.wider, "narrower": body.narrower, "number": body.number}
     kept = MadeSequence(made, body.seed, body.id, (start, start + len(region)), how)
-    reply = vars(_put(page, db, kept))
+    reply = fields_of(_put(page, db, kept))
     return PlayableAlternative(**reply, region=region, log_probability=log_probability)

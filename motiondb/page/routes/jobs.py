@@ -80,15 +80,10 @@ def router(page: Page) -> APIRouter:
         page.check_writable()
         if body.unit:
             unit_from_name(body.unit)
-        folder, words = _places(page, body)
-        parameters = {
-            "folder": str(folder),
-            "words": str(words) if words else None,
-            "unit": body.unit,
-            "fps": body.fps,
-            "keep_implausible": body.keep_implausible,
-            "skip_bad_frames": body.skip_bad_frames,
-        }
+        folder, words, within = _places(page, body)
+        places = {"folder": folder, "words": words, "within": within}
+        parameters = body.model_dump(include={"unit", "fps", "keep_implausible", "skip_bad_frames"})
+        parameters |= {name: str(place) if place else None for name, place in places.items()}
         return page.jobs.start("add", "add captures", parameters).reply()
 
     @routes.post("/api/learn", status_code=202)
@@ -130,17 +125,22 @@ def router(page: Page) -> APIRouter:
     return routes
 
 
-def _places(page: Page, body: AddBody) -> tuple[Path, Path | None]:
-    """Return the folder to add, and its sheet of words."""
+def _places(page: Page, body: AddBody) -> tuple[Path, Path | None, Path | None]:
+    """Return the folder to add, its sheet of words, and the folder that links must stay in."""
     if (body.upload is None) == (body.folder is None):
         raise PageError("add: expected either an upload or a folder, found neither or both.")
     if body.upload is not None:
-        upload = page.uploads.get(body.upload)
-        return upload.folder, upload.path(body.words) if body.words else None
+        words = page.uploads.path(body.upload, body.words) if body.words else None
+        return page.uploads.path(body.upload), words, None
     assert body.folder is not None
     roots = page.settings.folders
-    folder = allowed_path(roots, body.folder.root, body.folder.path)
-    return folder, allowed_path(roots, body.folder.root, body.words) if body.words else None
+    root = body.folder.root
+    folder = allowed_path(roots, root, body.folder.path)
+    return (
+        folder,
+        allowed_path(roots, root, body.words) if body.words else None,
+        roots[root].resolve(),
+    )
 
 
 def _stream(events: AsyncIterator[str]) -> StreamingResponse:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+import numpy as np
 from fastapi import APIRouter, Query
 from pydantic import Field
 from starlette.responses import Response
@@ -12,11 +13,11 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.page.motion import (
     MEDIA_TYPE,
+    POINTS,
     Track,
     body_track,
     facing_forward,
     figure_of,
-    no_points,
     pack,
 )
 from motiondb.page.refs import Ref, load_motion, load_scene, made_scene, read_ref
@@ -97,7 +98,7 @@ def _thumb(db: MotionDB, name: str) -> Track:
     ref = str(Ref("capture", name))
     row = db.browsed(name)
     if row is None:
-        return Track(name, ref, no_points())
+        return Track(name, ref, np.zeros((0, len(POINTS), 3)))
     seconds = min(row.info.duration, THUMB_SECONDS)
     frames = row.info.motion_frames
     end = THUMB_SECONDS if frames > THUMB_SECONDS * MOTION_FPS else None

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter
 from pydantic import Field, TypeAdapter, ValidationError
 
+from motiondb.answers.plain import fields_of
 from motiondb.answers.scenes import SceneAnswer, SceneRow, scene_row
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_texts import TACTICS, read_board
@@ -94,9 +95,7 @@ def router(page: Page) -> APIRouter:
             text = read_board_text(page.settings.boards_folder, body.board)[0]
         else:
             text = body.to_text()
-        settings = {
-            key: getattr(body, key) for key in ("seed", "rounds", "minutes", "chains", "gaze")
-        }
+        settings = body.model_dump(include={"seed", "rounds", "minutes", "chains", "gaze"})
         parameters = _new_scene(page, text) | {"settings": settings}
         return page.jobs.start("scene", f"scene of {_title(text)}", parameters).reply()
 
@@ -113,8 +112,7 @@ def router(page: Page) -> APIRouter:
                 find_kept(db, ref.name)
         else:
             raise _no_scene(ref)
-        known = {"seed": body.seed, "minutes": body.minutes}
-        settings = {key: value for key, value in known.items() if value is not None}
+        settings = body.model_dump(include={"seed", "minutes"}, exclude_none=True)
         parameters = _new_scene(page, text) | {"earlier": earlier, "settings": settings}
         page.jobs.drop_waiting("scene-update")
         return page.jobs.start("scene-update", f"update of {_title(text)}", parameters).reply()
@@ -187,7 +185,7 @@ def _read(page: Page, name: str) -> SceneReply:
 
 
 def _listed(ref: str, report: SceneAnswer) -> ListedScene:
-    return ListedScene(**vars(scene_row(report)), ref=ref)
+    return ListedScene(**fields_of(scene_row(report)), ref=ref)
 
 
 def _title(text: str) -> str:

@@ -18,7 +18,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import threading
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -31,7 +30,7 @@ from numpy.typing import NDArray
 
 from motiondb.errors import QueryError
 from motiondb.files.json_text import parse_json
-from motiondb.files.safe_files import is_being_written, read_bounded
+from motiondb.files.safe_files import read_bounded, sweep_drafts, whole_file
 from motiondb.records import Float32Array, FloatArray, IntArray, Motion
 from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
 from motiondb.store.connection.handle import Store
@@ -156,28 +155,21 @@ def _write_arrays(folder: Path, kind: str, stem: str, arrays: Arrays) -> None:
     with _draft(folder / f"{stem}.json") as file:
         file.write(json.dumps(listed).encode())
     current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
-    ours = re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)(\.new-\d+-\d+)?")
+    ours = re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)")
+    sweep_drafts(folder, ours.pattern)
     for old in folder.glob(f"{kind}-*"):  # a user may keep files here, such as motions-2024.json
         with suppress(OSError):
-            if ours.fullmatch(old.name) and old.name not in current and not is_being_written(old):
+            if ours.fullmatch(old.name) and old.name not in current:
                 old.unlink()
 
 
 @contextmanager
 def _draft(path: Path) -> Iterator[BinaryIO]:
-    """Open a temporary file that is renamed to ``path`` once it is on the disk.
-
-    If writing fails, the temporary file is deleted.
-    """
-    new = path.with_name(f"{path.name}.new-{os.getpid()}-{threading.get_ident()}")
-    try:
-        with new.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        new.replace(path)
-    finally:
-        new.unlink(missing_ok=True)
+    """Open a draft that is renamed to ``path`` once it is on the disk."""
+    with whole_file(path, is_cache=True) as draft, draft.open("wb") as file:
+        yield file
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _facts(array: NDArray[Any]) -> dict[str, Any]:

@@ -11,13 +11,14 @@ block that needs it (:meth:`Store.in_use`); cursors of an earlier root are repla
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import os
 import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import ClassVar
@@ -52,7 +53,7 @@ def _close(connection: duckdb.DuckDBPyConnection) -> None:
     connection.close()
 
 
-class _ThreadState(threading.local):
+class ThreadState(threading.local):
     """The state of a store for each thread: its connection and its transaction."""
 
     connection: Connection | None = None
@@ -60,10 +61,10 @@ class _ThreadState(threading.local):
     opening = -1  # the root that the cursor belongs to
     in_transaction = False
     depth = 0  # of blocks that need the root to stay
-    snapshot_revision: int | None = None
+    snapshot_revision: int | None = None  # that a block for reading sees; None outside of one
 
     def __init__(self) -> None:
-        self.changed: set[str] = set()
+        self.changed: set[str] = set()  # marks in ``meta`` that the transaction will renew
 
 
 class Store:
@@ -84,7 +85,7 @@ class Store:
         self.read_only = read_only
         self.write_lock = threading.RLock()
         self._connect = connect
-        self._local = _ThreadState()
+        self.local = ThreadState()
         self._turn = threading.Condition()
         self._opening = 0
         self._users = 0
@@ -102,42 +103,15 @@ class Store:
     @property
     def connection(self) -> Connection:
         """The connection of the current thread."""
-        local = self._local
+        local = self.local
         if local.connection is None:
             local.connection = Connection(self.path, self._cursor, self.in_use)
         return local.connection
 
-    @connection.setter
-    def connection(self, connection: Connection) -> None:
-        self._local.connection = connection
-
     @property
     def in_transaction(self) -> bool:
         """Whether the current thread is changing the database."""
-        return self._local.in_transaction
-
-    @in_transaction.setter
-    def in_transaction(self, value: bool) -> None:
-        self._local.in_transaction = value
-
-    @property
-    def changed(self) -> set[str]:
-        """Marks in the table ``meta`` that the current thread's transaction will renew."""
-        return self._local.changed
-
-    @property
-    def snapshot_revision(self) -> int | None:
-        """The revision that the current thread's block for reading sees; None outside of one."""
-        return self._local.snapshot_revision
-
-    @snapshot_revision.setter
-    def snapshot_revision(self, value: int | None) -> None:
-        self._local.snapshot_revision = value
-
-    @property
-    def is_in_use(self) -> bool:
-        """Whether the current thread is in a block that keeps the root open."""
-        return self._local.depth > 0
+        return self.local.in_transaction
 
     @property
     def log_note(self) -> str:
@@ -163,7 +137,7 @@ class Store:
         """Keep the root open while the block runs; gives whether this is the outermost block."""
         if self._process != os.getpid():
             raise _forked(self.path, self._process)
-        local = self._local
+        local = self.local
         if not local.depth:
             with self._turn:
                 self._turn.wait_for(lambda: not self._is_swapping)
@@ -198,7 +172,7 @@ class Store:
     @contextmanager
     def open_for_writing(self) -> Iterator[None]:
         """Take a lent file back while the block runs; the caller holds ``write_lock``."""
-        if not self._is_lent or self._local.depth:
+        if not self._is_lent or self.local.depth:
             yield
             return
         self._is_writing = True
@@ -219,9 +193,13 @@ class Store:
             return
         with self._turn:
             self._is_closed = True
-            self._turn.wait_for(lambda: self._users <= bool(self._local.depth), _LAST_BLOCKS)
+            self._turn.wait_for(lambda: self._users <= bool(self.local.depth), _LAST_BLOCKS)
             if self._root is not None:
                 self._close_root(self._root)
+
+    def __del__(self) -> None:
+        with suppress(Exception):  # opening it may have failed
+            self.close()
 
     def __enter__(self) -> Store:
         return self
@@ -238,7 +216,7 @@ class Store:
         with self._turn:
             self._is_swapping = True  # new blocks wait, so that the running ones come to an end
             try:
-                self._turn.wait_for(lambda: self._users <= bool(self._local.depth))
+                self._turn.wait_for(lambda: self._users <= bool(self.local.depth))
                 self._is_lent = is_lent
                 if self._root is not None and not self._is_closed:
                     self._close_root(self._root)
@@ -256,7 +234,7 @@ class Store:
 
     def _cursor(self) -> duckdb.DuckDBPyConnection:
         """The cursor of the current thread, which is in a block that keeps the root open."""
-        local = self._local
+        local = self.local
         if local.cursor is None or local.opening != self._opening or self._root is None:
             with self._turn:
                 try:
@@ -309,6 +287,14 @@ def _refuse_forked(path: Path) -> None:
         is_foreign = store._process != os.getpid() and not store._is_closed
         if is_foreign and store.path.absolute() == path.absolute():
             raise _forked(path, store._process)
+
+
+@atexit.register
+def _close_all() -> None:
+    """Close what a program left open: DuckDB would do so, but leave the mark of the log."""
+    for store in list(_OPENED):
+        if not store.read_only:
+            store.close()
 
 
 def _leave_to_parent() -> None:

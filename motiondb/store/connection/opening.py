@@ -14,9 +14,8 @@ import os
 import re
 import socket
 import subprocess
-import threading
 import time
-from contextlib import suppress
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,15 +26,19 @@ from motiondb.errors import HeldError, StoreError
 from motiondb.files.safe_files import (
     check_file_name,
     delete_all,
-    is_being_written,
+    draft_stem,
     is_duckdb,
     link_target,
     log_of,
     plain_name,
+    sweep_drafts,
+    whole_file,
 )
+from motiondb.files.text import cut
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.turns import announced
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -84,7 +87,7 @@ def _connect_current(
                 _connect_current(path, usual_wait, False, wait).close()
                 return _connect_current(path, usual_wait, True, wait)
             migrations.migrate(connection, version)
-        _sweep_drafts(path)
+        sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _sweep_copies(path)
     except duckdb.Error as error:
@@ -98,37 +101,26 @@ def _connect_current(
 
 def _create(path: Path) -> None:
     """Build an empty database beside ``path`` and move it there, unless another was quicker."""
-    new = path.with_name(f".{path.name}.new-{os.getpid()}-{threading.get_ident()}")
     if not path.parent.is_dir():
         raise StoreError(
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
-    _sweep_drafts(path)
-    log = log_of(new)
-    delete_all(new, log)  # of an earlier process of the same number
     try:
-        with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
-            migrations.migrate(connection, 0)
-        if log.exists():
-            raise OSError("too little room on the disk.")
-        if not path.exists() or path.stat().st_size == 0:
-            new.replace(path)
+        with whole_file(path) as new:
+            with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
+                migrations.migrate(connection, 0)
+            if log_of(new).exists():
+                raise OSError("too little room on the disk.")
+            if path.exists() and path.stat().st_size:
+                raise FileExistsError
+    except FileExistsError:  # another was quicker
+        return
     except (duckdb.Error, OSError) as error:
         reason = first_sentence(error)
         raise StoreError(
             f"{path}: expected to make a new database, found: {reason} "
             "Look at the folder's permissions and at the disk."
         ) from error
-    finally:
-        delete_all(new, log)
-
-
-def _sweep_drafts(path: Path) -> None:
-    """Delete drafts of a new file whose process was killed."""
-    for left in path.parent.glob(f".{glob.escape(path.name)}.new-*"):
-        with suppress(OSError):
-            if not is_being_written(left):
-                left.unlink(missing_ok=True)
 
 
 def _sweep_copies(path: Path) -> None:
@@ -152,18 +144,21 @@ def connect(
             "that it stands for in its place."
         )
     deadline, pause = time.monotonic() + wait, _FIRST_PAUSE
-    while True:
-        try:
-            return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
-        except duckdb.Error as error:
-            left = deadline - time.monotonic()
-            is_other_mode = "different configuration" in str(error)
-            if left <= 0.0 or not (is_lock(error) or is_other_mode):
-                held = HeldError if is_lock(error) else StoreError
-                kind = OtherModeError if is_other_mode else held
-                raise kind(_unreadable(named or path, error, wait)) from error
-        time.sleep(min(pause, left))
-        pause = min(2.0 * pause, _LONGEST_PAUSE)
+    with ExitStack() as waiting:
+        while True:
+            try:
+                return duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+            except duckdb.Error as error:
+                left = deadline - time.monotonic()
+                is_other_mode = "different configuration" in str(error)
+                if left <= 0.0 or not (is_lock(error) or is_other_mode):
+                    held = HeldError if is_lock(error) else StoreError
+                    kind = OtherModeError if is_other_mode else held
+                    raise kind(_unreadable(named or path, error, wait)) from error
+            if pause == _FIRST_PAUSE:
+                waiting.enter_context(announced(path))
+            time.sleep(min(pause, left))
+            pause = min(2.0 * pause, _LONGEST_PAUSE)
 
 
 def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
@@ -221,9 +216,7 @@ def describe_process(pid: int) -> str:
     command, began = _from_proc(pid) or _from_ps(pid) or ("", "")
     if not command:
         return ""
-    if len(command) > _LONGEST_COMMAND:
-        command = f"{command[:_LONGEST_COMMAND]}..."
-    return f", command `{command}`, on {socket.gethostname()} since {began}"
+    return f", command `{cut(command, _LONGEST_COMMAND)}`, on {socket.gethostname()} since {began}"
 
 
 def _from_proc(pid: int) -> tuple[str, str] | None:

@@ -37,7 +37,7 @@ def transaction(store: Store) -> Iterator[Connection]:
     if store.in_transaction:
         yield store.connection
         return
-    if store.is_in_use:  # before any lock: whoever holds it may wait for the end of this block
+    if store.local.depth:  # before any lock: whoever holds it may wait for the end of this block
         raise StoreError(
             f"{store.path}: expected to change the database outside `reading`, found it inside."
             " Save after that block."
@@ -45,10 +45,10 @@ def transaction(store: Store) -> Iterator[Connection]:
     with store.write_lock, store.open_for_writing(), store.in_use():
         store.mark_log()
         _begin(store)
-        store.in_transaction = True
+        store.local.in_transaction = True
         try:
             yield store.connection
-            for key in store.changed:
+            for key in store.local.changed:
                 write_meta(store, key, uuid.uuid4().hex)
             store.connection.execute("COMMIT")
             Store.changes_saved += 1
@@ -57,8 +57,8 @@ def transaction(store: Store) -> Iterator[Connection]:
             _undo(store, error)
             raise
         finally:
-            store.in_transaction = False
-            store.changed.clear()
+            store.local.in_transaction = False
+            store.local.changed.clear()
 
 
 def check_writable(store: Store) -> None:
@@ -80,15 +80,15 @@ def reading(store: Store) -> Iterator[int]:
     with store.in_use() as is_outermost:
         connection = store.connection
         if not is_outermost:
-            known = store.snapshot_revision  # None in a transaction, which raises it
+            known = store.local.snapshot_revision  # None in a transaction, which raises it
             yield revision(store) if known is None else known
             return
         connection.execute("BEGIN")
         try:
-            store.snapshot_revision = revision(store)
-            yield store.snapshot_revision
+            store.local.snapshot_revision = revision(store)
+            yield store.local.snapshot_revision
         finally:
-            store.snapshot_revision = None
+            store.local.snapshot_revision = None
             with suppress(StoreError):  # an error has ended it, and is on its way up
                 connection.execute("ROLLBACK")  # nothing was changed
 
@@ -123,9 +123,9 @@ def write_meta(store: Store, key: str, value: str) -> None:
 def touch(store: Store, *, motions: bool = False) -> None:
     """Mark, when the transaction commits, that the data for learning have changed."""
     with transaction(store):
-        store.changed.add("content_revision")
+        store.local.changed.add("content_revision")
         if motions:
-            store.changed.add("motion_revision")
+            store.local.changed.add("motion_revision")
 
 
 def _begin(store: Store) -> None:

@@ -119,18 +119,6 @@ A -> dribble A [0.7] | pass S [0.1] | shoot [0.2]
 """)
 
 
-def test_by_hand() -> None:
-    planned = plan(BALL, ["hold", "dribble"], "pass")
-    assert (planned.to_goal, planned.then) == (("pass",), ("hold", "shoot"))
-    assert planned.tree == parse(BALL, ["hold", "dribble", "pass", "hold", "shoot"])
-    assert planned.log_probability == pytest.approx(tree_log_probability(BALL, planned.tree))
-    assert plan(BALL, ["hold"]).then == ("shoot",)
-    assert plan(BALL, []).then == ("hold", "shoot")
-    # the goal is to be reached once more
-    again = plan(BALL, ["hold"], "hold")
-    assert (again.to_goal, again.then) == (("pass", "hold"), ("shoot",))
-
-
 PLANNED = [
     BALL,
     read_grammar("S -> S S [0.3] | a S b [0.2] | c [0.4] | empty [0.1]"),

@@ -73,15 +73,6 @@ def test_a_bias_links_what_stands_at_the_same_place():
     assert align(one, other, biased=True) == (((0, 3), (0, 3)),)
 
 
-def test_spans_proposed_twice_are_of_one_type():
-    # (0: b) ~ (1: c) and (1: c) ~ (2: d): all three are one type
-    sentences = [(0, 1, 9), (0, 2, 9), (0, 3, 9)]
-    slots = [(0, 1, (((1, 2), (1, 2)),)), (1, 2, (((1, 2), (1, 2)),))]
-    hypotheses = propose(sentences, slots)
-    assert set(hypotheses.types.values()) == {0}
-    assert len(hypotheses.types) == 3
-
-
 @pytest.mark.parametrize("selection", SELECTIONS)
 def test_what_is_selected_does_not_cross(selection):
     sentences = [(0, 1, 2, 3), (0, 1, 4), (5, 2, 3), (0, 6, 3)]

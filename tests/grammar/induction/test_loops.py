@@ -22,9 +22,7 @@ from motiondb.grammar.induction.loop_evidence import (
     keep_supported,
     rounds_asked,
     split_context,
-    stops_at_bound,
     unlike_context,
-    write_out,
 )
 from motiondb.grammar.induction.refitting import PARENT, RULE, SPAN, read_all, refit
 from motiondb.grammar.languages import derived_strings
@@ -150,16 +148,6 @@ def test_fewer_than_twenty_sentences_must_have_three_rounds():
     assert judge_loops(rules, many, rounds_asked(many))[0].supported
 
 
-def test_a_bound_by_hand():
-    # one to three rounds, 10 sentences each: 60 of 80 went on; .25^10
-    assert stops_at_bound(np.array([1, 2, 3]), np.array([10, 10, 10]))
-    # two at the longest are never a bound
-    assert not stops_at_bound(np.array([0, 9]), np.array([1, 2]))
-    # q = 1 / 2: .5^4 = .0625 is enough, .5^5 is not
-    assert not stops_at_bound(np.array([0, 1]), np.array([4, 4]))
-    assert stops_at_bound(np.array([0, 1]), np.array([5, 5]))
-
-
 def test_what_is_rare_in_a_loop_needs_only_stand_within_it():
     # S -> 0 S 0 | 1 S 1 | 2: 1 is never twice on a path, but below and above 0
     rules = RuleSet(3, {3: {(0, 3, 0): 1, (1, 3, 1): 1, (2,): 1}}, loops=True)
@@ -170,13 +158,6 @@ def test_what_is_rare_in_a_loop_needs_only_stand_within_it():
     outer = plain | {(1, 0, 2, 0, 1): 2}  # always outermost
     judged = judge_loops(rules, RuleSet(3, {3: outer}, loops=True), 2)
     assert [one.supported for one in judged] == [True, False]
-
-
-def test_a_loop_written_out_derives_the_bounded_strings():
-    actual = write_out(RuleSet(T, {S: {(A, 2): 1}, A: {(0, A, 1): 1, (): 1}}), A, (0, A, 1), 2)
-    expected = {(2,), (0, 1, 2), (0, 0, 1, 1, 2), (0, 0, 0, 1, 1, 1, 2)}
-    assert strings_of(actual.rules, S, 12) == expected
-    assert not rule_laws.recursive_lefts(actual.rules)
 
 
 def test_unsupported_loops_are_written_out_and_supported_ones_kept():

@@ -224,13 +224,6 @@ def test_sentences_that_begin_and_end_in_two_ways_are_among_the_united_splits():
     assert united_splits([first, second], 3, 8)[0] == true
 
 
-def test_united_splits_keep_to_the_lengths():
-    strings = [tuple("abcabdabcaabdcab"), tuple("cabdabca")]
-    for cuts in united_splits(strings, 3, 6):
-        for string, inner in zip(strings, cuts, strict=True):
-            assert all(3 <= b - a <= 6 for a, b in pairwise((0, *inner, len(string))))
-
-
 @pytest.mark.parametrize("cuts", [(0,), (3,), (2, 1)])
 def test_cuts_outside_a_string_are_refused(cuts):
     with pytest.raises(GrammarError, match="string 1: expected rising cuts between 1 and 2"):

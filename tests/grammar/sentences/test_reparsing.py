@@ -96,13 +96,6 @@ def test_cuts_by_rules_are_the_cheapest_of_all(symbols, shortest):
         assert cuts == ()
 
 
-def test_borders_are_of_three_kinds():
-    places = border_places(["ab", "cab"])
-    assert places["between", "a", "b"] == [(0, 1), (1, 2)]
-    assert places["before", "a"] == [(1, 1)]
-    assert places["after", "a"] == [(0, 1), (1, 2)]
-
-
 def test_splits_at_a_kind_of_border_keep_the_shortest_length():
     splits = recurring_splits(["abcabcab"], 2, 8)
     assert ((3, 6),) in splits  # before a, after c, between both: once

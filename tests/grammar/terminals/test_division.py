@@ -73,13 +73,3 @@ def test_a_division_is_the_best_that_trying_all_of_them_finds(seed: int) -> None
                 tried = sorted((others - {dropped}) | parts)
                 if len(tried) == task.n_groups:
                     assert state_of(task, tried).cost >= divided.cost * (1.0 - 1e-5)
-
-
-def test_the_parts_of_a_cell_tile_it() -> None:
-    task = task_of(("abc",), 2)
-    cells = task.cells
-    for cell in range(len(cells.firsts)):
-        for first, second in parts_of(task, cell):
-            assert cells.starts[first] == cells.starts[cell]
-            assert cells.ends[first] == cells.starts[second]
-            assert cells.ends[second] == cells.ends[cell]

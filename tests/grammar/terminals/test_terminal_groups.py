@@ -153,20 +153,6 @@ def made_task(n_groups: int, price: float = 0.2) -> exchange.Task:
     return exchange.Task(poses, cells, np.full(len(cuts), 0.5), price, n_groups)
 
 
-def test_costs_of_cells_are_lengths_times_distances() -> None:
-    from motiondb.grammar.terminals.distances import distances_to
-
-    task = made_task(3)
-    cells = task.cells
-    for medoid in (0, 17, 40):
-        out = np.empty(len(cells.firsts), dtype=np.float32)
-        exchange.cell_costs(task, medoid, out)
-        exact = distances_to(
-            task.poses.values, cells.starts[medoid], cells.ends[medoid], cells.starts, cells.ends
-        )
-        assert np.allclose(out, exact * (cells.ends - cells.starts), rtol=1e-3, atol=0.1)
-
-
 @pytest.mark.parametrize("n_groups", [1, 4])
 def test_exchanges_lower_the_cost_to_what_it_is_from_nothing(n_groups: int) -> None:
     task = made_task(n_groups)
@@ -247,15 +233,6 @@ def test_tuning_keeps_takes_lengths_and_groups(temperature: float) -> None:
     assert len(best.cuts) == len(grouping.cuts)
     assert sorted(np.unique(best.labels)) == list(range(5))
     assert (best.labels[best.medoids] == np.arange(5)).all()
-
-
-def test_a_group_of_one_keeps_its_last_segment() -> None:
-    grouping, costs = made(2, n_groups=len(made(2)[0].labels) - 1)
-    best, _ = tuning.tune(
-        grouping, costs, np.random.default_rng(1), tuning.TuningSettings(most_steps=800)
-    )
-    n_groups = len(grouping.medoids)
-    assert sorted(np.unique(best.labels)) == list(range(n_groups))
 
 
 @settings(max_examples=30, deadline=None)

@@ -100,15 +100,6 @@ def test_a_take_shorter_than_a_segment_is_one_segment() -> None:
     assert terminals.takes[1] == 1
 
 
-def test_a_body_that_stands_still_has_terminals_too() -> None:
-    still = Motion(
-        np.tile(np.array([1, 0, 0, 0], np.float32), (60, 21, 1)),
-        np.tile(np.array([0, 0.93, 0], np.float32), (60, 1)),
-    )
-    terminals = find_terminals([still], 2, np.random.default_rng(0), settings=QUICK)
-    assert sorted(np.unique(terminals.labels)) == [0, 1]
-
-
 @pytest.mark.parametrize(
     ("n_terminals", "settings", "text"),
     [

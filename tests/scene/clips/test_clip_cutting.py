@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from motiondb.records import Event, Motion
 from motiondb.scene.clips import clip_cutting
@@ -64,28 +65,23 @@ def test_a_run_from_rest_to_rest_is_cut_into_steps() -> None:
     ]  # fmt: skip
 
 
-def test_a_run_that_is_under_way_begins_and_ends_with_a_strike() -> None:
+@pytest.mark.parametrize(
+    ("struck", "contacts", "pieces"),
+    [
+        # 3 and 57 leave less than 6 frames at the ends, 23 less than 6 frames after 20
+        ((3, 20, 23, 30, 57), (), [(20, 30)]),
+        ((), ((20, 28, 0), (31, 38, 1), (42, 50, 0)), [(20, 31), (20, 42), (31, 42)]),
+        ((30,), (), [(0, 60)]),  # one strike: the walk stays whole
+    ],
+)
+def test_a_run_under_way_begins_and_ends_with_a_strike_or_a_contact(
+    struck: tuple, contacts: tuple, pieces: list
+) -> None:
     frames = moving(np.full(60, 3.0))
-    cut = cut_action(shown(60, events=strikes(3, 20, 23, 30, 57)), frames)
-    # 3 and 57 leave less than 6 frames at the ends, 23 less than 6 frames after 20
-    assert cut == [Piece(20, 30, "middle")]
-
-
-def test_contacts_of_the_feet_serve_where_nobody_wrote_strikes_down() -> None:
-    frames = moving(np.full(60, 3.0))
-    frames.contacts[20:28, 0] = True
-    frames.contacts[31:38, 1] = True
-    frames.contacts[42:50, 0] = True
-    assert cut_action(shown(60), frames) == [
-        Piece(20, 31, "middle"),
-        Piece(20, 42, "middle"),
-        Piece(31, 42, "middle"),
-    ]
-
-
-def test_a_walk_without_two_strikes_stays_whole() -> None:
-    frames = moving(np.full(60, 3.0))
-    assert cut_action(shown(60, events=strikes(30)), frames) == [Piece(0, 60)]
+    for start, end, foot in contacts:
+        frames.contacts[start:end, foot] = True
+    cut = cut_action(shown(60, events=strikes(*struck)), frames)
+    assert [(piece.start, piece.end) for piece in cut] == pieces
 
 
 def test_dribbling_in_place_is_cut_where_the_ball_is_caught() -> None:

@@ -298,27 +298,6 @@ def test_what_is_taken_back_was_never_there(wandering) -> None:
     np.testing.assert_array_equal(scene.total, before["total"])
 
 
-@pytest.mark.parametrize("name", ["give-and-go", "figure-3"])
-def test_no_touch_is_overlooked(wandering, name: str) -> None:
-    """Beside looking at every point of the grid; crowded, so that many touch."""
-    rng, some = np.random.default_rng(4), 0
-    for _ in range(5):
-        state, library, table = random_scene(wandering, name, rng, spread=0.3)
-        arrays = clip_arrays(library)
-        scene = energies.scene_arrays(
-            state, arrays, replace(table, contacts=table.contacts[:0]), WEIGHTS
-        )
-        for p in range(len(scene.n_clips)):
-            for q in range(p):
-                g = np.arange(max(scene.filled[p], scene.filled[q]) + 1)
-                one = scene.grid[p, np.minimum(g, scene.filled[p]), :2]
-                other = scene.grid[q, np.minimum(g, scene.filled[q]), :2]
-                apart = np.linalg.norm(one - other, axis=1)
-                assert scene.overlaps[p, q] == np.count_nonzero(apart < 0.5)
-                some += scene.overlaps[p, q]
-    assert some > 0
-
-
 def test_delays_are_bounded(wandering) -> None:
     state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
     arrays = clip_arrays(library)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -84,23 +83,6 @@ def test_products_are_compositions_and_a_swap_moves_the_tail_as_one(wandering, s
     np.testing.assert_allclose(after[k + 1 :, :3], tail, atol=1e-11)
     np.testing.assert_array_equal(after[: k + 1], placed[: k + 1])
     assert len(set((later - begin)[k + 1 :].tolist())) == 1
-
-
-def test_clips_know_their_action_their_middle_and_their_way(wandering) -> None:
-    library = wandering(["walk", "run"], each=3)
-    arrays = clip_arrays(library)
-    assert arrays.clips["first"].tolist() == [0, 0, 0, 3, 3, 3]
-    assert arrays.clips["last"].tolist() == [3, 3, 3, 6, 6, 6]
-    for entry in range(6):
-        n, start = int(library.n_frames[entry]), int(library.path_start[entry])
-        events = library.event_frame[entry]
-        assert arrays.clips["event"][entry] == (events if events >= 0 else (n - 1) // 2)
-        ends = np.vstack([library.path_of(entry)[:, :2], library.step[entry, :2]])
-        metres = [0.0]
-        for one, other in pairwise(ends):
-            metres.append(metres[-1] + float(np.hypot(*(other - one))))
-        np.testing.assert_allclose(arrays.way[start : start + n], metres[:-1])
-        np.testing.assert_allclose(arrays.clips["length"][entry], metres[-1])
 
 
 def scene_of(wandering, name: str, seed: int = 0):

@@ -65,5 +65,3 @@ def test_every_element_and_shipped_file_stands_on_the_page() -> None:
     for ending in (scene_texts.GRAMMAR, scene_texts.TACTICS):
         for name in scene_texts.shipped(ending):
             assert f"`{name}`" in TEXT
-    for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
-        assert (PAGE.parent / target).exists(), target

@@ -159,14 +159,6 @@ def test_what_the_grammar_says_already_is_said_once() -> None:
     assert {type(r.rule) for r in more} == {DirectionRule, SynchronisationRule}
 
 
-def test_a_move_may_be_against_somebody_else() -> None:
-    items_of = expressions(read_scene_text("double-team").diagram)
-    assert read_scene_text("double-team").diagram.opponent_of("D2") == "A2"
-    assert [str(item) for item in items_of["D2"]] == ["(run)*", "(guard)*"]
-    assert [item.other for item in items_of["D2"]] == ["A1", "A1"]
-    assert [item.other_item for item in items_of["D2"]] == [-1, -1]
-
-
 def every_assignment(string: list[str], items: list[Item]) -> set:
     """All assignments by trying all intervals: the slow twin."""
     actual = set()

@@ -9,7 +9,7 @@ from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.scene.energy import energy
-from motiondb.scene.language.expressions import path_fractions, smooth_curve
+from motiondb.scene.language.expressions import smooth_curve
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import BODY_WIDTH, Court
@@ -88,12 +88,6 @@ def test_the_ball_goes_from_hand_to_hand() -> None:
     assert [act.part for act in diagram.acts["A1"]] == ["own", "own", "catch", "own"]
     assert has_ball(diagram, "A1") == (True, False, False, True)
     assert has_ball(diagram, "A2") == (False, True)
-
-
-def test_steps_order_a_play_and_lines_order_a_step() -> None:
-    diagram = read("3 layup A2\n1 run A2 to 3 4\n1 pass A1 to A2")
-    kinds = [diagram.elements[act.element].kind for act in diagram.acts["A2"]]
-    assert kinds == ["run", "pass", "layup"]
 
 
 def test_opponents_are_who_guards_else_who_is_near() -> None:
@@ -216,13 +210,6 @@ def test_curves_pass_through_their_points() -> None:
     steps = np.diff(smooth_curve(points, 200), axis=0)
     headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     assert np.abs(np.diff(headings)).max() < 0.1
-
-
-def test_points_that_are_met_twice_count_once() -> None:
-    points = np.array([[0.0, 0.0], [0.0, 0.0], [3.0, 0.0], [3.0, 0.0]])
-    assert len(smooth_curve(points, 4)) == 5
-    assert path_fractions(points).tolist() == [0.0, 0.0, 1.0, 1.0]
-    assert path_fractions(points[:2]).tolist() == [0.0, 0.0]
 
 
 def test_two_who_stand_so_near_touch() -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from motiondb.body import body, retarget, rotation
-from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Event, Motion
 from motiondb.scene.ball.ball_flight import (
@@ -220,12 +219,6 @@ def test_meetings_that_no_pace_allows_are_reported(library) -> None:
     report = report_scene(state, library, MOTIONS, doubled, out)
     assert any(rule.kind == "synchronisation" or rule.unit == "frames" for rule in report.broken)
     assert not report.clean
-
-
-def test_a_capture_that_is_gone_is_named(library) -> None:
-    state, table = scene(library)
-    with pytest.raises(SceneError, match="pass: expected the capture"):
-        polish(state, library, {k: m for k, m in MOTIONS.items() if k != "pass"}, table)
 
 
 def test_alone_and_without_a_ball_poses_are_held_where_nobody_can_wait() -> None:

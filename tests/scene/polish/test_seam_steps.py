@@ -112,13 +112,3 @@ def test_a_step_keeps_away_from_frames_in_which_its_foot_is_lifted() -> None:
     assert [slide.start for slide in find_slides(old, BLENDED)] == [28]
     np.testing.assert_allclose(new[:27], old[:27], atol=1e-5)
     assert foot_heights(new)[29:32, 1].min() > LIFTED
-
-
-def test_a_slide_from_the_first_frame_is_a_step_too() -> None:
-    blended = np.arange(N_FRAMES) < 10
-    motion = sliding({0: 0.2}, (0, 6))
-    joints = joints_of(step_at_seams(motion, blended))
-    (slide,) = find_slides(joints_of(motion), blended)
-    assert (slide.foot, slide.start, slide.end) == (0, 0, 6)
-    assert slide.metres == pytest.approx(0.2, abs=2e-3)
-    assert foot_heights(joints)[:, 0].max() > 0.05

@@ -21,7 +21,6 @@ from motiondb.scene.report.visible_motion import (
     WAITING,
     FootJump,
     GaitRange,
-    airborne,
     crossing_limbs,
     foot_jump,
     gait_range,
@@ -32,7 +31,6 @@ from motiondb.scene.report.visible_motion import (
     near_limbs,
     on_the_ground,
     segment_distances,
-    step_lengths,
     travel_speeds,
 )
 from motiondb.scene.timing.timeline import Timeline
@@ -139,14 +137,6 @@ def kinds(joints: np.ndarray, labels: list[str]) -> list[tuple[str, int, int]]:
     return [(motion.kind, motion.start, motion.end) for motion in gaits]
 
 
-def test_standing_is_possible() -> None:
-    joints = standing(60)
-    assert not airborne(joints).any()
-    np.testing.assert_allclose(step_lengths(joints), 0.18, atol=1e-6)
-    assert kinds(joints, ["walk"] * 60) == []
-    assert kinds(joints, [WAITING] * 60) == []
-
-
 @pytest.mark.parametrize(("frames", "seen"), [(3, False), (4, True), (12, True)])
 def test_both_feet_in_the_air_are_no_walk(frames: int, seen: bool) -> None:
     joints = standing(60)
@@ -223,15 +213,6 @@ def test_a_foot_in_the_air_does_not_jump() -> None:
     assert foot_jump(joints, on_the_ground(joints, planted, edited)).metres == pytest.approx(0.13)
     joints[29, FEET["r"], 1] += 0.04  # now it is lifted: a step
     assert foot_jump(joints, on_the_ground(joints, planted, edited)).metres == 0.0
-
-
-@settings(deadline=None)
-@given(st.integers(2, 40), st.floats(0.0, 0.5))
-def test_no_jump_is_larger_than_the_way_of_the_foot(frame: int, metres: float) -> None:
-    joints = standing(42)
-    joints[frame:, FEET["l"], 2] += metres
-    jump = foot_jump(joints, np.ones((42, 2), dtype=bool))
-    assert jump.metres <= metres + 1e-9
 
 
 def test_jumps_are_impossible_beyond_the_limit_or_what_captures_show() -> None:

@@ -76,15 +76,6 @@ def test_draws_have_the_probabilities_of_the_trees_that_fit() -> None:
     assert chisquare([drawn[rules] for rules in fit], expected).pvalue > 0.001
 
 
-def test_one_of_several_ends() -> None:
-    derivations = Derivations(FINITE, ITEMS)
-    rng = np.random.default_rng(0)
-    ends = {derivations.run(derivations.draw("A", 0, [0, 1], rng).actions)[-1] for _ in range(60)}
-    assert ends == {0, 1}
-    assert derivations.ends_before(["shoot"]) == [1, 2]
-    assert derivations.ends_before(["run"]) == [2]
-
-
 def test_recursion_without_end_has_its_least_solution() -> None:
     # S = S S p + (1 - p): the least solution is (1 - p) / p for p over a half
     derivations = Derivations(read_grammar("S -> S S [0.75] | a [0.25]"), [])

@@ -9,11 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb.database.scenes import scene_texts
-from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
 from motiondb.grammar.cfg.parse import accepts, count_trees
-from motiondb.scene.language.expressions import expressions, g_user
+from motiondb.scene.language.expressions import g_user
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.services import casting, services
@@ -160,19 +159,6 @@ def test_every_plan_begins_as_asked_and_is_allowed(basketball) -> None:
     with pytest.raises(SceneError) as caught:
         services.plan(basketball, [], [{"sing"}])
     assert "expected an action, found 'sing'" in str(caught.value)
-
-
-@pytest.mark.parametrize("name", scene_texts.shipped(scene_texts.TACTICS))
-def test_every_player_of_the_shipped_diagrams_can_be_cast(name: str) -> None:
-    text = read_scene_text(name)
-    diagram, grammar = text.diagram, text.grammar
-    strings = casting.cast(diagram, grammar)
-    assert set(strings) == set(diagram.player)
-    for player, tree in strings.items():
-        start = grammar.start_of(diagram.player[player].team)
-        assert services.validate(grammar, tree.leaves(), start).allowed
-        items = expressions(diagram)[player]
-        assert g_user(tree.leaves(), [item.actions for item in items]) == 0
 
 
 def test_what_the_grammar_does_not_allow_is_named(basketball) -> None:
@@ -336,15 +322,6 @@ def test_too_many_states_are_refused() -> None:
     with pytest.raises(SceneError) as caught:
         lr1_automaton(EXPRESSIONS, max_states=5)
     assert "at most 5 states to test whether it is LR(1), found more" in str(caught.value)
-
-
-def test_a_thousand_alternatives_are_tested_once_each() -> None:
-    """States: the start, its end, one after each terminal, one at the end of each rule a S."""
-    names = [f"a{n}" for n in range(400)]
-    wide = read_grammar(f"S -> {' | '.join(f'{name} S' for name in names)} | last")
-    automaton = lr1_automaton(wide)
-    assert automaton.n_states == 1 + 1 + 401 + 400
-    assert automaton.conflicts == ()
 
 
 symbols = st.sampled_from(["S", "A", "a", "b"])

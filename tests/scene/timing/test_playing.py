@@ -150,13 +150,6 @@ def test_who_is_early_waits_between_clips_at_an_even_pace() -> None:
     assert there.pauses == (0, 0, 0)
 
 
-def test_pauses_are_long_enough_or_none() -> None:
-    for gap in (3, 5, 8, 30):
-        meetings = [Meeting(0, 10.0, 1, 10.0, 0.0), Meeting(0, 40.0, 1, 40.0 + gap, 0.0)]
-        scheduled, _ = schedule([strings(30, 30), strings(30 + gap, 30)], meetings)
-        assert scheduled.pauses[0] == 0 or scheduled.pauses[0] >= SHORTEST_PAUSE
-
-
 def test_standing_is_cut_where_nobody_needs_it_and_kept_where_somebody_does() -> None:
     one = strings(100, 30, least={0: 15})
     (alone,) = schedule([one], [])

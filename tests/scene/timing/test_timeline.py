@@ -6,12 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scene_energy import energy
 
 from motiondb.database.scenes.scene_texts import read_scene_text
-from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.energy.binding import (
     POINT,
     ROW,
@@ -26,7 +23,6 @@ from motiondb.scene.services import casting
 from motiondb.scene.timing.timeline import (
     Timeline,
     measure,
-    own_places,
     sampled_timeline,
 )
 
@@ -80,17 +76,6 @@ def test_compiled_rules_measure_the_same(name: str, wandering) -> None:
     np.testing.assert_allclose(np.array(ours)[~on_the_way], actual.rules[~on_the_way], atol=1e-9)
     pairs = {(o.first, o.second) for o in overlaps(table, timeline)}
     assert pairs == {(a, b) for a, b in zip(*np.nonzero(actual.overlaps), strict=True) if a < b}
-
-
-@settings(max_examples=20, deadline=None)
-@given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-4, 4))
-def test_own_places_follow_on(wandering, x: float, z: float, theta: float) -> None:
-    library = wandering(["a"], each=3, seed=2)
-    one = own_places(PlayerState(Tree("a"), np.array([0, 1, 2]), (x, z, theta)), library)
-    assert len(one) == int(library.n_frames.sum())
-    np.testing.assert_allclose(one[0], [x, z, theta])
-    apart = np.linalg.norm(np.diff(one[:, :2], axis=0), axis=1)
-    assert apart.max() < 0.2  # no leap at a seam
 
 
 def test_who_stands_in_whom_is_told_with_depth() -> None:

@@ -49,12 +49,14 @@ def test_a_change_of_motions_makes_it_anew_and_old_files_go(
     filled: store.Store, samples: ModuleType
 ) -> None:
     store.load_motion_pool(filled)
+    (_folder(filled) / "motions-2024.json").write_text("a user's own")
     n_files = len(list(_folder(filled).iterdir()))
     samples.add(filled, "dddd", n_frames=2)
     assert store.load_motion_pool(filled).offsets.tolist() == [0, 5, 11, 18, 20]
     store.remove_capture(filled, 2)
     assert store.load_motion_pool(filled).capture_ids.tolist() == [1, 3, 4]
-    assert len(list(_folder(filled).iterdir())) == n_files == 5
+    assert len(list(_folder(filled).iterdir())) == n_files == 6
+    assert (_folder(filled) / "motions-2024.json").read_text() == "a user's own"
 
 
 def test_arrays_are_built_once_until_the_motions_change(
@@ -146,12 +148,12 @@ def test_a_flipped_bit_is_noticed(filled: store.Store, place: int, bit: int) -> 
     _expect_healed(filled)
 
 
-def test_a_young_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
+def test_a_draft_stays_only_while_its_process_runs(filled: store.Store) -> None:
     store.cached_arrays(filled, "features", _arrays)
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     stem, processes = _list_file(filled).stem, (ended.pid, 1, os.getpid())
-    left, *growing = (_folder(filled) / f"{stem}-x.npy.new-{n}-7" for n in processes)
+    left, *growing = (_folder(filled) / f".{stem}-x.npy.{n}.7.part" for n in processes)
     for draft in (left, *growing):
         draft.write_text("half")
     _list_file(filled).unlink()
@@ -190,7 +192,7 @@ def test_threads_that_build_together_leave_a_whole_cache(filled: store.Store) ->
     assert len(actual) == 8
     for each in actual:
         np.testing.assert_array_equal(each["x"], _arrays()["x"])
-    assert [f.name for f in _folder(filled).iterdir() if ".new-" in f.name] == []
+    assert [f.name for f in _folder(filled).iterdir() if f.suffix == ".part"] == []
 
 
 def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Store) -> None:

@@ -133,8 +133,8 @@ def test_the_next_command_sweeps_what_a_killed_one_left(tmp_path: Path, read_onl
     store.open_store(path).close()
     with subprocess.Popen([sys.executable, "-c", ""]) as ended:
         ended.wait()
-    drafts = [tmp_path / f".m.duckdb.new-{ended.pid}{end}" for end in ("", ".wal")]
-    running = tmp_path / f".m.duckdb.new-{os.getppid()}"
+    drafts = [tmp_path / f".m.duckdb.{ended.pid}.1.part{end}" for end in ("", ".wal")]
+    running = tmp_path / f".m.duckdb.{os.getppid()}.1.part"
     copies = [tmp_path / f".m.duckdb.compact{end}" for end in ("", ".wal")]
     for left in (*drafts, running, *copies):
         left.write_text("half a file")
@@ -189,10 +189,10 @@ def test_an_interrupt_knows_whether_the_change_was_saved(
 ) -> None:
     with store.open_store(tmp_path / "m.duckdb") as opened:
         before, connection = store.Store.changes_saved, opened.connection
-        opened.connection = _InterruptedAfter(connection, words)
+        opened.local.connection = _InterruptedAfter(connection, words)
         with pytest.raises(KeyboardInterrupt), store.transaction(opened):
             opened.connection.execute("INSERT INTO meta VALUES (1, 2)")
-        opened.connection = connection
+        opened.local.connection = connection
         assert store.Store.changes_saved - before == saved
         assert len(connection.execute("FROM meta WHERE key = '1'").fetchall()) == saved
 

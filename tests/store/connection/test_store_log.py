@@ -105,6 +105,16 @@ def test_there_is_a_log_from_the_first_change_on(tmp_path: Path) -> None:
         assert "expected its log copy.duckdb.wal beside it" in lacking.log_note
 
 
+@pytest.mark.parametrize("ending", ["", "\ndel database"])
+def test_a_program_that_does_not_close_the_file_leaves_no_mark(tmp_path: Path, ending: str) -> None:
+    program = _KILLED.replace("os.kill(os.getpid(), signal.SIGKILL)", ending)
+    subprocess.run([sys.executable, "-c", program, str(tmp_path / "m.duckdb")], check=True)
+    with store.open_store(tmp_path / "m.duckdb", read_only=True) as opened:
+        assert store.load_synonyms(opened) == {"jog": "run"}
+        assert opened.log_note == ""
+    assert opened.log_note == ""
+
+
 _FORKED = """
 import os, sys
 from motiondb import store

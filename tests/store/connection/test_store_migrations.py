@@ -6,12 +6,14 @@ import hashlib
 import re
 from importlib import resources
 from pathlib import Path
+from types import ModuleType
 
 import duckdb
 import pytest
 
 from motiondb import store
 from motiondb.errors import StoreError
+from motiondb.store import checks
 from motiondb.store.connection import migrations
 
 RELEASED = {1: "09250f85fd51537900d1fa1acb51019fc9566e230975730ce972926d70a842d5"}
@@ -53,6 +55,34 @@ def test_a_later_migration_is_applied_once_to_an_older_file(
             assert database.connection.execute("FROM later").fetchall() == [(7,)]
             assert migrations.schema_version(database.connection, "") == 2
             assert store.revision(database) == 0
+
+
+def test_a_database_that_two_versions_wrote_stays_sound(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Version 1 is that of motiondb 0.1.0; the next one is made up."""
+    motion = samples.add(database, "a").motion_frames
+    infos = store.load_captures(database)
+    learning = samples.learning(infos, store.start_run(database, "learn"))
+    store.save_learning(database, learning)
+    database.close()
+    _add_a_version(
+        monkeypatch,
+        "ALTER TABLE synonym ADD COLUMN note VARCHAR;"
+        " CREATE TABLE later (capture_id BIGINT, x BIGINT);"
+        " INSERT INTO later SELECT capture_id, motion_frames FROM capture;",
+    )
+    monkeypatch.setattr(checks, "present_schema", migrations.present_schema)
+    monkeypatch.setattr(checks, "_expected_tables", checks._expected_tables.__wrapped__)
+    for _ in range(2):  # the second time without its free space
+        with store.open_store(database.path) as newer:
+            assert store.check_store(newer, sources=True) == []
+            assert newer.connection.execute("SELECT x FROM later").fetchall() == [(motion,)]
+            samples.assert_equal(store.load_symbols(newer), learning.symbols)
+            samples.add(newer, "b" * (2 + len(store.load_captures(newer))))
+            store.save_synonyms(newer, {"jog": "run"})
+            assert store.check_store(newer, sources=True) == []
+        store.compact(database.path)
 
 
 def test_a_failing_migration_leaves_the_version_before(

@@ -1,5 +1,7 @@
 /** Requests to the server, and its errors as sentences for people. */
 
+import type { ErrorReply } from "./types.ts";
+
 /** Why the server refused a request, or could not be reached. */
 export class ApiError extends Error {
   constructor(
@@ -49,7 +51,7 @@ async function send(path: string, init: RequestInit, tries = HELD_TRIES): Promis
 
 async function errorOf(response: Response): Promise<ApiError> {
   try {
-    const { error } = (await response.json()) as { error: { kind: string; message: string } };
+    const { error } = (await response.json()) as ErrorReply;
     return new ApiError(error.kind, error.message, response.status);
   } catch {
     return new ApiError(

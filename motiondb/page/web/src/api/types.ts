@@ -295,6 +295,16 @@ export interface ElementVerdict {
   reason: string | null;
 }
 
+export interface ErrorFacts {
+  kind: string;
+  message: string;
+  status: number;
+}
+
+export interface ErrorReply {
+  error: ErrorFacts;
+}
+
 export interface ExplainedExclusion {
   amount: number;
   log_odds: number;
