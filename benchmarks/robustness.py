@@ -5,13 +5,16 @@
     python benchmarks/robustness.py damage --out DIR [--cases 200]
     python benchmarks/robustness.py together --out DIR
     python benchmarks/robustness.py questions --out DIR
+    python benchmarks/robustness.py model --out DIR [--cases 20000] [--start 0] [--minutes 30]
     python benchmarks/robustness.py page --out DIR > docs/measured/robustness.md
 
-Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case. ``fuzz``, ``kills``
-and ``damage`` leave out the seeds that are there already, and begin no further case after
-``--minutes``: the same command, given again, goes on where it stopped. ``--start`` is the first
-seed. ``page`` counts the cases of all pieces. The databases that are attacked are learned from the
-sample data once and kept in DIR; every case has a copy of its own.
+Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case. ``fuzz``,
+``kills``, ``damage`` and ``model`` leave out the seeds that are there already, and begin no
+further case after ``--minutes``: the same command, given again, goes on where it stopped.
+``--start`` is the first seed. ``page`` counts the cases of all pieces. The databases that are
+attacked are learned from the sample data once and kept in DIR; every case has a copy of its own.
+``model`` runs chains of 200 steps, a chain a seed; two commands with other values of ``--start``
+may share DIR.
 """
 
 from __future__ import annotations
@@ -32,9 +35,9 @@ _TESTS = Path(__file__).resolve().parents[1] / "tests"
 _SHARED = ("files", "store", "fetch")  # odd files, damage, sites
 sys.path[:0] = [str(_TESTS / name) for name in _SHARED]
 
-PARTS = ("fuzz", "kills", "damage", "together", "questions")
-CASES = {"fuzz": 50_000, "kills": 200, "damage": 200}
-CASES_OF_A_SEED = {"damage": 5}
+PARTS = ("fuzz", "kills", "damage", "together", "questions", "model")
+CASES = {"fuzz": 50_000, "kills": 200, "damage": 200, "model": 20_000}
+CASES_OF_A_SEED = {"damage": 5, "model": 200}
 """Where a seed stands for more than one case."""
 
 
@@ -76,7 +79,8 @@ def outcomes(asked: argparse.Namespace) -> Generator[Any, None, None]:
     from robustness_tasks.databases import small_database
     from robustness_tasks.page import load
 
-    small = small_database(asked.out)
+    has_own = asked.part == "model"
+    small = asked.out / "small.duckdb" if has_own else small_database(asked.out)
     count = asked.cases or CASES.get(asked.part, 0)
     task = importlib.import_module(f"robustness_tasks.{asked.part}")
     if not count:

@@ -73,12 +73,11 @@ if TYPE_CHECKING:
     )
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
-    from motiondb.search.asked_words import WrittenWord
+    from motiondb.search.asked_words import Taking, WrittenWord
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.chances import WordSource
     from motiondb.search.reasons import ExplainedWord, Explanation
-    from motiondb.search.unknown_words import Taking
     from motiondb.store import GrammarSize, StoredScene
 
 __all__ = [
@@ -208,12 +207,11 @@ _PLACES = {
     "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
-    "motiondb.search.asked_words": "WrittenWord",
+    "motiondb.search.asked_words": "Taking WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize StoredScene",
-    "motiondb.search.unknown_words": "Taking",
     "motiondb.language.question.readings": "KnownQuestion",
     "motiondb.language.question.tree": "NotUsed",
 }  # The public names of each module, separated by spaces

@@ -350,7 +350,7 @@ class Match:
     probability : float or None
         Probability that the answer is right: for words, that the capture shows the requested
         actions; for an example, that the interval shows the same action. None if too little was
-        written about the captures to learn it (:mod:`motiondb.meaning.calibration`), or too few
+        written about the captures to learn it (:mod:`motiondb.meaning.regression`), or too few
         captions of the database have checked it (:mod:`motiondb.learn.checking`).
     interval_probability : float or None
         For words: probability that the interval shows the requested actions; None if it is not

@@ -25,10 +25,10 @@ from motiondb.language import vocabulary
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import hold_to_known, readings
 from motiondb.meaning import asked_certainty, by_question, word_evidence, word_map
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import regression as certainty
 from motiondb.meaning.asked_certainty import fit_certainties
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.calibration import Certainties
+from motiondb.meaning.regression import Certainties
 from motiondb.meaning.score_vectors import N_POSTURE, N_TRAVEL, unit
 from motiondb.records import FloatArray
 from motiondb.search.chances import chances_of_kind

@@ -16,8 +16,8 @@ from motiondb.database import MotionDB, generated_files
 from motiondb.database.generating import Generated
 from motiondb.generate.motion_making import METHODS
 from motiondb.generate.shown_actions import JudgedAction
-from motiondb.learn.recognition import understand
 from motiondb.records import Match, Motion
+from motiondb.search.asked_words import understand
 from real_tasks.measures import (
     Part,
     Smoothness,

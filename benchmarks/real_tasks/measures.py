@@ -14,9 +14,9 @@ from motiondb.generate.contact import foot_slip
 from motiondb.language import vocabulary
 from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import understand
 from motiondb.meaning import by_question, score_vectors, word_evidence, word_map
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
+from motiondb.search.asked_words import understand
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""
@@ -88,7 +88,7 @@ def hears_unseen_performers(learned: Learned) -> dict[int, word_evidence.TakeSco
         seen = np.array([performers[c] != performer for c in described])
         fit = word_map.fit_word_map(vectors[seen], presence[seen], who[seen])
         blind = _with_word_map(learned, fit)
-        takes |= {c: blind.seen_takes[c] for c in learned.rows if performers[c] == performer}
+        takes |= {c: blind.evidence.seen[c] for c in learned.rows if performers[c] == performer}
     return takes
 
 

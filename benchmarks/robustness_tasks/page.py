@@ -19,9 +19,9 @@ HEAD = """# Robustness: data loss and silent failures
 Measured: odd files and texts, killed commands, damaged databases, many threads and processes at
 once, and large questions, on databases learned from the sample data. `python
 benchmarks/robustness.py PART --out DIR` runs a part (`fuzz`, `kills`, `damage`, `together`,
-`questions`), and `python benchmarks/robustness.py page --out DIR` writes this page. The tables
-count the cases that were run; a target with more cases than were run is listed as not met. Short
-versions run with the tests (`tests/robustness`)."""
+`questions`, `model`), and `python benchmarks/robustness.py page --out DIR` writes this page. The
+tables count the cases that were run; a target with more cases than were run is listed as not met.
+Short versions run with the tests (`tests/robustness`)."""
 
 UNKNOWN = """## Limits
 
@@ -55,6 +55,7 @@ def page(folder: Path) -> str:
         ("damage", "Damaged databases", _damage),
         ("together", "Threads and processes", _together),
         ("questions", "Large questions", _questions),
+        ("model", "Chains of steps", _model),
     ]
     cases = {name: load(folder, name) for name, _, _ in parts}
     sections = [HEAD, f"{machine()}; {versions('numpy', 'duckdb')}.", _targets(cases)]
@@ -75,8 +76,9 @@ def load(folder: Path, part: str) -> list[Case]:
         return []
     cases = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     if cases and "seed" in cases[0]:
-        cases = list({(case["seed"], case["kind"]): case for case in cases}.values())
-        cases.sort(key=lambda case: (case["seed"], case["kind"]))
+        place = "step" if part == "model" else "kind"
+        cases = list({(case["seed"], case[place]): case for case in cases}.values())
+        cases.sort(key=lambda case: (case["seed"], case[place]))
     if part == "questions":
         cases = list({case["kind"]: case for case in cases}.values())
     return cases
@@ -102,6 +104,7 @@ def _targets(cases: dict[str, list[Case]]) -> str:
         "damage": ("none of 200 damaged databases passes `check` although a question fails", 200),
         "together": ("16 threads and 20 processes without a false message", 36),
         "questions": ("large questions answered or refused, within 10 s and 1 GB", 1),
+        "model": ("20,000 random steps of two processes and a server without a difference", 20_000),
     }
     rows = []
     for name, (target, least) in wanted.items():
@@ -232,4 +235,49 @@ def _questions(cases: list[Case]) -> str:
         "`python benchmarks/robustness.py questions --out DIR`: each in a separate process; the "
         "time"
         f" includes opening the database.\n\n{table(heads, rows)}"
+    )
+
+
+def _model(cases: list[Case]) -> str:
+    harms = list(dict.fromkeys(["", "at once", *sorted({case["harm"] for case in cases})]))
+    rows = []
+    for harm in [*harms, "all"]:
+        of_kind = [case for case in cases if harm in ("all", case["harm"])]
+        ended = Counter(case["ended"] for case in of_kind)
+        unknown = [case["happened"] for case in of_kind if case["ended"] == "unknown"]
+        rows.append(
+            (
+                harm or "nothing",
+                f"{len(of_kind):,}",
+                *(f"{ended[name]:,}" for name in ("done", "refused")),
+                f"{len(unknown) - sum(unknown):,}",
+                f"{sum(unknown):,}",
+                f"{sum(case['by'] == 'server' for case in of_kind):,}",
+                f"{sum(case['failed'] for case in of_kind)}",
+            )
+        )
+    heads = (
+        "disturbed by", "steps", "done", "refused", "interrupted: absent", "interrupted: there",
+        "of the server", "failed",
+    )  # fmt: skip
+    verbs = Counter(case["kind"] for case in cases)
+    counts = ", ".join(f"{verb} {n:,}" for verb, n in verbs.most_common())
+    failures = _failures(
+        cases,
+        lambda case: (
+            f"seed {case['seed']}, step {case['step']}, {case['kind']} by {case['by']}"
+            f" ({case['harm'] or 'undisturbed'}): {'; '.join(case['faults'])[:300]}"
+        ),
+    )
+    n_kills = sum(case["harm"] in ("kill", "late kill") for case in cases)
+    return (
+        f"`python benchmarks/robustness.py model --out DIR`, {len({c['seed'] for c in cases}):,}"
+        f" chains of up to 200 steps, {n_kills:,} kills. Two processes that use the class and a"
+        " server share a database of captures of half a second; a plain model of dictionaries says"
+        " after every step what must be there. *kill*: at a random system call; *late kill*: right"
+        " after the answer; *full disk*: from a random system call on; *clock*: the clock and the"
+        " times of files jump by up to 25 years; *at once*: both processes work at the same moment."
+        " An interrupted step must be wholly there or wholly absent. After each of these, `check`"
+        " must find nothing and the counts of the learned model must be those of the words. Verbs:"
+        f" {counts}.\n\n{table(heads, rows)}\n\n{failures}"
     )

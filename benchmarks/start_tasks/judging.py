@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from motiondb.meaning.calibration import probability
+from motiondb.meaning.regression import probability
 from motiondb.records import FloatArray
 from quality_protocol.confidence import weighted_draws, weighted_measure
 

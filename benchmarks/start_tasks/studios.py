@@ -33,7 +33,7 @@ from motiondb.learn.word_fitting import (
     fit_words_with_start,
 )
 from motiondb.meaning import asked_certainty, score_vectors, word_evidence
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import regression as certainty
 from motiondb.meaning.word_map import usual
 from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.symbols import acquisition

@@ -17,10 +17,10 @@ from motiondb.search.reasons import Explanation
 
 if TYPE_CHECKING:
     from motiondb.language.question.readings import KnownQuestion
+    from motiondb.search.asked_words import Taking
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
-    from motiondb.search.unknown_words import Taking
 
 
 @dataclass(frozen=True)

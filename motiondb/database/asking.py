@@ -15,13 +15,15 @@ from motiondb.records import Match, Motion
 from motiondb.search.asked_words import (
     find_written,
     learned_words,
+    leave_unknown,
+    unknown_words,
+    with_likeliest,
     with_replaced,
     written_words_of,
 )
 from motiondb.search.by_words import WordAnswer, search_words, with_takings
 from motiondb.search.chances import word_sources
 from motiondb.search.reasons import ExplainedWord
-from motiondb.search.unknown_words import leave_unknown, unknown_words, with_likeliest
 
 if TYPE_CHECKING:
     from motiondb.pictures import Timeline

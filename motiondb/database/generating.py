@@ -33,8 +33,7 @@ from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.search.chances import WordSource, word_sources
-from motiondb.search.unknown_words import (
+from motiondb.search.asked_words import (
     Taking,
     hints_of,
     leave_unknown,
@@ -42,6 +41,7 @@ from motiondb.search.unknown_words import (
     unknown_words,
     with_likeliest,
 )
+from motiondb.search.chances import WordSource, word_sources
 
 MOST_VARIANTS = 100  # Motions of one sentence that are made at once
 MOST_TRIES = 2

@@ -303,16 +303,18 @@ def _shown(
 
 def _evidence(learned: Learned, capture: int, asked: set[int]) -> FloatArray | None:
     """Evidence (segments, words) by other takes and other performers; None without any."""
-    take = learned.place_takes.get(capture)
-    if take is None:
-        return learned.seen_takes[capture].windows if capture in learned.seen_takes else None
+    placed = learned.placed
+    take = None if placed is None else placed.take(capture)
+    if placed is None or take is None:
+        seen = learned.evidence.seen
+        return seen[capture].windows if capture in seen else None
     evidence = take.windows.copy()
-    by_others = learned.place_by_others.get(capture)
-    if by_others is not None and learned.places is not None:
+    by_others = placed.by_others(capture)
+    if by_others is not None:
         performer = learned.performers[capture]
         shown = {
             word
-            for other, words in learned.places.words.items()
+            for other, words in placed.places.words.items()
             if learned.performers[other] != performer
             for word in asked.intersection(words)
         }

@@ -14,7 +14,7 @@ down.
 
 By a map of whole captions. b(w) is the evidence, in nats a second, of a ridge regression on all
 other takes that takes every word of a take to be shown in all of it
-(:func:`motiondb.meaning.place_fitting.unplaced_evidence`):
+(:meth:`motiondb.meaning.place_fitting.PlaceEvidence.unplaced`):
 
     r = 1/|W| sum_{w in W} b(w) - max(0, max_v b(v)), within +-``MOST_RIVALRY``,
 

@@ -9,11 +9,11 @@ from motiondb.generate.excerpts import counted_word
 from motiondb.generate.occurrences import find_occurrences
 from motiondb.generate.sentence_plan import Amount, PlannedAction, say_times
 from motiondb.language.question.amounts import adverb_of
-from motiondb.language.question.say import say_duration
+from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
-from motiondb.meaning.calibration import probability
 from motiondb.meaning.place_certainty import count_performers, cues_of
+from motiondb.meaning.regression import probability
 from motiondb.records import MOTION_FPS, FloatArray
 
 NEAR_ENOUGH = 0.1  # Largest relative difference from a requested duration that still counts as met
@@ -100,15 +100,16 @@ def place_probability(learned: Learned, shown: ShownExcerpt) -> float | None:
     None where it was not learned, and where the capture is described with this action alone.
     """
     capture, sure = shown.excerpt.capture, learned.certainties.place
-    take = learned.place_takes.get(capture)
+    placed = learned.placed
+    take = None if placed is None else placed.take(capture)
     words = [learned.word_numbers[w] for w in shown.action.words if w in learned.word_numbers]
     n_actions = max((d.n_actions for d in learned.described if d.capture_id == capture), default=1)
-    if sure is None or take is None or not words or n_actions == 1:
+    if sure is None or placed is None or take is None or not words or n_actions == 1:
         return None
     first, last = (MOTION_FPS * second for second in source_span(shown))
     inside = np.flatnonzero(np.minimum(take.ends, last) - np.maximum(take.starts, first) > 0.0)
     values = take.windows[:, words].mean(axis=1)
-    support = count_performers(learned.listed_by, words, [learned.performers[capture]])
+    support = count_performers(placed.listed_by, words, [learned.performers[capture]])
     if not support:
         return None
     cues = cues_of(values, int(inside[0]), int(inside[-1]) + 1, support)

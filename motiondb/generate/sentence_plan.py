@@ -23,7 +23,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import SPEEDS
-from motiondb.language.question.say import say, say_count, say_duration
+from motiondb.language.question.readings import say, say_count, say_duration
 from motiondb.language.question.tree import (
     Action,
     AnyOf,

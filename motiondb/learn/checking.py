@@ -44,8 +44,8 @@ from numpy.typing import NDArray
 
 from motiondb.learn.joining import join_certainty
 from motiondb.learn.knowledge import Started
-from motiondb.meaning.calibration import Certainties, Certainty, KindCertainty
 from motiondb.meaning.counting import Counted
+from motiondb.meaning.regression import Certainties, Certainty, KindCertainty
 from motiondb.records import Association
 
 LEAST_CHECKING = 50

@@ -6,7 +6,7 @@ end, is fitted to the places of words: a frame takes the y of its segment.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, floor
 
@@ -30,17 +30,18 @@ from motiondb.learn.word_fitting import (
     fit_words_with_start,
 )
 from motiondb.meaning import counting, extents
-from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.edge_map import EdgeMap, FrameTake, fit_edge_map
 from motiondb.meaning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
 from motiondb.meaning.place_certainty import learn_certainty
 from motiondb.meaning.place_fitting import Places, Written, find_places
+from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
-from motiondb.records import Float32Array, SegmentTable
+from motiondb.records import Float32Array, MotionSymbols, SegmentTable, SymbolSpace
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
 from motiondb.symbols.hmm_jobs import one_blas_thread
+from motiondb.symbols.settings import RecutSettings
 
 NEARLY = 1e-6  # Feature frames by which the rounding of seconds may move the end of an interval
 
@@ -93,31 +94,54 @@ def fit_model(
     tell("words", 0.0)
     n_symbols = acquired.symbols.n_symbols
     words = fit_words(table, taught, n_symbols)
+    contexts = extents.fit_context_space(parts)
+    of_symbols = _Symbols(acquired.symbols, symbol_space, space, contexts, settings.acquisition)
+    return replace(
+        _fit_rest(of_symbols, frames, pool, table, (taught, words), rng),
+        description_lengths=np.array(acquired.description_lengths),
+        pooled=_fit_pooled(frames, pool, table, (taught, words)),
+        description_calibration=words.description_calibration,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Symbols:
+    """The part of the learned model that is of symbols alone."""
+
+    symbols: MotionSymbols
+    space: SymbolSpace
+    feature_space: feature_space.FeatureSpace
+    context_space: extents.ContextSpace
+    cutting: RecutSettings
+
+
+def _fit_rest(
+    of_symbols: _Symbols,
+    frames: Float32Array,
+    pool: FeaturePool,
+    table: SegmentTable,
+    said: tuple[TaughtWords, FittedWords],
+    rng: np.random.Generator,
+) -> LearnedModel:
+    """The learned model from its symbols, segments and words."""
+    taught, words = said
     places, certainties = _fit_places(table, taught, words, rng)
-    judge = _fit_judge(frames, pool, table, (taught, words), rng)
     return LearnedModel(
         run_id=0,
-        symbols=acquired.symbols,
+        **vars(of_symbols),
         segments=table,
-        space=symbol_space,
         association=words.association,
         transition_counts=words.transitions,
-        feature_space=space,
         score_space=words.score_space,
-        context_space=extents.fit_context_space(parts),
         fitted_word_map=words.word_map,
         certainties=certainties,
         lengths=words.lengths,
         counted=words.counted,
         lemmas=words.counted.reference.lemmas,
-        cutting=settings.acquisition,
-        description_lengths=np.array(acquired.description_lengths),
         drift_baseline=drift.fit_baseline(table),
         places=places,
-        judge=judge,
+        judge=_fit_judge(frames, pool, table, said, rng),
         edges=_fit_edges(frames, pool, table, places, words),
-        pooled=_fit_pooled(frames, pool, table, (taught, words)),
-        description_calibration=words.description_calibration,
     )
 
 
@@ -144,29 +168,11 @@ def _fit_with_start(
         return None
     tell("words", 0.0)
     words = fit_words_with_start(table, taught, started)
-    places, certainties = _fit_places(table, taught, words, rng)
-    return LearnedModel(
-        run_id=0,
-        symbols=first.symbols,
-        segments=table,
-        space=first.space,
-        association=words.association,
-        transition_counts=words.transitions,
-        feature_space=first.feature_space,
-        score_space=words.score_space,
-        context_space=first.context_space,
-        fitted_word_map=words.word_map,
-        certainties=certainties,
-        lengths=words.lengths,
-        counted=words.counted,
-        lemmas=words.counted.reference.lemmas,
-        cutting=first.cutting,
-        drift_baseline=drift.fit_baseline(table),
-        places=places,
-        started=started,
-        judge=_fit_judge(frames, pool, table, (taught, words), rng),
-        edges=_fit_edges(frames, pool, table, places, words),
+    of_symbols = _Symbols(
+        first.symbols, first.space, first.feature_space, first.context_space, first.cutting
     )
+    rest = _fit_rest(of_symbols, frames, pool, table, (taught, words), rng)
+    return replace(rest, started=started)
 
 
 def _fit_places(

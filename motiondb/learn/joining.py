@@ -37,7 +37,6 @@ from motiondb.language.translation import explanation
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.knowledge import Started
 from motiondb.learn.learned_model import LearnedModel
-from motiondb.meaning.calibration import Certainty, calibrate
 from motiondb.meaning.counting import (
     Counted,
     Counts,
@@ -45,6 +44,7 @@ from motiondb.meaning.counting import (
     publish_association,
     publish_word_map,
 )
+from motiondb.meaning.regression import Certainty, calibrate
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import (
     RIDGES,

@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from motiondb.body.features import N_FEATURES
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.codec import DeclaredArray, declared_arrays, square
-from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.extents import ContextSpace
+from motiondb.meaning.regression import Certainties
 from motiondb.meaning.score_vectors import ScoreSpace, block_sizes
 from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, MotionSymbols, SymbolSpace, Within

@@ -26,9 +26,9 @@ from motiondb.language.translation import explanation, transition
 from motiondb.learn.checking import checked_words
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import (
-    calibration,
     description_map,
     place_fitting,
+    regression,
     score_vectors,
     word_evidence,
 )
@@ -37,12 +37,8 @@ from motiondb.meaning.description_map import DescriptionMap
 from motiondb.meaning.motion_judge import said_words
 from motiondb.meaning.place_fitting import (
     Written,
-    evidence_by_others,
-    place_evidence,
-    unplaced_evidence,
 )
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, meaning_space
-from motiondb.meaning.word_evidence import TakeExtremes, take_extremes
 from motiondb.meaning.word_map import CaptionMap, WordMap, solve_caption_map
 from motiondb.records import (
     Association,
@@ -138,12 +134,12 @@ class Learned(LearnedModel):
         return self.fitted_word_map is not None and bool(self.association.counts.any())
 
     @property
-    def word_certainty(self) -> calibration.Certainty | None:
+    def word_certainty(self) -> regression.Certainty | None:
         """Certainty of an answer to words; None if it could not be learned."""
         return self.certainties.words if self.has_words else None
 
     @property
-    def example_certainty(self) -> calibration.Certainty | None:
+    def example_certainty(self) -> regression.Certainty | None:
         """Certainty of an answer to an example; None if it could not be learned."""
         return self.certainties.example if self.has_words else None
 
@@ -198,18 +194,12 @@ class Learned(LearnedModel):
         return explanation.smoothed(self.association, self.shapes)
 
     @cached_property
-    def motion_log_odds(self) -> dict[int, FloatArray]:
-        """Log-odds of all words from the motion alone, per capture.
-
-        Arrays (segments + 1, words); the last row is of the whole capture.
-        """
-        starts, ends, fit = self.segments.starts, self.segments.ends, self.word_map
-        return {
-            capture: word_evidence.motion_log_odds(
-                fit, self.standardised[rows], starts[rows], ends[rows], word_evidence.WINDOW_MARGIN
-            )
-            for capture, rows in self.rows.items()
-        }
+    def evidence(self) -> word_evidence.TakeEvidence:
+        """Evidence of all words in all captures, from the motion and from captions."""
+        numbers, rows, table = self.word_numbers, self.rows, self.segments
+        odds = word_evidence.hear_takes(self.word_map, self.standardised, table, rows)
+        written = word_evidence.caption_evidence(self.described, table, rows, numbers)
+        return word_evidence.TakeEvidence(table, rows, odds, written)
 
     @cached_property
     def caption_map(self) -> CaptionMap | None:
@@ -234,82 +224,16 @@ class Learned(LearnedModel):
     @cached_property
     def segment_probabilities(self) -> FloatArray:
         """Probability of every word at every segment, from the motion alone: (segments, words)."""
-        odds = np.concatenate([self.motion_log_odds[c][:-1] for c in self.rows])
+        odds = np.concatenate([self.evidence.odds[c][:-1] for c in self.rows])
         return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
 
     @cached_property
-    def written(self) -> dict[int, FloatArray]:
-        """Log-odds that captions add, for captures that have any: arrays (segments, words)."""
-        said = self.described, self.segments, self.rows, self.word_numbers
-        return word_evidence.caption_evidence(*said)
-
-    @cached_property
-    def seen_takes(self) -> dict[int, word_evidence.TakeScores]:
-        """Log-odds of all words in every capture, from the motion alone."""
-        return {
-            capture: self._take(capture, odds) for capture, odds in self.motion_log_odds.items()
-        }
-
-    @cached_property
-    def takes(self) -> dict[int, word_evidence.TakeScores]:
-        """Log-odds of all words in every capture, from the motion and the captions."""
-        takes = {}
-        for capture, odds in self.motion_log_odds.items():
-            evidence = self.written.get(capture)
-            if evidence is not None:
-                odds = odds + np.concatenate([evidence, evidence.max(axis=0, keepdims=True)])
-            takes[capture] = self._take(capture, odds)
-        return takes
-
-    def _take(self, capture: int, odds: FloatArray) -> word_evidence.TakeScores:
-        rows, table = self.rows[capture], self.segments
-        return word_evidence.TakeScores(table.starts[rows], table.ends[rows], odds[:-1], odds[-1])
-
-    @cached_property
-    def take_extremes(self) -> TakeExtremes:
-        """The largest and smallest log-odds of all words in every capture of ``takes``."""
-        return take_extremes(self.takes)
-
-    @cached_property
-    def seen_extremes(self) -> TakeExtremes:
-        """The same from the motion alone."""
-        return take_extremes(self.seen_takes)
-
-    @cached_property
-    def place_takes(self) -> dict[int, word_evidence.TakeScores]:
-        """Evidence for the place of all words in every capture, from the motion alone.
-
-        Empty if no places were learned. The evidence for a take that was used in learning is that
-        of the map of all other takes.
-        """
-        if self.places is None or not self.places.only(self.rows).words:
-            return {}
-        n_words = len(self.association.words)
-        evidence = place_evidence(self.places, self.segments, self.standardised, n_words)
-        return {
-            capture: word_evidence.TakeScores(
-                self.segments.starts[rows], self.segments.ends[rows], of, of.max(axis=0)
-            )
-            for capture, rows in self.rows.items()
-            for of in [evidence[capture]]
-        }
-
-    @cached_property
-    def place_by_others(self) -> dict[int, FloatArray]:
-        """Evidence for the place of all words, by other performers: arrays (segments, words).
-
-        Empty if no places were learned.
-        """
-        if self.places is None or not self.places.only(self.rows).words:
-            return {}
-        standardised, n = self.standardised, len(self.association.words)
-        return evidence_by_others(self.places, self.segments, standardised, n, self.performers)
-
-    @cached_property
-    def placed_words(self) -> frozenset[int]:
-        """Numbers of the words whose places were learned."""
-        listed = () if self.places is None else self.places.words.values()
-        return frozenset(word for words in listed for word in words)
+    def placed(self) -> place_fitting.PlaceEvidence | None:
+        """Evidence for the places of words, from the motion alone; None if none were learned."""
+        if self.places is None:
+            return None
+        rows, n_words = (self.segments, self.standardised), len(self.association.words)
+        return place_fitting.place_evidence(self.places, *rows, n_words, self.performers)
 
     @cached_property
     def performers(self) -> dict[int, str]:
@@ -317,15 +241,10 @@ class Learned(LearnedModel):
         return performers_of(self.captures)
 
     @cached_property
-    def listed_by(self) -> dict[str, set[int]]:
-        """Performer -> numbers of the words that were placed in this performer's captures."""
-        return {} if self.places is None else self.places.listed_by(self.performers)
-
-    @cached_property
     def unplaced(self) -> dict[int, FloatArray]:
         """Evidence for words by a map that ignores places and is fitted without the take itself."""
-        said, n_words = said_words(self.described, self.word_numbers), len(self.association.words)
-        return unplaced_evidence(self.places, said, self.segments, self.standardised, n_words)
+        said = said_words(self.described, self.word_numbers)
+        return {} if self.placed is None else self.placed.unplaced(said)
 
     @cached_property
     def said_places(self) -> dict[int, FloatArray]:
@@ -336,7 +255,3 @@ class Learned(LearnedModel):
     def is_known(self) -> NDArray[np.bool_]:
         """Which words of the vocabulary some caption holds now: array (words,)."""
         return np.asarray(self.association.counts > 0)
-
-    def widened(self, values: FloatArray) -> FloatArray:
-        """Values of all words, from those of the learned ones: array (..., words)."""
-        return values

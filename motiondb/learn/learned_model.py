@@ -12,11 +12,11 @@ from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.drift import DriftBaseline
 from motiondb.learn.knowledge import Started
 from motiondb.meaning import extents
-from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import Counted
 from motiondb.meaning.edge_map import EdgeMap
 from motiondb.meaning.motion_judge import MotionJudge
 from motiondb.meaning.place_fitting import Places
+from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMap

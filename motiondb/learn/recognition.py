@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
@@ -273,15 +271,3 @@ def decode(
         log_transitions,
         lengths,
     )
-
-
-def understand(
-    learned: Learned, text: str, added: Mapping[str, int] | None = None
-) -> KnownQuestion:
-    """Understand a question in the words that the database knows.
-
-    `added`: words that are known to this question although they were not learned -> their counts.
-    """
-    counted = zip(learned.association.words, learned.association.counts)
-    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
-    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

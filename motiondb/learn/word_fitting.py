@@ -22,9 +22,9 @@ from motiondb.learn.joining import OwnRows, choose_ridge_and_calibration
 from motiondb.learn.knowledge import Started
 from motiondb.meaning import asked_certainty, counting, score_vectors, word_map
 from motiondb.meaning.asked_certainty import fit_certainties
-from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import Counted
 from motiondb.meaning.description_map import fit_description_calibration
+from motiondb.meaning.regression import Certainties
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
 

@@ -12,7 +12,7 @@ left out by subtraction). Whether an answer is right follows from the captions:
   (``vocabulary.MODIFIERS``).
 
 Here only questions to which there is a right answer count. From these
-:mod:`motiondb.meaning.calibration` learns the probability of an answer. Then all right answers are
+:mod:`motiondb.meaning.regression` learns the probability of an answer. Then all right answers are
 removed (for an example, also from the word map) and the search is repeated. This gives the value of
 the best answer if there is no right one.
 
@@ -48,7 +48,8 @@ from numpy.typing import NDArray
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning import by_motion, by_question, score_vectors, word_evidence
-from motiondb.meaning.calibration import (
+from motiondb.meaning.counting import Described, capture_rows
+from motiondb.meaning.regression import (
     Certainties,
     Certainty,
     KindCertainty,
@@ -56,7 +57,6 @@ from motiondb.meaning.calibration import (
     kind_cues,
     separate,
 )
-from motiondb.meaning.counting import Described, capture_rows
 from motiondb.meaning.resemblance import emphasis_of
 from motiondb.meaning.word_evidence import TakeScores
 from motiondb.meaning.word_map import (

@@ -14,6 +14,7 @@ M-step of the counts.
 
 from __future__ import annotations
 
+import operator
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -26,6 +27,7 @@ from motiondb.language import vocabulary
 from motiondb.language.translation import explanation, transition
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.meaning import score_vectors
+from motiondb.meaning.regression import by_fields
 from motiondb.meaning.word_map import WordMap, WordMoments, solve_word_map, word_moments
 from motiondb.records import Association, Caption, FloatArray, IntArray, SegmentTable
 
@@ -71,24 +73,10 @@ class Counts:
     moments: WordMoments  # Of the word map
 
     def __add__(self, other: Counts) -> Counts:
-        shapes = Counter(self.shapes)
-        shapes.update(other.shapes)
-        return Counts(
-            self.transitions + other.transitions,
-            self.said + other.said,
-            shapes,
-            self.expected + other.expected,
-            self.moments + other.moments,
-        )
+        return by_fields(operator.add, self, other)
 
     def __sub__(self, other: Counts) -> Counts:
-        return Counts(
-            self.transitions - other.transitions,
-            self.said - other.said,
-            self.shapes - other.shapes,
-            self.expected - other.expected,
-            self.moments - other.moments,
-        )
+        return by_fields(operator.sub, self, other)
 
 
 @dataclass(frozen=True, eq=False)

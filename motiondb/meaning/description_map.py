@@ -46,9 +46,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from motiondb.meaning.calibration import calibrate
 from motiondb.meaning.counting import Described, known_only, training_rows
-from motiondb.meaning.ridge import shared_words
+from motiondb.meaning.regression import calibrate, fit_ridge, shared_words
 from motiondb.meaning.score_vectors import ScoreSpace, unit
 from motiondb.records import FloatArray, IntArray, SegmentTable
 
@@ -116,7 +115,7 @@ def fit_description_map(
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
     numbers, sizes = np.unique(groups, return_inverse=True, return_counts=True)[1:]
-    omega = sizes[numbers] ** -0.5
+    omega = np.asarray(sizes[numbers] ** -0.5, dtype=np.float64)
     omega /= omega.mean()
     target = unit(presence.astype(np.float64))
     centres = vectors[_centre_rows(numbers)]
@@ -124,14 +123,8 @@ def fit_description_map(
         between = kernel(centres, centres) + JITTER * np.eye(len(centres))
         factor = np.linalg.cholesky(between)
         columns = np.linalg.solve(factor, kernel(centres, vectors)).T
-        mean_z = omega @ columns / len(vectors)
-        mean_t = omega @ target / len(vectors)
-        z = columns - mean_z
-        weighted = (z * omega[:, None]).T
-        gram = weighted @ z + RIDGE * np.eye(len(centres))
-        slopes = np.linalg.solve(gram, weighted @ (target - mean_t))
+        slopes, offsets = fit_ridge(columns, target, RIDGE, omega)
         weights = np.linalg.solve(factor.T, slopes)
-        offsets = mean_t - mean_z @ slopes
     prior = ALPHA * np.log(effective_performers(presence, groups))
     return DescriptionMap(centres, weights, offsets + prior)
 

@@ -36,6 +36,7 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_FPS
 from motiondb.meaning.place_map import spreads_of
+from motiondb.meaning.regression import residuals_without
 from motiondb.records import Float32Array, FloatArray
 
 LEVELS = (-1.5, -0.75, 0.0, 0.75, 1.5)
@@ -194,14 +195,8 @@ class _Regression:
         Shapes: `y` (frames, listed words); `slopes` (cues, listed words).
         """
         cues, root = self.cues(n), np.sqrt(self.weights[n])
-        residual = root * y - cues @ slopes
-        if len(cues) > cues.shape[1]:  # the smaller system
-            change = np.linalg.solve(self.gram - cues.T @ cues, cues.T @ residual)
-        else:
-            block = cues @ self.inverse
-            hat = block @ cues.T
-            change = block.T @ np.linalg.solve(np.eye(len(cues)) - hat, residual)
-        return np.asarray(cues @ (slopes - change) / root)
+        residuals = root * y - cues @ slopes
+        return y - residuals_without(cues, self.gram, self.inverse, residuals) / root
 
     def _gram(self) -> FloatArray:
         gram = np.zeros((len(self.centre),) * 2)

@@ -5,11 +5,11 @@ seconds. It uses neither symbols nor segments nor places, and never the captures
 made from. Notation:
 
     x       a window's means, standard deviations and quantiles (.1, .5, .9) of the whitened
-            features, standardised, clipped, of length 1, with a constant 1 appended,
+            features, standardised, clipped, of length 1,
     g_w     1/sqrt(n) for the windows of a capture whose captions say word w among n actions, else 0
     m_w     mean of g_w over the windows,
-    z_w     (x . u_w - m_w) / (m_w (1 - m_w))^(1/4), the mean over a motion's windows, where u_w is
-            the ridge regression of g_w on x. Each window weighs 1/sqrt(windows of its capture).
+    z_w     (x - mean x) . u_w / (m_w (1 - m_w))^(1/4), the mean over a motion's windows, where u_w
+            is the ridge regression of g_w on x. Each window weighs 1/sqrt(windows of its capture).
 
 Two cues give a calibrated probability that a motion shows w: z_w, and z_w less the largest z of
 other words. Words that mostly occur in the same captions as w do not count among the others.
@@ -40,8 +40,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.calibration import Certainty, fit_probability, probability
 from motiondb.meaning.counting import Described
+from motiondb.meaning.regression import Certainty, Sums, fit_probability, probability, sum_rows
+from motiondb.meaning.score_vectors import unit
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -91,10 +92,8 @@ class MotionJudge:
         return MotionJudge(self.mean, self.spread, rows, owners, self.calibration)
 
     def standardise(self, rows: FloatArray) -> FloatArray:
-        """Vectors x of windows: array (windows, columns + 1)."""
-        x = np.clip((rows - self.mean) / self.spread, -CLIP, CLIP)
-        length = np.linalg.norm(x, axis=1, keepdims=True)
-        return np.concatenate([x / np.maximum(length, 1e-12), np.ones((len(x), 1))], axis=1)
+        """Vectors x of windows: array (windows, columns)."""
+        return unit(np.clip((rows - self.mean) / self.spread, -CLIP, CLIP))
 
 
 def said_words(described: Sequence[Described], numbers: Mapping[str, int]) -> Said:
@@ -122,33 +121,11 @@ def pool_windows(features: Float32Array) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Sums:
-    """Weighted sums of the regression, from which captures can be subtracted.
-
-    gram: array (columns, columns); cross: array (columns, words); words: array (words,); weight.
-    """
-
-    gram: FloatArray
-    cross: FloatArray
-    words: FloatArray
-    weight: float
-
-    def less(self, other: Sums) -> Sums:
-        """Return these sums less those of some captures."""
-        return Sums(
-            self.gram - other.gram,
-            self.cross - other.cross,
-            self.words - other.words,
-            self.weight - other.weight,
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class JudgingTable:
     """The judge with the words of the current captions."""
 
     judge: MotionJudge
-    vectors: FloatArray  # (windows, columns + 1): vectors x of the windows of described captures
+    vectors: FloatArray  # (windows, columns): vectors x of the windows of described captures
     targets: FloatArray  # (windows, words): g of these windows
     weights: FloatArray  # (windows,): their weights
     owners: IntArray  # (windows,): their captures
@@ -157,9 +134,7 @@ class JudgingTable:
 
     def sums(self, which: IntArray | slice = slice(None)) -> Sums:
         """Sums over some windows."""
-        x, w = self.vectors[which], self.weights[which][:, None]
-        g = self.targets[which]
-        return Sums((x * w).T @ x, (x * w).T @ g, (w * g).sum(axis=0), float(w.sum()))
+        return sum_rows(self.vectors[which], self.targets[which], self.weights[which])
 
     def related(self, word: int) -> frozenset[int]:
         """The words that mostly occur in the same captures as a word, including the word."""
@@ -196,7 +171,8 @@ class WithoutSources:
     """The judge without some captures."""
 
     table: JudgingTable  # The judge with all captures
-    slopes: FloatArray  # (columns + 1, words): u
+    slopes: FloatArray  # (columns, words): u
+    shift: FloatArray  # (words,): mean x . u
     mean: FloatArray  # (words,): m
     n_captures: FloatArray  # (words,): number of remaining captures whose captions have each word
     captures: frozenset[int]
@@ -205,7 +181,7 @@ class WithoutSources:
         """z of a motion, from the statistics of its windows: array (words,)."""
         kept = np.clip(self.mean, 1e-4, 0.999)
         x = self.table.judge.standardise(rows)
-        z = (x @ self.slopes - self.mean) / (kept * (1.0 - kept)) ** SPREAD_POWER
+        z = (x @ self.slopes - self.shift) / (kept * (1.0 - kept)) ** SPREAD_POWER
         return np.asarray(z.mean(axis=0))
 
     def cues(self, scores: FloatArray, word: int) -> FloatArray:
@@ -236,19 +212,17 @@ def judge_without(
 ) -> WithoutSources | None:
     """The judge without some captures; None if no described capture is left."""
     gone = np.flatnonzero(np.isin(table.owners, list(out)))
-    left = (sums or table.sums()).less(table.sums(gone))
     if len(gone) == len(table.owners):
         return None
-    ridge = np.full(len(left.gram), RIDGE)
-    ridge[-1] = 1e-9  # the constant is not penalised
-    slopes = np.linalg.solve(left.gram + np.diag(ridge), left.cross)
+    left = (sums or table.sums()) - table.sums(gone)
+    slopes, shift = left.solve(RIDGE)
     n_captures = np.diag(table.together).copy()
     inside = set(table.owners[gone].tolist())
     for capture in inside:
         n_captures[sorted(table.said[capture][0])] -= 1.0
     remaining = frozenset(table.owners.tolist()) - inside
-    mean = left.words / left.weight
-    return WithoutSources(table, np.asarray(slopes), mean, n_captures, remaining)
+    mean = left.targets / left.n
+    return WithoutSources(table, slopes, shift, mean, n_captures, remaining)
 
 
 def fit_judge(
@@ -299,7 +273,9 @@ def _pairs_of(
     first: frozenset[int],
 ) -> list[tuple[int, int, int]]:
     """Pairs of which the first capture is one of ``first``."""
-    evidence = table.vectors @ judge_all(table)
+    everything = judge_without(table, ())
+    assert everything is not None  # a described capture has a window
+    evidence = table.vectors @ everything.slopes
     scores = {c: evidence[table.owners == c].mean(axis=0) for c in table.said}
     pairs = []
     for word in np.flatnonzero(np.diag(table.together) >= 2.0).tolist():
@@ -321,13 +297,6 @@ def _pairs_of(
         kept = np.sort(rng.permutation(len(of_word))[:PAIRS_OF_A_WORD])
         pairs += [of_word[i] for i in kept]
     return pairs
-
-
-def judge_all(table: JudgingTable) -> FloatArray:
-    """Slopes of the regression on all windows: array (columns + 1, words)."""
-    judged = judge_without(table, ())
-    assert judged is not None  # a described capture has a window
-    return judged.slopes
 
 
 def _compare(

@@ -14,7 +14,7 @@ their length: on the sample data, with even evidence, it is .99 for takes of 2.5
 .3 for 8 and .004 for 20. A long walk therefore counts as several actions, and its probability is
 p_several.
 
-Both s and p_several are logistic regressions (:mod:`motiondb.meaning.calibration`), learned from
+Both s and p_several are logistic regressions (:mod:`motiondb.meaning.regression`), learned from
 questions whose true intervals are known without manual labels
 (see below): short captures of one action, of one performer or
 two, are joined, and each action is searched in the joined take, and in the short captures
@@ -54,16 +54,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 
-from motiondb.meaning import by_question, place_fitting
+from motiondb.meaning import by_question
 from motiondb.meaning.by_question import lower_quartile
-from motiondb.meaning.calibration import Certainty, fit_probability, probability
 from motiondb.meaning.counting import capture_rows
-from motiondb.meaning.place_fitting import Places, Written
-from motiondb.meaning.place_map import PlaceMap, fit_places
+from motiondb.meaning.place_fitting import Places, Written, place_evidence
+from motiondb.meaning.place_map import PlaceMap
+from motiondb.meaning.regression import Certainty, fit_probability, probability
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
@@ -369,15 +368,8 @@ def known_elsewhere(
 
     Shapes: `standardised` (segments, columns).
     """
-    captures, takes, shown = place_fitting.placed_takes(places, table, standardised, n_words)
-    owners = np.array([performers[c] for c in captures])[takes.owners]
-    fit = fit_places(takes, shown)
-
-    @cache
-    def without(left_out: frozenset[str]) -> PlaceMap:
-        return fit.without(np.flatnonzero(np.isin(owners, sorted(left_out))))
-
-    return Elsewhere(without, places.listed_by(performers))
+    evidence = place_evidence(places, table, standardised, n_words, performers)
+    return Elsewhere(evidence.without, evidence.listed_by)
 
 
 def fit_certainty(

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -21,15 +22,14 @@ from motiondb.language import vocabulary
 from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.place_map import (
     LABELLED,
+    FittedPlaces,
     ListedTakes,
+    PlaceMap,
     fit_place_map,
     fit_places,
-    left_out_evidence,
-    map_places,
-    take_weights,
 )
 from motiondb.meaning.score_vectors import interval_vectors
-from motiondb.meaning.word_evidence import WINDOW_MARGIN
+from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -228,81 +228,107 @@ def listed_takes(
     return list(takes), ListedTakes(vectors, seconds, owners, actions, further, n_words, labelled)
 
 
+@dataclass(frozen=True, eq=False)
+class PlaceEvidence:
+    """Evidence that words are shown at the segments of a capture, from the motion alone.
+
+    For a take that was used in learning, the map is fitted without it.
+    """
+
+    places: Places
+    performers: Mapping[int, str]  # Capture number -> performer
+    table: SegmentTable
+    standardised: FloatArray  # (segments, columns)
+    rows: Mapping[int, slice]  # Capture number -> rows of the table
+    placed: Mapping[int, slice]  # Capture number -> rows of ``fitted``, of takes that took part
+    fitted: FittedPlaces | None  # None if no take of the table took part
+    n_words: int
+    kept: dict[int, TakeScores] = field(default_factory=dict, repr=False)
+    maps: dict[frozenset[str], PlaceMap] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def words(self) -> frozenset[int]:
+        """Numbers of the words whose places were learned."""
+        return frozenset(word for words in self.places.words.values() for word in words)
+
+    @cached_property
+    def listed_by(self) -> dict[str, set[int]]:
+        """Performer -> numbers of the words that were placed in this performer's captures."""
+        return self.places.listed_by(self.performers)
+
+    def take(self, capture: int) -> TakeScores | None:
+        """The evidence for all words in a capture; None if there is none."""
+        if self.fitted is None or capture not in self.rows:
+            return None
+        if capture not in self.kept:
+            rows = self.rows[capture]
+            with one_blas_thread():
+                if capture in self.placed:
+                    evidence = self.fitted.of_others(self.placed[capture])
+                else:
+                    evidence = self._evidence(frozenset(), rows)
+            starts, ends = self.table.starts[rows], self.table.ends[rows]
+            self.kept[capture] = TakeScores(starts, ends, evidence, evidence.max(axis=0))
+        return self.kept[capture]
+
+    def without(self, performers: frozenset[str]) -> PlaceMap:
+        """The map without the takes of some performers; some take must have taken part."""
+        assert self.fitted is not None
+        if performers not in self.maps:
+            left = [r for c, r in self.placed.items() if self.performers[c] in performers]
+            numbers = np.concatenate(
+                [np.zeros(0, int), *(np.arange(r.start, r.stop) for r in left)]
+            )
+            with one_blas_thread():
+                self.maps[performers] = self.fitted.without(numbers)
+        return self.maps[performers]
+
+    def _evidence(self, without: frozenset[str], rows: slice) -> FloatArray:
+        vectors = window_vectors(self.table, self.standardised, rows)
+        return self.without(without).evidence(vectors)
+
+    def by_others(self, capture: int) -> FloatArray | None:
+        """Evidence (segments, words) for a capture by the map of other performers."""
+        if self.fitted is None or capture not in self.rows:
+            return None
+        return self._evidence(frozenset({self.performers[capture]}), self.rows[capture])
+
+    def unplaced(self, said: Mapping[int, tuple[frozenset[int], int]]) -> dict[int, FloatArray]:
+        """Evidence for every word without its places, per take that was used in learning.
+
+        Every segment of a take counts as showing all words of the take, each by 1 / sqrt(actions of
+        the take). Arrays (segments, words), each by the map of all other takes.
+
+        `said`: Capture number -> numbers of its words, and of the actions that these name.
+        """
+        if self.fitted is None:
+            return {}
+        even = np.zeros((len(self.fitted.fitted.residuals), self.n_words))
+        for capture, inside in self.placed.items():
+            words, n_actions = said.get(capture, (frozenset[int](), 1))
+            even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
+        with one_blas_thread():
+            fitted = FittedPlaces(self.fitted.fitted.regression.fit(even))
+            return {capture: fitted.of_others(inside) for capture, inside in self.placed.items()}
+
+
 def place_evidence(
-    places: Places, table: SegmentTable, standardised: FloatArray, n_words: int
-) -> dict[int, FloatArray]:
-    """Evidence that each word is shown at each segment, per capture: arrays (segments, words).
-
-    For a take that was used in learning, the map is fitted without it; other takes use the map of
-    all.
-
-    Shapes: `standardised` (segments, columns).
-    """
-    rows = capture_rows(table)
-    captures, takes, shown = placed_takes(places, table, standardised, n_words)
-    with one_blas_thread():
-        evidence = left_out_evidence(takes, shown)
-    evidence_of = {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
-    others = [capture for capture in rows if capture not in evidence_of]
-    if others:
-        fit = map_places(takes.vectors, shown, take_weights(takes))
-        for capture in others:
-            evidence_of[capture] = fit.evidence(window_vectors(table, standardised, rows[capture]))
-    return evidence_of
-
-
-def unplaced_evidence(
-    places: Places | None,
-    said: Mapping[int, tuple[frozenset[int], int]],
-    table: SegmentTable,
-    standardised: FloatArray,
-    n_words: int,
-) -> dict[int, FloatArray]:
-    """Evidence for every word without its places, per capture: arrays (segments, words).
-
-    As :func:`place_evidence`, but every segment of a take counts as showing all words of the take,
-    each by 1 / sqrt(actions of the take). Only takes that were used in learning get evidence, each
-    by the map of all others.
-
-    Shapes: `standardised` (segments, columns).
-
-    `said`: Capture number -> numbers of its words, and of the actions that these name.
-    """
-    if places is None or not places.only(capture_rows(table)).words:
-        return {}
-    captures, takes, shown = placed_takes(places, table, standardised, n_words)
-    even = np.zeros_like(shown)
-    for capture, inside in zip(captures, takes.rows()):
-        words, n_actions = said.get(capture, (frozenset[int](), 1))
-        even[inside, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
-    with one_blas_thread():
-        evidence = left_out_evidence(takes, even)
-    return {c: evidence[inside] for c, inside in zip(captures, takes.rows())}
-
-
-def evidence_by_others(
     places: Places,
     table: SegmentTable,
     standardised: FloatArray,
     n_words: int,
     performers: Mapping[int, str],
-) -> dict[int, FloatArray]:
-    """Evidence as :func:`place_evidence`, for every capture by the map of other performers.
-
-    Shapes: `standardised` (segments, columns).
-    """
+) -> PlaceEvidence:
+    """The evidence of places for the captures of a table; `standardised` (segments, columns)."""
     rows = capture_rows(table)
-    captures, takes, shown = placed_takes(places, table, standardised, n_words)
-    owners = np.array([performers[c] for c in captures])[takes.owners]
-    evidence_of = {}
-    with one_blas_thread():  # many small systems
-        fit = fit_places(takes, shown)
-        for name in sorted({performers[c] for c in rows}):
-            others = fit.without(np.flatnonzero(owners == name))
-            for capture in (c for c in rows if performers[c] == name):
-                vectors = window_vectors(table, standardised, rows[capture])
-                evidence_of[capture] = others.evidence(vectors)
-    return evidence_of
+    placed: dict[int, slice] = {}
+    fitted = None
+    if places.only(rows).words:
+        captures, takes, shown = placed_takes(places, table, standardised, n_words)
+        placed = dict(zip(captures, takes.rows()))
+        with one_blas_thread():
+            fitted = fit_places(takes, shown)
+    return PlaceEvidence(places, performers, table, standardised, rows, placed, fitted, n_words)
 
 
 def placed_takes(

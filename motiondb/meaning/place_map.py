@@ -80,6 +80,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.meaning.regression import Fitted, fit_ridge, prepare
 from motiondb.records import FloatArray, IntArray
 
 RIDGE = 0.03
@@ -123,9 +124,9 @@ def fit_place_map(takes: ListedTakes) -> PlacedWords:
     rows = takes.rows()
     weights = take_weights(takes)
     shown = even_shares(takes, rows)
-    left_out = _prepare(takes.vectors, weights, rows)
+    regression = prepare(takes.vectors, weights, RIDGE)
     for _ in range(ROUNDS):
-        evidence = left_out.evidence(shown)
+        evidence = FittedPlaces(regression.fit(shown)).left_out(takes)
         shown = DAMPING * shown + (1.0 - DAMPING) * place_actions(takes, rows, evidence)
     return PlacedWords(map_places(takes.vectors, shown, weights), shown)
 
@@ -134,28 +135,29 @@ def fit_place_map(takes: ListedTakes) -> PlacedWords:
 class FittedPlaces:
     """The regression of :func:`map_places`, in a form from which rows can be removed."""
 
-    # (rows, columns): vectors less their weighted mean, times the square roots of the weights
-    centred: FloatArray
-    # (rows, words): residuals of the regression with all rows, times the square roots of the
-    # weights
-    residuals: FloatArray
-    slopes: FloatArray  # (columns, words): slopes of the regression with all rows
-    # (columns, columns): inverse of the sum of products of ``centred`` with the ridge added
-    inverse: FloatArray
-    centre: FloatArray  # (columns,): weighted mean of the vectors
-    spreads: FloatArray  # (words,): scales sd_w, as defined in the module's docstring
+    fitted: Fitted
 
     def without(self, rows: IntArray) -> PlaceMap:
         """Return the map without the rows of these numbers; the means stay those of all rows."""
-        removed = self.centred[rows]
-        if len(rows) > removed.shape[1]:  # the smaller system
-            gram = np.linalg.inv(self.inverse) - removed.T @ removed
-            slopes = self.slopes - np.linalg.solve(gram, removed.T @ self.residuals[rows])
-        else:
-            block = removed @ self.inverse @ removed.T
-            error = np.linalg.solve(np.eye(len(rows)) - block, self.residuals[rows])
-            slopes = self.slopes - self.inverse @ (removed.T @ error)
-        return PlaceMap(np.asarray(slopes), np.asarray(-self.centre @ slopes), self.spreads)
+        slopes = self.fitted.without(rows)
+        offsets = -self.fitted.regression.centre @ slopes
+        return PlaceMap(slopes, np.asarray(offsets), spreads_of(self.fitted.mean))
+
+    def of_others(self, rows: slice) -> FloatArray:
+        """Return the evidence (rows, words) for some rows by the map without them."""
+        fitted, regression = self.fitted, self.fitted.regression
+        centred = regression.rows[rows] @ fitted.slopes + fitted.residuals[rows]
+        predicted = (centred - fitted.errors(rows)) / regression.roots[rows]
+        return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
+
+    def left_out(self, takes: ListedTakes) -> FloatArray:
+        """Return the evidence (rows, words; nats per second) for each take by the map of others.
+
+        The evidence of a map that was fitted to the take itself follows the take's own places, and
+        is less informative about the places of its words. On four long takes it placed .42 to .46
+        of the questions right; without the take .50 to .54 were placed right.
+        """
+        return np.concatenate([self.of_others(inside) for inside in takes.rows()])
 
 
 def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
@@ -163,11 +165,7 @@ def fit_places(takes: ListedTakes, shown: FloatArray) -> FittedPlaces:
 
     Shapes: `shown` (rows, words).
     """
-    centre, mean, centred, target = _centred(takes.vectors, shown, take_weights(takes))
-    inverse = np.asarray(np.linalg.inv(_gram(centred)), dtype=np.float64)
-    slopes = inverse @ (centred.T @ target)
-    residuals = target - centred @ slopes
-    return FittedPlaces(centred, residuals, slopes, inverse, centre, spreads_of(mean))
+    return FittedPlaces(prepare(takes.vectors, take_weights(takes), RIDGE).fit(shown))
 
 
 def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> PlaceMap:
@@ -175,21 +173,9 @@ def map_places(vectors: FloatArray, shown: FloatArray, weights: FloatArray) -> P
 
     Shapes: `vectors` (rows, columns); `shown` (rows, words); `weights` (rows,).
     """
-    centre, mean, centred, target = _centred(vectors, shown, weights)
-    slopes = np.linalg.solve(_gram(centred), centred.T @ target)
-    return PlaceMap(np.asarray(slopes), np.asarray(-centre @ slopes), spreads_of(mean))
-
-
-def left_out_evidence(takes: ListedTakes, shown: FloatArray) -> FloatArray:
-    """Return the evidence (rows, words; nats per second) for each take by the map of the others.
-
-    The evidence of a map that was fitted to the take itself follows the take's own ``shown``, and
-    is less informative about the places of its words. On four long takes it placed .42 to .46 of
-    the questions right; without the take .50 to .54 were placed right.
-
-    Shapes: `shown` (rows, words).
-    """
-    return _prepare(takes.vectors, take_weights(takes), takes.rows()).evidence(shown)
+    slopes, constants = fit_ridge(vectors, shown, RIDGE, weights)
+    mean = weights @ shown / weights.sum()
+    return PlaceMap(slopes, constants - mean, spreads_of(mean))
 
 
 def take_weights(takes: ListedTakes) -> FloatArray:
@@ -205,64 +191,6 @@ def spreads_of(mean: FloatArray) -> FloatArray:
     """Return the scales sd_w of the module's docstring; means are kept away from 0 and 1."""
     kept = np.clip(mean, 1e-4, 0.999)
     return np.asarray((kept * (1.0 - kept)) ** SPREAD_POWER)
-
-
-def _centred(
-    vectors: FloatArray, shown: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the weighted means of both, and both centred and scaled by the root weights."""
-    root = np.sqrt(weights)[:, None]
-    centre = weights @ vectors / weights.sum()
-    mean = weights @ shown / weights.sum()
-    return centre, mean, (vectors - centre) * root, (shown - mean) * root
-
-
-def _gram(centred: FloatArray) -> FloatArray:
-    """Return the sum of products with the ridge added."""
-    return np.asarray(centred.T @ centred + RIDGE * np.eye(centred.shape[1]))
-
-
-@dataclass(frozen=True, eq=False)
-class _LeftOut:
-    """Parts of the regression that all rounds share; they depend on vectors and weights only.
-
-    With H the block of the hat matrix of a take's rows, the residuals without the take are
-    (I - H)^-1 times those with it.
-    """
-
-    weights: FloatArray
-    centred: FloatArray
-    inverse: FloatArray
-    rows: Sequence[slice]
-    without: Sequence[FloatArray]
-
-    def predict(self, shown: FloatArray) -> FloatArray:
-        """Return predictions (rows, words) for each take by the regression without it."""
-        root = np.sqrt(self.weights)[:, None]
-        mean = self.weights @ shown / self.weights.sum()
-        target = (shown - mean) * root
-        residuals = target - self.centred @ (self.inverse @ (self.centred.T @ target))
-        predicted = np.empty_like(target)
-        for inside, without in zip(self.rows, self.without):
-            predicted[inside] = target[inside] - without @ residuals[inside]
-        return np.asarray(predicted / root + mean)
-
-    def evidence(self, shown: FloatArray) -> FloatArray:
-        """Return the evidence (rows, words) for each take by the regression without it."""
-        mean = self.weights @ shown / self.weights.sum()
-        return np.asarray(SHARPNESS * (self.predict(shown) - mean) / spreads_of(mean))
-
-
-def _prepare(vectors: FloatArray, weights: FloatArray, rows: Sequence[slice]) -> _LeftOut:
-    """Compute the parts of the regression that all rounds share."""
-    root = np.sqrt(weights)[:, None]
-    centred = (vectors - weights @ vectors / weights.sum()) * root
-    inverse = np.asarray(np.linalg.inv(_gram(centred)), dtype=np.float64)
-    without = [
-        np.linalg.inv(np.eye(len(block)) - block)
-        for block in (centred[inside] @ inverse @ centred[inside].T for inside in rows)
-    ]
-    return _LeftOut(weights, centred, inverse, rows, without)
 
 
 SKIP = -10.0

@@ -54,7 +54,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from motiondb.language.vocabulary import MODIFIERS
-from motiondb.meaning.ridge import fit_ridge
+from motiondb.meaning.regression import fit_ridge
 from motiondb.meaning.score_vectors import unit
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import Float32Array, FloatArray

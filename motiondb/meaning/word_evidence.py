@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from motiondb.meaning.counting import Described
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.meaning.word_map import WordMap
 from motiondb.records import FloatArray, IntArray, SegmentTable
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
 WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
 UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
@@ -55,6 +57,76 @@ def motion_log_odds(
     low = np.concatenate([starts - margin, [0]])
     high = np.concatenate([ends + margin, ends[-1:]])
     return fit.log_odds(interval_vectors(standardised, starts, ends, low, high))
+
+
+def hear_takes(
+    fit: WordMap, standardised: FloatArray, table: SegmentTable, rows: Mapping[int, slice]
+) -> dict[int, FloatArray]:
+    """Log-odds of all words from the motion alone, per capture: arrays (segments + 1, words)."""
+    with one_blas_thread():  # many small products
+        return {
+            capture: motion_log_odds(
+                fit,
+                standardised[inside],
+                table.starts[inside],
+                table.ends[inside],
+                WINDOW_MARGIN,
+            )
+            for capture, inside in rows.items()
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class TakeEvidence:
+    """Evidence of all words in all captures, from the motion and from captions."""
+
+    table: SegmentTable
+    rows: Mapping[int, slice]  # Capture number -> its rows of the table
+    # Capture number -> array (segments + 1, words): log-odds by the motion alone, the last row of
+    # the whole capture
+    odds: Mapping[int, FloatArray]
+    # Capture number -> array (segments, words): log-odds that captions add; captures that have any
+    written: Mapping[int, FloatArray]
+
+    @cached_property
+    def seen(self) -> dict[int, TakeScores]:
+        """Log-odds of all words in every capture, from the motion alone."""
+        return {capture: self._take(capture, None) for capture in self.odds}
+
+    @cached_property
+    def takes(self) -> dict[int, TakeScores]:
+        """Log-odds of all words in every capture, from the motion and the captions."""
+        return {capture: self._take(capture, self.written.get(capture)) for capture in self.odds}
+
+    def _take(self, capture: int, said: FloatArray | None) -> TakeScores:
+        inside, odds = self.rows[capture], self.odds[capture]
+        windows, whole = odds[:-1], odds[-1]
+        if said is not None:
+            windows, whole = windows + said, whole + said.max(axis=0)
+        return TakeScores(self.table.starts[inside], self.table.ends[inside], windows, whole)
+
+    @cached_property
+    def extremes(self) -> TakeExtremes:
+        """The largest and smallest log-odds of all words in every capture of ``takes``."""
+        return take_extremes(self.takes)
+
+    @cached_property
+    def seen_extremes(self) -> TakeExtremes:
+        """The same from the motion alone."""
+        return take_extremes(self.seen)
+
+    def with_columns(
+        self, odds: Mapping[int, FloatArray], written: Mapping[int, FloatArray]
+    ) -> TakeEvidence:
+        """The evidence of further words behind that of the words here; nothing written adds 0."""
+        wide = {c: np.concatenate([own, odds[c]], axis=1) for c, own in self.odds.items()}
+        said = {}
+        for capture in self.written.keys() | written.keys():
+            n, n_own = len(self.odds[capture]) - 1, self.odds[capture].shape[1]
+            own = self.written.get(capture, np.zeros((n, n_own)))
+            added = written.get(capture, np.zeros((n, odds[capture].shape[1])))
+            said[capture] = np.concatenate([own, added], axis=1)
+        return TakeEvidence(self.table, self.rows, wide, said)
 
 
 def written_evidence(

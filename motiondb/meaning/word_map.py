@@ -42,6 +42,7 @@ additive over captures and can be kept exactly (:mod:`motiondb.meaning.word_map`
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -49,8 +50,14 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.meaning.calibration import calibrate
-from motiondb.meaning.ridge import fit_ridge, left_out, shared_words, solve_sums
+from motiondb.meaning.regression import (
+    Sums,
+    by_fields,
+    calibrate,
+    fit_ridge,
+    left_out,
+    shared_words,
+)
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
 
@@ -198,10 +205,10 @@ class CaptionMoments:
     cross: FloatArray  # (symbols, words): sum of v t'
 
     def __add__(self, other: CaptionMoments) -> CaptionMoments:
-        return CaptionMoments(self.words + other.words, self.cross + other.cross)
+        return by_fields(operator.add, self, other)
 
     def __sub__(self, other: CaptionMoments) -> CaptionMoments:
-        return CaptionMoments(self.words - other.words, self.cross - other.cross)
+        return by_fields(operator.sub, self, other)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,26 +224,17 @@ class WordMoments:
     captions: CaptionMoments | None = None
 
     def __add__(self, other: WordMoments) -> WordMoments:
-        captions, others = self.captions, other.captions
-        return WordMoments(
-            self.n + other.n,
-            self.vectors + other.vectors,
-            self.words + other.words,
-            self.gram + other.gram,
-            self.cross + other.cross,
-            None if captions is None or others is None else captions + others,
-        )
+        return by_fields(operator.add, self, other)
 
     def __sub__(self, other: WordMoments) -> WordMoments:
-        captions, others = self.captions, other.captions
-        return WordMoments(
-            self.n - other.n,
-            self.vectors - other.vectors,
-            self.words - other.words,
-            self.gram - other.gram,
-            self.cross - other.cross,
-            None if captions is None or others is None else captions - others,
-        )
+        return by_fields(operator.sub, self, other)
+
+    def solve(
+        self, of: WordMoments | CaptionMoments, ridge: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Slopes (columns, words) of the regression of y, or of t, on v, and mean v . slopes."""
+        n = max(self.n, 1.0)
+        return Sums(n, self.vectors, of.words, self.gram, of.cross).solve(ridge)
 
 
 def word_moments(vectors: FloatArray, presence: NDArray[np.bool_]) -> WordMoments:
@@ -272,8 +270,7 @@ def solve_word_map(moments: WordMoments, ridge: float, calibration: FloatArray) 
     """
     n = max(moments.n, 1.0)
     mean_y: FloatArray = moments.words / n
-    sums = (moments.vectors, moments.gram, moments.words, moments.cross)
-    weights, shift = solve_sums(n, *sums, ridge)
+    weights, shift = moments.solve(moments, ridge)
     priors = np.clip(mean_y, 0.5 / n, 1.0 - 0.5 / n)
     spreads = word_spreads(priors)
     return WordMap(weights, -shift, priors, spreads, calibration, ridge=ridge)
@@ -329,8 +326,8 @@ def solve_caption_map(moments: WordMoments, ridge: float = CAPTION_RIDGE) -> Cap
     """Caption map from sums; None if the sums for captions were not kept."""
     if moments.captions is None:
         return None
+    weights, shift = moments.solve(moments.captions, ridge)
     n = max(moments.n, 1.0)
-    mean_t: FloatArray = moments.captions.words / n
-    sums = (moments.vectors, moments.gram, moments.captions.words, moments.captions.cross)
-    weights, shift = solve_sums(n, *sums, ridge)
-    return CaptionMap(weights, mean_t - shift, np.log((1.0 + n) / (1.0 + moments.words)))
+    return CaptionMap(
+        weights, moments.captions.words / n - shift, np.log((1.0 + n) / (1.0 + moments.words))
+    )

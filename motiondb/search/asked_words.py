@@ -6,37 +6,47 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
   gets the evidence of a written word, one whose captions or tag have other words that of a missing
   word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share of
   captures that hold it.
-* A *replaced* word stands for known words (:mod:`motiondb.search.unknown_words`). Its log-odds are
+* A *replaced* word stands for known words, see below. Its log-odds are
   the means of theirs, weighted by its shares.
 
 An added word is a further column of every array over words, behind the learned ones, so that it may
 stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
+
+**Words of a question that no caption holds, and the known words that may replace them.**
+
+Notation: p_i the probability, from the table, that the known word i may replace the word. If the
+largest p_i is TAKEN or more, the word is replaced by all known words with p_i of SUGGESTED or more,
+with shares p_i / sum p, and with the probability max p. If the largest p_i is SUGGESTED or more,
+the known words are only suggested. Otherwise the word is unknown; if it is not an English word
+either, known words of similar spelling are suggested.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.errors import UnknownWordsError
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.language.vocabulary import words_of
+from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import KnownQuestion, hold_to_known
+from motiondb.language.vocabulary import (
+    STOP_WORDS,
+    forms_of,
+    lemma,
+    nearest_words,
+    split_actions,
+    words_of,
+)
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written, interval_evidence
-from motiondb.meaning.word_evidence import (
-    UNWRITTEN,
-    WRITTEN,
-    TakeExtremes,
-    TakeScores,
-    caption_evidence,
-    take_extremes,
-)
+from motiondb.meaning.word_evidence import UNWRITTEN, WRITTEN, TakeEvidence, caption_evidence
 from motiondb.meaning.word_map import WordMap, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
-from motiondb.search.unknown_words import Taking, asked_forms, take_word
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
@@ -86,8 +96,7 @@ class AddedColumns:
     counts: IntArray  # (added,): captures that hold each word, at least 1
     shares: FloatArray  # (learned words, added): weights of the learned words; 0 for written words
     checked: NDArray[np.bool_]  # (added,): whether own captions have checked their probabilities
-    odds: Mapping[int, FloatArray]  # (segments + 1, added): log-odds by the motion alone
-    written: Mapping[int, FloatArray]  # (segments, added): log-odds that captions and tags add
+    evidence: TakeEvidence  # Of the learned words, then the added ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,57 +137,10 @@ class AskedWords:
         """Which words some caption or tag holds now, or known words replace: array (words,)."""
         return np.append(self.learned.is_known(), np.ones(len(self.added), dtype=bool))
 
-    def odds(self, capture: int) -> FloatArray:
-        """Log-odds of all words by the motion of a capture: array (segments + 1, words)."""
-        learned = self.learned.motion_log_odds[capture]
-        if self.columns is None:
-            return learned
-        return np.concatenate([learned, self.columns.odds[capture]], axis=1)
-
-    def written(self, capture: int) -> FloatArray | None:
-        """Log-odds that captions and tags add: array (segments, words); None if there are none."""
-        learned = self.learned.written.get(capture)
-        added = None if self.columns is None else self.columns.written.get(capture)
-        if self.columns is None or (learned is None and added is None):
-            return learned
-        rows = self.learned.rows[capture]
-        n, n_added = rows.stop - rows.start, len(self.added)
-        both = (
-            np.zeros((n, len(self.names) - n_added)) if learned is None else learned,
-            np.zeros((n, n_added)) if added is None else added,
-        )
-        return np.concatenate(both, axis=1)
-
-    @cached_property
-    def seen_takes(self) -> Mapping[int, TakeScores]:
-        """Log-odds of all words in every capture, from the motion alone."""
-        if self.columns is None:
-            return self.learned.seen_takes
-        return {
-            capture: TakeScores(take.starts, take.ends, odds[:-1], odds[-1])
-            for capture, take in self.learned.seen_takes.items()
-            for odds in [self.odds(capture)]
-        }
-
-    @cached_property
-    def takes(self) -> Mapping[int, TakeScores]:
-        """Log-odds of all words in every capture, from the motion, the captions and the tags."""
-        if self.columns is None:
-            return self.learned.takes
-        takes = {}
-        for capture, take in self.seen_takes.items():
-            said = self.written(capture)
-            takes[capture] = take
-            if said is not None:
-                windows, whole = take.windows + said, take.whole + said.max(axis=0)
-                takes[capture] = TakeScores(take.starts, take.ends, windows, whole)
-        return takes
-
-    def extremes(self, written: bool) -> TakeExtremes:
-        """The largest and smallest log-odds of all words, of ``takes`` or of ``seen_takes``."""
-        if self.columns is None:
-            return self.learned.take_extremes if written else self.learned.seen_extremes
-        return take_extremes(self.takes if written else self.seen_takes)
+    @property
+    def evidence(self) -> TakeEvidence:
+        """Evidence of all words in all captures, from the motion, the captions and the tags."""
+        return self.learned.evidence if self.columns is None else self.columns.evidence
 
     @cached_property
     def said_places(self) -> Mapping[int, FloatArray]:
@@ -285,8 +247,10 @@ def with_written(
         np.array([len(word.captures) for word in chosen], dtype=np.int64),
         np.zeros((n_learned, len(chosen))),
         np.full(len(chosen), sure),
-        {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.motion_log_odds.items()},
-        _written_columns(learned, chosen),
+        learned.evidence.with_columns(
+            {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.evidence.odds.items()},
+            _written_columns(learned, chosen),
+        ),
     )
     names = (*learned.association.words, *(word.word for word in chosen))
     return AskedWords(learned, names, chosen, columns)
@@ -334,11 +298,11 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         return asked
     shares = mixture(list(taken.values()), asked.names)
     n_learned = len(learned.association.words)
-    odds = {capture: asked.odds(capture) @ shares for capture in learned.motion_log_odds}
     # written words say nothing of the motion: their share adds 0
-    said = {capture: asked.written(capture) for capture in learned.rows}
-    said_somewhere = {capture: values for capture, values in said.items() if values is not None}
-    written = {capture: values @ shares for capture, values in said_somewhere.items()}
+    evidence = asked.evidence.with_columns(
+        {capture: odds @ shares for capture, odds in asked.evidence.odds.items()},
+        {capture: said @ shares for capture, said in asked.evidence.written.items()},
+    )
     # a replaced word is checked if all words are that replace it
     checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
     weights = shares[:n_learned]
@@ -349,13 +313,8 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         counts = np.concatenate([before.counts, counts])
         weights = np.concatenate([before.shares, weights], axis=1)
         checked = np.concatenate([before.checked, checked])
-        odds = {c: np.concatenate([before.odds[c], v], axis=1) for c, v in odds.items()}
-        written = {
-            capture: np.concatenate([values[:, n_learned:], written[capture]], axis=1)
-            for capture, values in said_somewhere.items()
-        }
     word_map = with_virtual_words(asked.word_map, shares)
-    columns = AddedColumns(word_map, counts, weights, checked, odds, written)
+    columns = AddedColumns(word_map, counts, weights, checked, evidence)
     return AskedWords(learned, (*asked.names, *taken), asked.written_words, columns)
 
 
@@ -389,3 +348,211 @@ def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
         word_map.calibration,
         ridge=word_map.ridge,
     )
+
+
+TAKEN = 0.5
+SUGGESTED = 0.3
+"""Smallest probability of a replacement, and of a suggestion: docs/measured/nearby-words.md shows
+how often each range of probabilities is right."""
+
+
+@dataclass(frozen=True)
+class Taking:
+    """The replacement or the suggestions for a word that is in no caption.
+
+    Attributes
+    ----------
+    word : str
+        As it was written.
+    words : tuple of (str, float)
+        Known words, most likely first, each with the probability that it may replace the word; only
+        those of SUGGESTED or more.
+    spelling : tuple of str
+        Known words of similar spelling, if the word is not English and ``words`` is empty.
+    """
+
+    word: str
+    words: tuple[tuple[str, float], ...]
+    spelling: tuple[str, ...] = ()
+
+    @property
+    def probability(self) -> float:
+        """Probability that the most likely known word is right; 0 if there is none."""
+        return self.words[0][1] if self.words else 0.0
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether the known words replace the word; otherwise they are only suggested."""
+        return self.probability >= TAKEN
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Weights of the known words in the virtual word; their sum is 1."""
+        total = sum(p for _, p in self.words)
+        return tuple(p / total for _, p in self.words)
+
+    def sentence(self, where: str = "in the captions") -> str:
+        """The sentence for the user.
+
+        Probabilities are rounded down, so that none is printed as 1.
+
+        Parameters
+        ----------
+        where : str
+            Place where the word was searched.
+
+        >>> Taking("stroll", (("walk", 0.995),)).sentence()
+        "'stroll' is not in the captions; taken as walk (0.9)"
+        """
+        start = f"{self.word!r} is not {where}"
+        said = " or ".join(f"{word} ({say_chance(p)})" for word, p in self.words)
+        if self.is_taken:
+            return f"{start}; taken as {said}"
+        if self.words:
+            return f"{start}; perhaps {said}"
+        if self.spelling:
+            return f"{start}; did you mean {' or '.join(self.spelling)}?"
+        return start
+
+
+def say_chance(probability: float) -> str:
+    """A probability with one decimal, rounded down.
+
+    >>> say_chance(0.995), say_chance(0.3), say_chance(0.06)
+    ('0.9', '0.3', '0.0')
+    """
+    return f"{int(probability * 10.0 + 1e-6) / 10.0:.1f}"
+
+
+def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
+    """The known words that may replace a word."""
+    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
+        word = lemma(word)
+    forms = list(dict.fromkeys((word.lower(), lemma(word))))
+    chances: dict[str, float] = {}
+    for form in forms:
+        for target, chance in table.entry(form):
+            if target in known and target not in forms:
+                chances[target] = max(chance, chances.get(target, 0.0))
+    ordered = sorted(chances.items(), key=lambda pair: (-pair[1], pair[0]))
+    likely = tuple((target, chance) for target, chance in ordered if chance >= SUGGESTED)
+    if likely or any(table.is_english(form) for form in forms):
+        return Taking(word, likely)
+    return Taking(word, (), nearest_words(word, known))
+
+
+def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
+    """Unknown words that are not taken -> known words that may be meant, by sense or spelling.
+
+    >>> hints_of({"circle": Taking("circle", ()), "hurl": Taking("hurl", (("shoot", 0.4),))})
+    {'circle': (), 'hurl': ('shoot',)}
+    """
+    return {
+        word: tuple(near for near, _ in taking.words) or taking.spelling
+        for word, taking in suggested.items()
+    }
+
+
+def asked_forms(learned: Learned, text: str) -> dict[str, str]:
+    """Words of a question: lemma -> word as written."""
+    asked = split_actions(text, learned.synonyms, learned.lemmas)
+    forms = [form for form in reversed(forms_of(text)) if form not in STOP_WORDS]  # no lemma needed
+    written = {lemma(form, learned.lemmas): form for form in forms}
+    return {word: written.get(word, word) for action in asked for word in action}
+
+
+def find_takings(
+    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+) -> dict[str, Taking]:
+    """Lemma of every word that is in no caption -> its replacement or suggestions.
+
+    `added`: words that are known to the question although they were not learned.
+    """
+    if learned.fitted_word_map is None:
+        _ = learned.word_map  # raises NotLearnedError if no words were learned
+    known = frozenset((*learned.known_words, *added))
+    return {
+        word: take_word(form, known, table)
+        for word, form in asked_forms(learned, text).items()
+        if word not in known and word not in learned.word_numbers
+    }
+
+
+def unknown_words(
+    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+) -> dict[str, Taking]:
+    """As :func:`find_takings`; a question without any known or replaced word is refused."""
+    takings = find_takings(learned, text, table, added)
+    _check_known(learned, text, takings, added)
+    return takings
+
+
+def leave_unknown(
+    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+) -> dict[str, Taking]:
+    """As :func:`unknown_words`, but nothing is replaced.
+
+    Known words of similar spelling are suggested, only for words that are not English.
+    """
+    found = find_takings(learned, text, table, added)
+    takings = {word: replace(taking, words=()) for word, taking in found.items()}
+    _check_known(learned, text, takings, added)
+    return takings
+
+
+def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
+    """The learned model, with the likeliest known words as synonyms of the words they replace.
+
+    For requests of one sequence of symbols, which a mean of several words does not have.
+    """
+    likeliest = {word: taking.words[0][0] for word, taking in takings.items() if taking.is_taken}
+    return replace(learned, synonyms={**learned.synonyms, **likeliest}) if likeliest else learned
+
+
+def nearest_suggested(learned: Learned, text: str, table: NearbyTable) -> dict[str, str]:
+    """The likeliest suggestion for every word that no caption holds, where there is one.
+
+    Known words of like spelling are suggested only where the table has none.
+    """
+    suggested = {}
+    for word, taking in find_takings(learned, text, table).items():
+        known = [*(near for near, _ in taking.words), *taking.spelling]
+        if known:
+            suggested[word] = known[0]
+    return suggested
+
+
+def _check_known(
+    learned: Learned, text: str, takings: Mapping[str, Taking], added: Collection[str]
+) -> None:
+    """Refuse a question without any known or replaced word."""
+    known = frozenset((*learned.known_words, *added))
+    if not takings or not known.isdisjoint(asked_forms(learned, text)):
+        return
+    if any(taking.is_taken for taking in takings.values()):
+        return
+    near = dict.fromkeys(
+        word
+        for taking in takings.values()
+        for word in (*(w for w, _ in taking.words), *taking.spelling)
+    )
+    hint = (
+        f"Did you mean {' or '.join(near)}?"
+        if near
+        else "`motiondb words` lists the words that are known."
+    )
+    raise UnknownWordsError(
+        f"query: expected a known word, found {', '.join(map(repr, takings))}. {hint}"
+    )
+
+
+def understand(
+    learned: Learned, text: str, added: Mapping[str, int] | None = None
+) -> KnownQuestion:
+    """Understand a question in the words that the database knows.
+
+    `added`: words that are known to this question although they were not learned -> their counts.
+    """
+    counted = zip(learned.association.words, learned.association.counts)
+    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
+    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

@@ -13,7 +13,7 @@ from motiondb.language import vocabulary
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import FeaturePool, recognise
-from motiondb.meaning import by_motion, calibration, extents, score_vectors
+from motiondb.meaning import by_motion, extents, regression, score_vectors
 from motiondb.meaning.resemblance import emphasis_of
 from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, FloatArray, Match, Motion
@@ -132,7 +132,7 @@ def _how_sure(
         emphasis=emphasis_of(learned.association.words),
     )
     log_odds = sure.log_odds(np.column_stack([alike, np.full(len(alike), clear)]))
-    chances = calibration.probability(log_odds)
+    chances = regression.probability(log_odds)
     return [
         (by_motion.same_motion(float(a), c.warp), by_motion.same_motion(float(chance), c.warp))
         for c, a, chance in zip(candidates, alike, chances)
@@ -208,7 +208,7 @@ def _words_of_interval(learned: Learned, capture: int, start: int, end: int) -> 
     """The likeliest words of a stored interval whose probabilities own captions have checked."""
     if learned.fitted_word_map is None:
         return ()
-    take = learned.takes[capture]
+    take = learned.evidence.takes[capture]
     inside = (take.starts < end) & (take.ends > start)
     given = learned.is_known() & learned.checked
     odds = np.where(given, take.windows[inside].mean(axis=0), -np.inf)

@@ -19,35 +19,42 @@ import heapq
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import manner_of
-from motiondb.language.question.readings import KnownQuestion, Reading, hinted, readings, with_hints
-from motiondb.language.question.say import plain_actions
+from motiondb.language.question.readings import (
+    KnownQuestion,
+    Reading,
+    hinted,
+    plain_actions,
+    readings,
+    with_hints,
+)
 from motiondb.language.question.tree import NotUsed, actions_of
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import decode, understand
+from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question, word_evidence
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK, WINDOW_MARGIN, upper_bounds
 from motiondb.meaning.word_map import usual
 from motiondb.records import MOTION_FPS, FloatArray, Match, MatchPart
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import AskedWords, WrittenWord
+from motiondb.search.asked_words import AskedWords, Taking, WrittenWord, hints_of, understand
 from motiondb.search.chances import (
     Chances,
     WordSource,
     chances,
     counts_or_lasts,
+    question_certainty,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
 from motiondb.search.reasons import Explanation, WordReason, explain
-from motiondb.search.unknown_words import Taking, hints_of
 
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
@@ -83,7 +90,7 @@ class WordAnswer:
         these words.
     threshold : float or None
         Strength below which nothing in the database matches; None if it could not be learned
-        (``meaning.calibration``).
+        (``meaning.regression``).
     taken : dict
         Word that is in no caption -> the known words that replace it.
     suggested : dict
@@ -156,16 +163,21 @@ def search_words(
     without them they stay those of segments.
     """
     learned = asked.learned
-    allowed = [capture for capture in allowed if capture in learned.rows]
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
     text, as_caption = unquote(text)
     question = understand(learned, text, asked.added)
+    words = list(dict.fromkeys(w for a in actions_of(question.tree) for w in a.all_words))
+    actions, not_decoded = plain_actions(question.tree)
     if by_symbols:
-        return _search_decoded(asked, question, allowed, limit)
-    ranked, read, left_out = find(asked, question, allowed, limit, written, as_caption)
+        undecided = WordAnswer((), question, actions, (*question.not_used, *not_decoded))
+        return _search_decoded(asked, undecided, words, allowed, limit)
+    read, not_searched = readings(question.tree)
+    ranked, is_caption = find(asked, read, allowed, limit, written, as_caption)
+    if as_caption and not is_caption:
+        not_searched = (*not_searched, NOT_A_CAPTION)
     matches = tuple(
-        _match(asked, rank, each, read[each.hit.reading], question, written, features)
+        _match(asked, rank, each, read[each.hit.reading], words, written, features)
         for rank, each in enumerate(ranked, start=1)
     )
     sure = learned.word_certainty
@@ -175,8 +187,8 @@ def search_words(
     return WordAnswer(
         matches,
         question,
-        plain_actions(question.tree)[0],
-        (*question.not_used, *left_out),
+        actions,
+        (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
         strength=max(
             (strength(asked, each.why, threshold) for each in ranked),
@@ -184,14 +196,10 @@ def search_words(
         ),
         threshold=threshold,
         vocabulary=asked.names,
-        sources=word_sources(learned, _asked_words(question)),
+        sources=word_sources(learned, words),
         written=asked.written_words,
         unchecked=unchecked,
     )
-
-
-def _asked_words(question: KnownQuestion) -> list[str]:
-    return [word for action in actions_of(question.tree) for word in action.all_words]
 
 
 def _match(
@@ -199,12 +207,13 @@ def _match(
     rank: int,
     answer: Found,
     reading: Reading,
-    question: KnownQuestion,
+    words: Sequence[str],
     written: bool,
     features: placing.Features | None,
 ) -> Match:
     """One capture's answer: ranked by the word map, placed by the evidence of places."""
-    learned, takes = asked.learned, asked.takes if written else asked.seen_takes
+    learned, evidence = asked.learned, asked.evidence
+    takes = evidence.takes if written else evidence.seen
     places = placing.place_answer(
         asked, answer.capture, answer.hit, reading, answer.sure.parts, written
     )
@@ -226,7 +235,7 @@ def _match(
         learned.captures[answer.capture].name,
         *to_seconds(learned, answer.capture, start, end),
         float(1.0 / (1.0 + np.exp(-reasons.total(answer.why)))),
-        _matched(asked, answer.capture, takes[answer.capture], question),
+        _matched(asked, answer.capture, takes[answer.capture], words),
         "; ".join(map(_say_part, parts)) + mark_generated(learned, answer.capture, "; "),
         answer.sure.whole,
         placing.interval_probability(answer.sure.whole, places, reading),
@@ -253,23 +262,15 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
 
     The probability of every match is multiplied by that of every taking.
     """
+    if not takings:
+        return answer
     taken = {word: taking for word, taking in takings.items() if taking.is_taken}
     share = float(np.prod([taking.probability for taking in taken.values()]))
     matches = tuple(
         match
         if match.probability is None
-        else replace(
-            match,
-            probability=share * match.probability,
-            interval_probability=_times(match.interval_probability, share),
-            parts=tuple(
-                replace(
-                    part,
-                    probability=_times(part.probability, share),
-                    interval_probability=_times(part.interval_probability, share),
-                )
-                for part in match.parts
-            ),
+        else _less_certain(
+            replace(match, parts=tuple(_less_certain(part, share) for part in match.parts)), share
         )
         for match in answer.matches
     )
@@ -286,19 +287,31 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     )
 
 
-def _times(probability: float | None, share: float) -> float | None:
-    return None if probability is None else share * probability
+_Certain = TypeVar("_Certain", Match, MatchPart)
+
+
+def _less_certain(answer: _Certain, share: float) -> _Certain:
+    """An answer or a part of one, with its probabilities times a share."""
+    whole, interval = answer.probability, answer.interval_probability
+    return replace(
+        answer,
+        probability=None if whole is None else share * whole,
+        interval_probability=None if interval is None else share * interval,
+    )
 
 
 def _search_decoded(
-    asked: AskedWords, question: KnownQuestion, allowed: Sequence[int], limit: int
+    asked: AskedWords,
+    answer: WordAnswer,
+    asked_words: Sequence[str],
+    allowed: Sequence[int],
+    limit: int,
 ) -> WordAnswer:
-    from motiondb.meaning import by_motion
+    """An answer with the captures whose symbols are nearest to those that its actions decode to."""
+    from motiondb.meaning import by_motion  # compiled code, which other questions do without
 
     learned = asked.learned
-    actions, left_out = plain_actions(question.tree)
-    not_used = (*question.not_used, *left_out)
-    words = tuple(word for action in actions for word in action)
+    words = tuple(word for action in answer.actions for word in action)
     if len(words) > MOST_DECODED:
         raise QueryError(
             f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
@@ -306,12 +319,12 @@ def _search_decoded(
         )
     decoded = decode(learned, words)
     if decoded is None:
-        return WordAnswer((), question, actions, not_used)
+        return answer
     symbols = np.array(decoded.symbols)
     weights = np.full(len(symbols), 1.0 / len(symbols))
     scale = by_motion.distance_scale(learned.distances)
     answers = []
-    for capture in allowed:
+    for capture in (c for c in allowed if c in learned.rows):
         rows = learned.rows[capture]
         score, first, last = by_motion.align(
             symbols, weights, learned.segments.symbols[rows], learned.distances, scale
@@ -328,13 +341,13 @@ def _search_decoded(
             learned.captures[capture].name,
             *to_seconds(learned, capture, start, end),
             float(score),
-            _matched(asked, capture, asked.takes[capture], question),
+            _matched(asked, capture, asked.evidence.takes[capture], asked_words),
             f"symbols {' '.join(str(s) for s in decoded.symbols)}{note}"
             + mark_generated(learned, capture, "; "),
         )
         for rank, (score, capture, start, end) in enumerate(answers[:limit], start=1)
     )
-    return WordAnswer(matches, question, actions, not_used, decoded)
+    return replace(answer, matches=matches, decoding=decoded)
 
 
 def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[float, float]:
@@ -345,15 +358,15 @@ def to_seconds(learned: Learned, capture: int, start: int, end: int) -> tuple[fl
 
 
 def _matched(
-    asked: AskedWords, capture: int, take: word_evidence.TakeScores, question: KnownQuestion
+    asked: AskedWords, capture: int, take: word_evidence.TakeScores, words: Sequence[str]
 ) -> tuple[str, ...]:
     """Asked words that are likelier than not in the capture.
 
     Words whose probability no own caption has checked count only where they are written.
     """
-    words, number = dict.fromkeys(_asked_words(question)), asked.numbers
+    number = asked.numbers
     top = np.maximum(take.windows.max(axis=0), take.whole)
-    said = asked.written(capture)
+    said = asked.evidence.written.get(capture)
     here = asked.checked if said is None else asked.checked | (said.max(axis=0) > 0.0)
     return tuple(word for word in words if top[number[word]] > 0.0 and here[number[word]])
 
@@ -406,24 +419,29 @@ class Found:
 
 def find(
     asked: AskedWords,
-    question: KnownQuestion,
+    read: Sequence[Reading],
     allowed: Sequence[int],
     limit: int,
     written: bool = True,
     as_caption: bool = False,
-) -> tuple[list[Found], tuple[Reading, ...], tuple[NotUsed, ...]]:
-    """The best answers, best first; the readings of the question, and its unused parts.
+) -> tuple[list[Found], bool]:
+    """The best answers to the readings of a question, best first; and whether it is a caption.
 
     `written`: Whether the captions of the captures count as evidence, in addition to the motion.
     """
-    read, not_used = readings(question.tree)
     number = asked.numbers
-    takes = asked.takes if written else asked.seen_takes
+    certainty = question_certainty(asked, read)
+    evidence = asked.evidence
+    takes = evidence.takes if written else evidence.seen
     shares = caption_shares(asked, read) if as_caption else CaptionShares((), {})
-    extremes = asked.extremes(written)
+    extremes = evidence.extremes if written else evidence.seen_extremes
     bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
     likeliest = likeliest_takes(
-        {capture: bounds[capture] + shares.total(capture) for capture in allowed},
+        {
+            capture: bounds[capture] + shares.total(capture)
+            for capture in allowed
+            if capture in takes
+        },
         lambda capture: by_question.search_take(takes[capture], read, number),
         shares.total,
         limit,
@@ -431,12 +449,10 @@ def find(
     answers = []
     for capture, hit in likeliest:
         why = explain_hit(asked, capture, hit, written)
-        sure = chances(asked, read, hit, why)
+        sure = chances(certainty, read, hit, why)
         answers.append(Found(capture, hit, with_shares(why, shares, capture), sure))
     answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
-    if as_caption and not shares.words:
-        not_used = (*not_used, NOT_A_CAPTION)
-    return answers, read, not_used
+    return answers, bool(shares.words)
 
 
 def likeliest_takes(
@@ -466,7 +482,7 @@ def explain_hit(
     learned = asked.learned
     rows, table = learned.rows[capture], learned.segments
     starts, ends = table.starts[rows], table.ends[rows]
-    said = asked.written(capture) if written else None
+    said = asked.evidence.written.get(capture) if written else None
     n_asked = sum(statement.exclusion < 0 for statement in hit.statements)
     why = []
     for number, statement in enumerate(hit.statements):

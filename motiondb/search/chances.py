@@ -3,7 +3,7 @@
 Only probabilities that were learned from questions of the same kind are given. These kinds are
 
     actions asked for, in order or at once; exclusions alone:
-        the product of the probabilities of the statements (``calibration.answer_probability``),
+        the product of the probabilities of the statements (``regression.answer_probability``),
     one action but not another; one of several actions:
         learned separately (:mod:`motiondb.meaning.asked_certainty`).
 
@@ -27,9 +27,9 @@ from motiondb.language.question.readings import Reading
 from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned import Learned
-from motiondb.meaning import calibration
+from motiondb.meaning import regression
 from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.calibration import KindCertainty, kind_cues
+from motiondb.meaning.regression import KindCertainty, kind_cues
 from motiondb.search import reasons
 from motiondb.search.asked_words import AskedWords
 
@@ -58,21 +58,35 @@ class Chances:
     parts: tuple[PartChance | None, ...]
 
 
+@dataclass(frozen=True)
+class QuestionCertainty:
+    """What is known about the certainty of answers to one question."""
+
+    sure: regression.Certainty | None  # Of an action
+    kinds: regression.Certainties  # Of other kinds of questions
+    checked: bool  # Whether own captions have checked the probabilities of all words
+
+
+def question_certainty(asked: AskedWords, readings: Sequence[Reading]) -> QuestionCertainty:
+    """What is known about the certainty of answers to the readings of a question."""
+    learned, number = asked.learned, asked.numbers
+    words = {word for reading in readings for word in words_of_reading(reading)}
+    checked = all(asked.checked[number[word]] for word in words if word in number)
+    return QuestionCertainty(learned.word_certainty, learned.certainties, checked)
+
+
 def chances(
-    asked: AskedWords,
+    known: QuestionCertainty,
     readings: Sequence[Reading],
     hit: QuestionHit,
     why: Sequence[reasons.WordReason],
 ) -> Chances:
     """Certainty of an answer."""
-    reading = readings[hit.reading]
-    learned = asked.learned
-    sure = learned.word_certainty
+    reading, sure, kinds = readings[hit.reading], known.sure, known.kinds
     unknown = Chances(None, (None,) * len(reading.parts))
-    asked_words = {w for each in readings for w in words_of_reading(each)}
     if any(map(counts_or_lasts, readings)):
         return unknown
-    if not is_checked(asked, asked_words):
+    if not known.checked:
         return Chances(
             None, tuple(_of_part(None, hit, reading, k, why) for k in range(len(reading.parts)))
         )
@@ -82,20 +96,14 @@ def chances(
     requested = reasons.by_action(why)
     said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
     if len(readings) > 1:
-        known = all(map(_is_one_action, readings))
-        return (
-            chances_of_kind(learned.certainties.either, requested[0], None, said)
-            if known
-            else (unknown)
-        )
+        if not all(map(_is_one_action, readings)):
+            return unknown
+        return chances_of_kind(kinds.either, requested[0], None, said)
     if requested and excluded:
-        known = len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1
-        return (
-            chances_of_kind(learned.certainties.without, requested[0], excluded[0][0], said)
-            if known
-            else unknown
-        )
-    whole = calibration.answer_probability(sure, requested, excluded)
+        if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
+            return unknown
+        return chances_of_kind(kinds.without, requested[0], excluded[0][0], said)
+    whole = regression.answer_probability(sure, requested, excluded)
     return Chances(
         whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
     )
@@ -106,12 +114,6 @@ def words_of_reading(reading: Reading) -> set[str]:
     asked = [action for part in reading.parts for action in part.actions]
     excluded = [action for exclusion in reading.exclusions for action in exclusion.actions]
     return {word for action in (*asked, *excluded) for word in action}
-
-
-def is_checked(asked: AskedWords, words: Iterable[str]) -> bool:
-    """Whether own captions have checked the probabilities of all words."""
-    number = asked.numbers
-    return all(asked.checked[number[word]] for word in words if word in number)
 
 
 def counts_or_lasts(reading: Reading) -> bool:
@@ -151,7 +153,7 @@ def chances_of_kind(
 
 
 def _of_part(
-    sure: calibration.Certainty | None,
+    sure: regression.Certainty | None,
     hit: QuestionHit,
     reading: Reading,
     k: int,
@@ -179,7 +181,7 @@ def _of_part(
 
 
 def _probability(log_odds: float) -> float:
-    return float(calibration.probability(log_odds))
+    return float(regression.probability(log_odds))
 
 
 @dataclass(frozen=True)

@@ -118,13 +118,14 @@ def refine_places(
     for nothing, for a least length, or for words whose places were not learned, and where more than
     ``NARROW`` of it would remain. No part is extended into another one.
     """
-    edges = asked.learned.edges
+    edges, placed = asked.learned.edges, asked.learned.placed
+    known = frozenset[int]() if placed is None else placed.words
     kept = [
         edges is None
         or place.unknown
         or not part.actions
         or part.seconds > 0.0
-        or not asked.learned.placed_words.issuperset(_words(asked, part))
+        or not known.issuperset(_words(asked, part))
         or (written and _is_labelled(asked, capture, part))
         for place, part in zip(places, reading.parts)
     ]
@@ -177,9 +178,10 @@ def _placed(
 
     There is no such evidence for words that no caption held when the database learned.
     """
-    take = asked.learned.place_takes.get(capture)
+    known = asked.learned.placed
+    take = None if known is None else known.take(capture)
     words = {asked.numbers[w] for part in reading.parts for a in part.actions for w in a}
-    if take is None or not words <= asked.learned.placed_words:
+    if known is None or take is None or not words <= known.words:
         return None
     # exclusions may hold added words, of whose places nothing is known
     unplaced = np.zeros((len(take.starts), len(asked.added)))
@@ -204,7 +206,7 @@ def _unplaced(
     """
     unchecked = said is not None and said.probability is None and _only_by_caption(said)
     if unchecked and not (written and _is_labelled(asked, capture, part)):
-        take = asked.takes[capture]
+        take = asked.evidence.takes[capture]
         return PartPlace(int(take.starts[0]), int(take.ends[-1]), None, None, True)
     return PartPlace(*span, None if said is None else said.probability)
 
@@ -218,9 +220,12 @@ def _right(
     """
     certainties = asked.learned.certainties
     sure, single = certainties.place, certainties.single
-    performer = asked.learned.performers[capture]
-    support = count_performers(asked.learned.listed_by, _words(asked, part), [performer])
-    if sure is None or single is None or not support:
+    known = asked.learned.placed
+    if sure is None or single is None or known is None:
+        return None
+    performer = [known.performers[capture]]
+    support = count_performers(known.listed_by, _words(asked, part), performer)
+    if not support:
         return None
     cues = interval_cues(placed.values[k], placed.ends, *placed.spans[k], support)
     return PlaceCertainty(sure, single).probability(cues)

@@ -7,8 +7,8 @@ import numpy as np
 from motiondb.body.features import N_FEATURES
 from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn.knowledge import Knowledge, Origin, Taught
-from motiondb.meaning.calibration import Certainties, Certainty
 from motiondb.meaning.extents import ContextSpace
+from motiondb.meaning.regression import Certainties, Certainty
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import word_moments
 from motiondb.records import MotionSymbols, SymbolSpace

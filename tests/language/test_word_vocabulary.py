@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from motiondb.errors import SheetError
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import hold_to_known
-from motiondb.language.question.say import plain_actions
+from motiondb.language.question.readings import hold_to_known, plain_actions
 from motiondb.language.vocabulary import (
     STOP_WORDS,
     count_words,

@@ -7,7 +7,7 @@ import pytest
 
 from motiondb.learn import checking, joining
 from motiondb.learn.learned import family_of, group_performers
-from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.regression import Certainty
 
 OWN = Certainty(np.array([1.0]), 0.0, 0.5)
 FIRST = Certainty(np.array([3.0]), 2.0, 1.5)

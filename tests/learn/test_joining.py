@@ -14,9 +14,9 @@ from motiondb.language.translation.explanation import ExpectedCounts
 from motiondb.learn import checking, joining
 from motiondb.learn.joining import OwnRows, choose_ridge_and_calibration
 from motiondb.learn.knowledge import Started, begin
-from motiondb.meaning import calibration as certainty
-from motiondb.meaning.calibration import Certainties, Certainty, KindCertainty
+from motiondb.meaning import regression as certainty
 from motiondb.meaning.counting import Counts, make_reference
+from motiondb.meaning.regression import Certainties, Certainty, KindCertainty
 from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import WordMoments, map_words, word_moments
 from motiondb.records import Association, SegmentTable

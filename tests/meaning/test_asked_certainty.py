@@ -11,8 +11,8 @@ import motiondb
 from motiondb.learn.learned import Learned
 from motiondb.meaning import asked_certainty
 from motiondb.meaning.asked_certainty import fit_certainties
-from motiondb.meaning.calibration import Certainties
 from motiondb.meaning.counting import Described
+from motiondb.meaning.regression import Certainties
 from motiondb.meaning.word_map import solve_word_map, word_moments
 from motiondb.records import SegmentTable
 

@@ -14,7 +14,7 @@ from made_takes import WALK_TURN_SIT, all_of, take
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings
 from motiondb.meaning import by_question, word_evidence
-from motiondb.meaning import calibration as certainty
+from motiondb.meaning import regression as certainty
 from motiondb.records import FloatArray
 from motiondb.search import reasons
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from motiondb.meaning import by_motion
-from motiondb.meaning.calibration import (
+from motiondb.meaning.regression import (
     Certainty,
     fit_probability,
     probability,

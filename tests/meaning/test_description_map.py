@@ -10,7 +10,6 @@ from made_takes import made_captions
 from threadpoolctl import threadpool_limits
 
 from motiondb.meaning import description_map
-from motiondb.meaning.calibration import calibrate
 from motiondb.meaning.counting import described_intervals
 from motiondb.meaning.description_map import (
     ALPHA,
@@ -24,6 +23,7 @@ from motiondb.meaning.description_map import (
     map_descriptions,
     score_probabilities,
 )
+from motiondb.meaning.regression import calibrate
 from motiondb.meaning.score_vectors import fit_score_space, unit
 from motiondb.records import Caption, SegmentTable
 

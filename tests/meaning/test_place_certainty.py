@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.meaning.calibration import Certainty
 from motiondb.meaning.place_certainty import (
     Elsewhere,
     IntervalCues,
@@ -28,6 +27,7 @@ from motiondb.meaning.place_certainty import (
     union_share,
 )
 from motiondb.meaning.place_map import PlaceMap
+from motiondb.meaning.regression import Certainty
 
 N_WORDS = 4
 

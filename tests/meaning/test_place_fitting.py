@@ -15,10 +15,9 @@ from motiondb.meaning.place_fitting import (
     listed_takes,
     place_evidence,
     placed_takes,
-    unplaced_evidence,
     window_vectors,
 )
-from motiondb.meaning.place_map import left_out_evidence, map_places, take_weights
+from motiondb.meaning.place_map import fit_places, map_places, take_weights
 from motiondb.records import Caption, FloatArray, SegmentTable
 
 NUMBERS = {"walk": 0, "sit": 1, "jump": 2}
@@ -149,15 +148,19 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     assert places is not None
     assert listed is not None
     takes = listed[1]
-    evidence = place_evidence(places, table, rows, 3)
+    evidence = place_evidence(places, table, rows, 3, {1: "a", 2: "b", 3: "a"})
     shown = np.zeros((9, 3))
     shown[:5, list(places.words[1])] = places.shown[1]
     shown[5:, list(places.words[2])] = places.shown[2]
     fit = map_places(takes.vectors, shown, take_weights(takes))
     later = window_vectors(table, rows, slice(9, 13))
-    assert evidence[3] == pytest.approx(fit.evidence(later), abs=1e-8)
+    of_later, of_first = evidence.take(3), evidence.take(1)
+    assert of_later is not None
+    assert of_first is not None
+    assert of_later.windows == pytest.approx(fit.evidence(later), abs=1e-8)
     inside = window_vectors(table, rows, slice(0, 5))
-    assert np.abs(evidence[1] - fit.evidence(inside)).max() > 1e-3  # this one is left out
+    assert np.abs(of_first.windows - fit.evidence(inside)).max() > 1e-3  # this one is left out
+    assert evidence.by_others(3) == pytest.approx(evidence.without(frozenset("a")).evidence(later))
 
 
 def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
@@ -168,19 +171,15 @@ def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
     assert listed is not None
     takes = listed[1]
     numbers = {1: (frozenset({0, 1}), 2), 2: (frozenset({1, 2}), 2), 3: (frozenset({0}), 1)}
-    evidence = unplaced_evidence(places, numbers, table, rows, 3)
+    assert places is not None
+    evidence = place_evidence(places, table, rows, 3, {}).unplaced(numbers)
     shares = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]]) ** 0.5
     even = np.repeat(shares, [5, 4, 4], axis=0)
     inside = slice(0, 5)
     fit = map_places(takes.vectors, even, take_weights(takes))
     assert evidence[1].shape == (5, 3)
     assert np.abs(evidence[1] - fit.evidence(takes.vectors[inside])).max() > 1e-3
-    assert evidence[1] == pytest.approx(left_out_evidence(takes, even)[inside], abs=1e-8)
-
-
-def test_without_places_there_is_no_evidence() -> None:
-    table, rows = made_table([3])
-    assert unplaced_evidence(None, {}, table, rows, 3) == {}
+    assert evidence[1] == pytest.approx(fit_places(takes, even).left_out(takes)[inside], abs=1e-8)
 
 
 def test_only_keeps_the_captures_named() -> None:

@@ -95,7 +95,10 @@ def without_rows(
 def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     takes, _ = made_up(5, 5, 2)
     shown = np.random.default_rng(5).uniform(size=(len(takes.vectors), N_WORDS))
-    predicted = place_map._prepare(takes.vectors, take_weights(takes), takes.rows()).predict(shown)
+    weights = take_weights(takes)
+    mean = weights @ shown / weights.sum()
+    evidence = place_map.fit_places(takes, shown).left_out(takes)
+    predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
     for inside in takes.rows():
         others = np.delete(np.arange(len(shown)), inside)
         expected = without_rows(takes, shown, others)[1]

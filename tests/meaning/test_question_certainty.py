@@ -9,7 +9,7 @@ from motiondb.meaning.asked_certainty import (
     either_questions,
     without_questions,
 )
-from motiondb.meaning.calibration import Certainty, KindCertainty, kind_cues
+from motiondb.meaning.regression import Certainty, KindCertainty, kind_cues
 from motiondb.search.chances import Chances, PartChance, chances_of_kind
 
 NAMES = ["walk", "run", "jump"]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from motiondb.meaning import calibration, ridge, word_map
+from motiondb.meaning import regression, word_map
 from motiondb.meaning.score_vectors import unit
 from motiondb.records import FloatArray, IntArray
 
@@ -61,7 +61,7 @@ def test_evidence_is_centred() -> None:
 def test_ridge_regression_by_normal_equations() -> None:
     vectors, presence, _ = described(3, 60, 4, 2)
     target = presence.astype(float)
-    weights, offsets = ridge.fit_ridge(vectors, target, 0.5)
+    weights, offsets = regression.fit_ridge(vectors, target, 0.5)
     padded = np.hstack([vectors, np.ones((60, 1))])
     penalty = np.diag([0.5, 0.5, 0.5, 0.5, 0.0])
     expected = np.linalg.solve(padded.T @ padded + penalty, padded.T @ target)
@@ -73,8 +73,8 @@ def test_what_is_left_out_does_not_take_part() -> None:
     target = presence.astype(float)
     changed = target.copy()
     changed[groups == 3] = 9.0
-    before = ridge.left_out(vectors, target, groups, 1.0)
-    after = ridge.left_out(vectors, changed, groups, 1.0)
+    before = regression.left_out(vectors, target, groups, 1.0)
+    after = regression.left_out(vectors, changed, groups, 1.0)
     np.testing.assert_allclose(after[groups == 3], before[groups == 3])
 
 
@@ -83,7 +83,7 @@ def test_calibration_finds_a_known_line() -> None:
     z, priors = rng.normal(size=(4000, 3)), np.array([0.1, 0.3, 0.6])
     logits = 1.7 * z + 0.8 * np.log(priors / (1 - priors)) - 0.3
     target = (rng.uniform(size=logits.shape) < 1 / (1 + np.exp(-logits))).astype(float)
-    actual = calibration.calibrate(z, np.broadcast_to(word_map._logit(priors), z.shape), target)
+    actual = regression.calibrate(z, np.broadcast_to(word_map._logit(priors), z.shape), target)
     np.testing.assert_allclose(actual, [1.7, 0.8, -0.3], atol=0.12)
 
 

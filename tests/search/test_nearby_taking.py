@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from test_nearby_table import table
 
 from motiondb.meaning.word_map import WordMap
-from motiondb.search.asked_words import mixture, with_virtual_words
-from motiondb.search.unknown_words import Taking, take_word
+from motiondb.search.asked_words import Taking, mixture, take_word, with_virtual_words
 
 SMALL = table(
     {

@@ -11,8 +11,13 @@ import pytest
 import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
-from motiondb.search.asked_words import learned_words, with_replaced
-from motiondb.search.unknown_words import Taking, unknown_words, with_likeliest
+from motiondb.search.asked_words import (
+    Taking,
+    learned_words,
+    unknown_words,
+    with_likeliest,
+    with_replaced,
+)
 
 
 @pytest.fixture(scope="module")
@@ -31,13 +36,13 @@ def test_the_log_odds_of_a_taken_word_are_the_mean_of_its_words(db: motiondb.Mot
     stroll = view.numbers["stroll"]
     assert stroll == len(learned.association.words)
     assert list(view.added) == ["stroll"]
-    for capture, take in view.takes.items():
-        before = learned.takes[capture]
+    for capture, take in view.evidence.takes.items():
+        before = learned.evidence.takes[capture]
         for had, has in ((before.windows, take.windows), (before.whole[None], take.whole[None])):
             np.testing.assert_array_equal(has[:, :-1], had)
-        odds = learned.motion_log_odds[capture]
+        odds = learned.evidence.odds[capture]
         np.testing.assert_allclose(
-            view.odds(capture)[:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
+            view.evidence.odds[capture][:, stroll], (2 * odds[:, walk] + odds[:, step]) / 3
         )
 
 
@@ -46,8 +51,8 @@ def test_the_probability_of_the_taking_goes_into_the_answers(db: motiondb.Motion
     learned = db.searchable
     view = with_replaced(learned_words(learned), {"zork": Taking("zork", (("kick", 0.6),))})
     np.testing.assert_allclose(
-        [take.whole[-1] for take in view.takes.values()],
-        [take.whole[learned.word_numbers["kick"]] for take in learned.takes.values()],
+        [take.whole[-1] for take in view.evidence.takes.values()],
+        [take.whole[learned.word_numbers["kick"]] for take in learned.evidence.takes.values()],
     )
     taken, known = db.search("stroll", limit=5), db.search("walk", limit=5)
     share = taken.taken["stroll"].probability

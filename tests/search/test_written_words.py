@@ -76,11 +76,11 @@ def test_evidence_is_that_of_written_words(db: MotionDB) -> None:
     column = view.numbers["exhaust"]
     names = {info.name: number for number, info in learned.captures.items()}
     for name, value in (("ana/walk_1", WRITTEN), ("chidi/walk_1", UNWRITTEN)):
-        written = view.written(names[name])
+        written = view.evidence.written.get(names[name])
         assert written is not None
         np.testing.assert_array_equal(written[:, column], value)
-    for capture, odds in learned.motion_log_odds.items():
-        np.testing.assert_array_equal(view.odds(capture)[:, : odds.shape[1]], odds)
+    for capture, odds in learned.evidence.odds.items():
+        np.testing.assert_array_equal(view.evidence.odds[capture][:, : odds.shape[1]], odds)
     assert with_written(learned, actual, ["walk", "nowhere"]).columns is None
 
 

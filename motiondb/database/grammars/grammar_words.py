@@ -14,7 +14,7 @@ of motion symbols.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
 them. A word means one segment, with one of the terminals that show the word. A word that no
-caption holds may be replaced by known ones (:mod:`motiondb.search.unknown_words`), and is shown
+caption holds may be replaced by known ones (:mod:`motiondb.search.asked_words`), and is shown
 where these are.
 A text without ``?`` and ``...`` that does not consist of terminals is a sentence in words: its
 words follow each other in this order, with anything between, before and after. The steps are from
@@ -43,14 +43,19 @@ from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError, suggestion
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completion
 from motiondb.grammar.derivation.pattern import ANY, GAP, Pattern, PatternSymbol, read_pattern
-from motiondb.language.question.say import plain_actions
+from motiondb.language.question.readings import plain_actions
 from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.learn.learned import Learned
-from motiondb.learn.recognition import understand
 from motiondb.records import FloatArray
-from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
+from motiondb.search.asked_words import (
+    AskedWords,
+    Taking,
+    find_takings,
+    learned_words,
+    understand,
+    with_replaced,
+)
 from motiondb.search.described import segment_words
-from motiondb.search.unknown_words import Taking, find_takings
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

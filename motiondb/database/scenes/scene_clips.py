@@ -37,7 +37,7 @@ from motiondb.scene.clips.clip_cutting import (
 )
 from motiondb.scene.clips.clips import ClipLibrary, VariantSettings, make_library
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.search.unknown_words import TAKEN, Taking, take_word
+from motiondb.search.asked_words import TAKEN, Taking, take_word
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session
@@ -68,7 +68,7 @@ def take_phrases(
 
     If no caption shows a terminal, the captures are searched again with replaced words. Words of
     its phrases that are in no caption are replaced by known ones
-    (:mod:`motiondb.search.unknown_words`): by every known word whose probability is ``TAKEN`` or
+    (:mod:`motiondb.search.asked_words`): by every known word whose probability is ``TAKEN`` or
     more, the bound that holds for questions and for generated motion too. The commands name every
     word that was taken, since a scene plays its clips without a probability. A word is not replaced
     by one in a phrase of another terminal, because a grammar with both distinguishes them.

@@ -27,11 +27,10 @@ the grammar:
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
 from motiondb.errors import QueryError
-from motiondb.language.question.say import say
+from motiondb.language.question.readings import say
 from motiondb.language.question.tokens import Token, tokenize
 from motiondb.language.question.tree import (
     Action,
@@ -166,8 +165,8 @@ _PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild"
 """Kinds of tokens that begin a piece."""
 
 
-class Pieces(ABC):
-    """A place in a list of tokens, and the rules that read pieces there."""
+class _Parser:
+    """A place in a list of tokens, and the rules of the module's grammar, a method each."""
 
     def __init__(self, tokens: Sequence[Token]) -> None:
         self.tokens = tokens
@@ -175,10 +174,6 @@ class Pieces(ABC):
         self.depth = 0  # open parentheses
         self.same = False  # whether the current part contains "at the same time"
         self.not_used: list[NotUsed] = []  # parts that are not in the tree
-
-    @abstractmethod
-    def order(self) -> Node | None:
-        """Everything up to the end or a closing parenthesis; None if nothing is asked."""
 
     @property
     def kind(self) -> str:
@@ -312,47 +307,6 @@ class Pieces(ABC):
         for token in amounts:
             node = _amount(node, token)
         return node
-
-
-def _amount(node: Node, token: Token) -> Node:
-    """A node with the count or the duration of a token."""
-    if token.kind == "duration":
-        return Lasting(node, token.least, token.most)
-    return Repeated(node, round(token.least), None if token.most is None else round(token.most))
-
-
-def parse(
-    text: str,
-    synonyms: Mapping[str, str] | None = None,
-    lemmas: Mapping[str, str] | None = None,
-) -> Question:
-    """Understand a question.
-
-    >>> from motiondb.language.question.say import say
-    >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
-    'walk, then (run or jump), not sit down'
-    """
-    tokens, not_used = tokenize(text, synonyms, lemmas)
-    parser = _Parser(tokens)
-    tree = parser.order()
-    if parser.kind == "close":
-        raise QueryError(
-            f"question {_short(text)!r}: expected '(' before ')', found none. Leave out ')'."
-        )
-    if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
-        raise QueryError(
-            f"query: expected words that describe a motion, found {_short(text)!r}. "
-            "Ask for example for 'walk, turn left, sit down'."
-        )
-    return Question(text, tree, (*not_used, *parser.not_used))
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-class _Parser(Pieces):
-    """The upper rules of the module's grammar, a method each."""
 
     def order(self) -> Node | None:
         """Everything up to the end or a closing parenthesis; None if nothing is asked."""
@@ -504,3 +458,40 @@ class _Parser(Pieces):
             elif excluded:
                 node = without(Anything() if node is None else node, excluded)
         return node
+
+
+def _amount(node: Node, token: Token) -> Node:
+    """A node with the count or the duration of a token."""
+    if token.kind == "duration":
+        return Lasting(node, token.least, token.most)
+    return Repeated(node, round(token.least), None if token.most is None else round(token.most))
+
+
+def parse(
+    text: str,
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> Question:
+    """Understand a question.
+
+    >>> from motiondb.language.question.readings import say
+    >>> say(parse("A person walks, then runs or jumps, but does not sit down.").tree)
+    'walk, then (run or jump), not sit down'
+    """
+    tokens, not_used = tokenize(text, synonyms, lemmas)
+    parser = _Parser(tokens)
+    tree = parser.order()
+    if parser.kind == "close":
+        raise QueryError(
+            f"question {_short(text)!r}: expected '(' before ')', found none. Leave out ')'."
+        )
+    if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
+        raise QueryError(
+            f"query: expected words that describe a motion, found {_short(text)!r}. "
+            "Ask for example for 'walk, turn left, sit down'."
+        )
+    return Question(text, tree, (*not_used, *parser.not_used))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."

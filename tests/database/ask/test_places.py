@@ -13,7 +13,7 @@ import motiondb
 from motiondb import store
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import from_stored, to_stored
-from motiondb.meaning.calibration import Certainty
+from motiondb.meaning.regression import Certainty
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_words import search_words
 

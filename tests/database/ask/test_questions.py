@@ -15,8 +15,7 @@ import motiondb
 from motiondb.cli.main import app
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-from motiondb.language.question.readings import readings
-from motiondb.language.question.say import say
+from motiondb.language.question.readings import readings, say
 from motiondb.meaning import by_question
 from motiondb.search import reasons
 
@@ -42,7 +41,7 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
     ids = {info.name: capture for capture, info in learned.captures.items()}
     assert answer.matches
     for match, why in zip(answer.matches, answer.reasons):
-        hit = by_question.search_take(learned.takes[ids[match.capture]], read, number)
+        hit = by_question.search_take(learned.evidence.takes[ids[match.capture]], read, number)
         assert hit is not None
         assert math.isclose(reasons.total(why), hit.log_odds, rel_tol=1e-9, abs_tol=1e-9)
     totals = [reasons.total(why) for why in answer.reasons]

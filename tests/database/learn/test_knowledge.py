@@ -19,7 +19,7 @@ from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.joining import start_weight
 from motiondb.learn.learned_model import from_stored, to_stored
-from motiondb.meaning.calibration import Certainties, Certainty
+from motiondb.meaning.regression import Certainties, Certainty
 from motiondb.search.asked_words import learned_words
 from motiondb.search.by_example import search_motion
 from motiondb.search.by_words import search_words

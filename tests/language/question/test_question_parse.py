@@ -13,7 +13,7 @@ from motiondb.answers.asking import question_tree
 from motiondb.answers.plain import to_json
 from motiondb.errors import QueryError
 from motiondb.language.question.parse import parse
-from motiondb.language.question.say import say
+from motiondb.language.question.readings import say
 from motiondb.language.question.tokens import MOST_CHARACTERS, MOST_TOKENS
 from motiondb.language.question.tree import (
     Action,

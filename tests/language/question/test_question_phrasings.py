@@ -8,7 +8,7 @@ import pytest
 from tree_notation import notation
 
 from motiondb.language.question.parse import parse
-from motiondb.language.question.say import say
+from motiondb.language.question.readings import say
 
 ROWS = [
     [cell.strip() for cell in line.split(" | ")]

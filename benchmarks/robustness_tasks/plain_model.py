@@ -1,0 +1,355 @@
+"""What must be in a database, as plain dictionaries; and what every verb changes in them.
+
+A change of the database is a function of a :class:`World` and the verb's arguments. It changes the
+world, or raises :class:`RefusedError` where the database must refuse. What a model so small cannot
+foresee, such as the rules of a learned grammar, is :data:`ANY` after the change: the next look into
+the database says what it is, and from then on it must stay so.
+
+A verb that was interrupted may have happened or not, and two that ran at once in either order:
+:func:`futures` gives all worlds that may then be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from itertools import permutations, product
+from types import MappingProxyType
+from typing import Any
+
+ANY = "?"
+"""Stands for something that the model does not foresee."""
+Arguments = Mapping[str, Any]
+Words = tuple[str, float | None, float | None]
+"""A caption: words, start and end in seconds."""
+DONE, REFUSED, UNKNOWN = "done", "refused", "unknown"
+
+
+class RefusedError(Exception):
+    """The database must refuse the verb."""
+
+
+@dataclass
+class Kept:
+    """A capture that must be there."""
+
+    kind: str
+    digest: str
+    tags: dict[str, str] | str
+    captions: tuple[Words, ...] | str = ()
+    events: tuple[tuple[int, str], ...] = ()
+
+
+@dataclass
+class World:
+    """Everything that must be in the database, and the edits that the server can undo."""
+
+    captures: dict[str, Kept] = field(default_factory=dict)
+    synonyms: dict[str, str] = field(default_factory=dict)
+    vocabulary: tuple[str, ...] | str | None = None  # None: it has not learned
+    grammars: dict[str, str] = field(default_factory=dict)  # name -> digest
+    sequences: dict[str, str] = field(default_factory=dict)  # capture -> grammar that derived it
+    scenes: dict[str, list[str | None]] = field(default_factory=dict)  # name -> captures of players
+    edits: list[tuple[str, tuple[Words, ...], tuple[Words, ...]]] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)  # file that was written -> digest
+
+    def facts(self) -> dict[str, Any]:
+        """What a look into the database must give."""
+        grammars = {
+            name: [digest, sorted(c for c, by in self.sequences.items() if by == name)]
+            for name, digest in self.grammars.items()
+        }
+        captures = {name: list(vars(kept).values()) for name, kept in self.captures.items()}
+        return {
+            "captures": captures,
+            "synonyms": self.synonyms,
+            "vocabulary": self.vocabulary,
+            "grammars": grammars,
+            "scenes": self.scenes,
+            "files": self.files,
+        }
+
+    def learn_from(self, seen: Mapping[str, Any]) -> None:
+        """Take over what the model did not foresee."""
+        for name, kept in self.captures.items():
+            kept.digest, kept.tags, kept.captions = seen["captures"][name][1:4]
+        self.vocabulary = seen["vocabulary"]
+        self.grammars = {name: facts[0] for name, facts in seen["grammars"].items()}
+        self.files = dict(seen["files"])
+
+    def only(self, name: str) -> Kept:
+        """The capture of a name."""
+        if name not in self.captures:
+            raise RefusedError
+        return self.captures[name]
+
+
+def difference(expected: object, seen: object, where: str = "") -> str:
+    """Where two nested values differ, "" if nowhere; ``ANY`` agrees with everything."""
+    if isinstance(expected, str) and expected == ANY:
+        return ""
+    if isinstance(expected, dict) and isinstance(seen, dict):
+        for key in sorted({*expected, *seen}):
+            if key not in expected or key not in seen:
+                return f"{where}/{key}: {'unexpected' if key in seen else 'missing'}"
+            if told := difference(expected[key], seen[key], f"{where}/{key}"):
+                return told
+        return ""
+    if isinstance(expected, (list, tuple)) and isinstance(seen, (list, tuple)):
+        if len(expected) != len(seen):
+            return f"{where}: expected {expected!r}, found {seen!r}"
+        told = (difference(a, b, f"{where}/{n}") for n, (a, b) in enumerate(zip(expected, seen)))
+        return next(filter(None, told), "")
+    return "" if expected == seen else f"{where}: expected {expected!r}, found {seen!r}"
+
+
+@dataclass(frozen=True)
+class Step:
+    """A verb with its arguments, and how it ended: done, refused or (interrupted) unknown."""
+
+    verb: str
+    arguments: Arguments
+    ended: str
+    by: str = ""  # who did it
+
+
+def futures(world: World, steps: Sequence[Step], undisturbed: bool) -> Iterator[World]:
+    """All worlds that may be after steps that ran at once.
+
+    `undisturbed`: whether a refusal that the model does not foresee is a fault.
+    """
+    steps = [part for step in steps for part in _by_file(step)]
+    for order in permutations(steps):
+        for happened in product(*((False, True) if s.ended == UNKNOWN else (None,) for s in order)):
+            later = deepcopy(world)
+            if all(_allows(later, s, h, undisturbed) for s, h in zip(order, happened)):
+                yield later
+
+
+def _by_file(step: Step) -> list[Step]:
+    """An interrupted step that writes several files as one step for each, since each is whole."""
+    if step.ended != UNKNOWN or "files" not in step.arguments or step.verb == "add":
+        return [step]
+    return [
+        replace(step, arguments={**step.arguments, "files": [file]})
+        for file in step.arguments["files"]
+    ]
+
+
+def _allows(world: World, step: Step, happened: bool | None, undisturbed: bool) -> bool:
+    """Whether a step may have ended as it did; changes the world if it happened."""
+    change, before = CHANGES[step.verb], deepcopy(world)
+    is_optional = step.verb in MAY_REFUSE or not undisturbed
+    try:
+        change(world, step.arguments, step.by)
+        is_refused = False
+    except RefusedError:
+        vars(world).update(vars(before))
+        is_refused = True
+    if step.ended == DONE or happened:
+        return not is_refused
+    vars(world).update(vars(before))
+    if step.verb == "undo" and world.edits and step.ended == REFUSED and is_refused:
+        world.edits.pop()  # an edit that cannot be undone is forgotten
+    return step.ended != REFUSED or is_refused or is_optional
+
+
+def _add(world: World, given: Arguments, _by: str) -> None:
+    """Captures whose content is new; files of a name that is taken are reported and left out."""
+    digests = {kept.digest for kept in world.captures.values()}
+    for name, digest, seconds in sorted(given["files"]):
+        if digest not in digests and name not in world.captures:
+            digests.add(digest)
+            row = given["sheet"].get(name, ((), {}))
+            captions = tuple(c for c in row[0] if c[1] is None or c[1] < seconds)
+            world.captures[name] = Kept(
+                "captured", digest, dict(row[1]), captions, given["events"].get(name, ())
+            )
+
+
+def _remove(world: World, given: Arguments, _by: str) -> None:
+    for name in given["names"]:
+        world.only(name)
+    for name in given["names"]:
+        _remove_one(world, name)
+
+
+def _remove_one(world: World, name: str) -> None:
+    """A capture goes, with the derivation of a sequence; players of scenes lose their motion."""
+    del world.captures[name]
+    world.sequences.pop(name, None)
+    for players in world.scenes.values():
+        players[:] = [None if player == name else player for player in players]
+
+
+def _set_words(world: World, given: Arguments, by: str) -> None:
+    kept = world.only(given["name"])
+    new = (given["words"], given["start"], given["end"])
+    _set_captions(
+        world,
+        {"name": given["name"], "captions": (*(kept.captions if given["keep"] else ()), new)},
+        by,
+    )
+
+
+def _set_captions(world: World, given: Arguments, by: str) -> None:
+    kept = world.only(given["name"])
+    for words, start, end in given["captions"]:
+        if not words.strip() or (start or 0.0) >= (0.3 if end is None else end) or (end or 0) > 9.0:
+            raise RefusedError
+    if by == "server":
+        world.edits.append((given["name"], kept.captions, given["captions"]))
+    kept.captions = tuple(given["captions"])
+
+
+def _undo(world: World, _given: Arguments, _by: str) -> None:
+    """The server's latest edit, if the words are still those that it wrote."""
+    if not world.edits:
+        raise RefusedError
+    name, before, after = world.edits[-1]
+    if name not in world.captures or world.captures[name].captions != after:
+        raise RefusedError
+    world.captures[name].captions = before
+    world.edits.pop()
+
+
+def _import_words(world: World, given: Arguments, _by: str) -> None:
+    for name, (captions, tags) in given["sheet"].items():
+        if name in world.captures:
+            kept = world.captures[name]
+            kept.captions = tuple(captions) or kept.captions
+            if isinstance(kept.tags, dict):
+                kept.tags = {**kept.tags, **tags}
+
+
+def _import_events(world: World, given: Arguments, _by: str) -> None:
+    for name, events in given["events"].items():
+        if name in world.captures:
+            world.captures[name].events = tuple(sorted(set(events)))
+
+
+def _set_synonyms(world: World, given: Arguments, _by: str) -> None:
+    world.synonyms = dict(given["table"])
+
+
+def _learn(world: World, _given: Arguments, _by: str) -> None:
+    if not any(kept.kind == "captured" for kept in world.captures.values()):
+        raise RefusedError
+    world.vocabulary = ANY
+
+
+def _save_generated(world: World, given: Arguments, _by: str) -> None:
+    if world.vocabulary is None or given["name"] in world.captures:
+        raise RefusedError
+    captions = ((given["words"], None, None),)
+    world.captures[given["name"]] = Kept("generated", ANY, ANY, captions)
+
+
+def _learn_grammar(world: World, given: Arguments, _by: str) -> None:
+    """A grammar replaces that of its name; what the earlier one derived can no longer be edited."""
+    for name in given["captures"]:
+        world.only(name)
+    _lose_sequences(world, given["name"])
+    world.grammars[given["name"]] = ANY
+
+
+def _remove_grammar(world: World, given: Arguments, _by: str) -> None:
+    if given["name"] not in world.grammars:
+        raise RefusedError
+    del world.grammars[given["name"]]
+    _lose_sequences(world, given["name"])
+
+
+def _lose_sequences(world: World, grammar: str) -> None:
+    world.sequences = {c: by for c, by in world.sequences.items() if by != grammar}
+
+
+def _save_sequence(world: World, given: Arguments, _by: str) -> None:
+    if given["grammar"] not in world.grammars or given["name"] in world.captures:
+        raise RefusedError
+    world.captures[given["name"]] = Kept("generated", ANY, ANY, ANY)
+    world.sequences[given["name"]] = given["grammar"]
+
+
+def _keep_scene(world: World, given: Arguments, _by: str) -> None:
+    """A scene replaces that of its name, with the captures of its players."""
+    name = given["name"]
+    if name in world.scenes:
+        _remove_scene(world, given, "")
+    captures = [f"{name}/{player}" for player in given["players"]]
+    if set(captures) & set(world.captures):
+        raise RefusedError
+    for capture in captures:
+        world.captures[capture] = Kept("generated", ANY, ANY, ANY)
+    world.scenes[name] = list(captures)
+
+
+def _remove_scene(world: World, given: Arguments, _by: str) -> None:
+    if given["name"] not in world.scenes:
+        raise RefusedError
+    for capture in filter(None, world.scenes.pop(given["name"])):
+        _remove_one(world, capture)
+
+
+def _export(world: World, given: Arguments, _by: str) -> None:
+    kept = world.only(given["name"])
+    for file in given["files"]:
+        world.files[file] = kept.digest if file.endswith(".bvh") else ANY
+
+
+def _write_learned(world: World, given: Arguments, _by: str) -> None:
+    if world.vocabulary is None:
+        raise RefusedError
+    for file in given["files"]:
+        world.files[file] = ANY
+
+
+def _ask_one(world: World, given: Arguments, _by: str) -> None:
+    world.only(given["name"])
+
+
+def _ask_scene(world: World, given: Arguments, _by: str) -> None:
+    if given["name"] not in world.scenes:
+        raise RefusedError
+
+
+def _nothing(_world: World, _given: Arguments, _by: str) -> None:
+    pass
+
+
+CHANGES: Mapping[str, Callable[[World, Arguments, str], None]] = MappingProxyType(
+    {
+        "add": _add,
+        "remove": _remove,
+        "set words": _set_words,
+        "set captions": _set_captions,
+        "undo": _undo,
+        "import words": _import_words,
+        "import events": _import_events,
+        "set synonyms": _set_synonyms,
+        "learn": _learn,
+        "save generated": _save_generated,
+        "learn grammar": _learn_grammar,
+        "remove grammar": _remove_grammar,
+        "save sequence": _save_sequence,
+        "keep scene": _keep_scene,
+        "remove scene": _remove_scene,
+        "export": _export,
+        "write generated": _write_learned,
+        "export knowledge": _write_learned,
+        "show": _ask_one,
+        "list": _nothing,
+        "ask": _nothing,
+        "ask grammar": _nothing,
+        "ask scene": _ask_scene,
+        "compact": _nothing,
+        "rescue": _nothing,
+    }
+)
+"""Verb -> what it changes in the world."""
+MAY_REFUSE = frozenset(
+    {"learn", "save generated", "learn grammar", "save sequence", "write generated", "ask",
+     "export knowledge", "ask grammar"}
+)  # fmt: skip
+"""Verbs that may also be refused for reasons that the model does not know: too little to learn."""

@@ -1,0 +1,400 @@
+"""One regression for every map from motion to words, and one calibration of its answers.
+
+**Ridge regression.** Each map is one:
+
+=================  ==========================  ====================  ===============================
+map                rows                        features              targets
+=================  ==========================  ====================  ===============================
+word map           described intervals         score vectors         y: 1 for each word
+caption map        described intervals         score vectors         y / |y|
+description map    described intervals         kernels of score      y / |y|
+                                               vectors
+pooled map         described intervals         pooled statistics     y / |y|
+place map          segments of captioned takes vectors of windows    places y, estimated in rounds
+edge map           frames of captioned takes   soft levels of        places y, estimated in rounds
+                                               features and change
+judge              windows of 3 s              pooled statistics     1 / sqrt(actions) for each word
+unplaced           windows of segments         vectors of windows    the words of the whole take
+=================  ==========================  ====================  ===============================
+
+The first four weigh every described interval alike or by performer, the others every take by the
+root of its length, so that long takes weigh more than short ones, but less than in proportion.
+Predictions that calibrations are fitted to leave out the performer, or the take, itself.
+
+The regression is weighted and centred: with x_i, y_i and w_i the features, targets and weight of a
+row, and means over all rows by their weights, the slopes minimise
+
+    sum_i w_i |y_i - mean y - (x_i - mean x) . slopes|^2 + ridge |slopes|^2.
+
+Rows are left out in one of three ways: by another fit (:func:`left_out`), by subtracting their sums
+(:class:`Sums`), or, where the means may stay, from the residuals with all rows
+(:meth:`Fitted.without`). With X the rows left out, A the inverse of the sum of products with
+the ridge, H = X A X' and e their residuals with all rows, those without them are (I - H)^-1 e.
+
+**Calibrated probabilities of answers, and the threshold below which nothing matches.** Cues x_1 ...
+x_n of an answer (such as its similarity) give the probability that it is right by
+
+    P(right) = sigmoid(w . x + c),    every w >= 0,
+
+logistic regression on answers that are known to be right or wrong. A ridge on w, in units of the
+cues' standard deviations, gives weight 0 to a cue without information; no cue lowers the
+probability. With a single cue the order of the answers is that of the cue.
+
+*No match*: the same queries are repeated with all right answers removed. The threshold is the
+value of the best answer that separates the two cases with the largest balanced accuracy.
+
+Source: Platt, Probabilistic outputs for support vector machines (1999).
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
+from motiondb.symbols.hmm_jobs import one_blas_thread
+
+T = TypeVar("T")
+
+
+def fit_ridge(
+    vectors: FloatArray, target: FloatArray, ridge: float, weights: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes (columns, words) and constants (words,); every row weighs 1 without `weights`.
+
+    Shapes: `vectors` (n, columns); `target` (n, words); `weights` (n,).
+    """
+    if weights is None:
+        mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
+        v, y = vectors - mean_v, target - mean_y
+    else:
+        root = np.sqrt(weights)[:, None]
+        mean_v, mean_y = weights @ vectors / weights.sum(), weights @ target / weights.sum()
+        v, y = root * (vectors - mean_v), root * (target - mean_y)
+    if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
+        slopes = v.T @ np.linalg.solve(v @ v.T + ridge * np.eye(len(v)), y)
+    else:
+        slopes = np.linalg.solve(v.T @ v + ridge * np.eye(v.shape[1]), v.T @ y)
+    return slopes, mean_y - mean_v @ slopes
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Weighted sums over rows, from which the sums of some rows can be subtracted."""
+
+    n: float  # Sum of the weights
+    vectors: FloatArray  # (columns,): sum of x
+    targets: FloatArray  # (words,): sum of y
+    gram: FloatArray  # (columns, columns): sum of x x'
+    cross: FloatArray  # (columns, words): sum of x y'
+
+    def __sub__(self, other: Sums) -> Sums:
+        return by_fields(operator.sub, self, other)
+
+    def solve(self, ridge: float) -> tuple[FloatArray, FloatArray]:
+        """Slopes (columns, words), and mean x . slopes (words,): what constants lack to mean y."""
+        mean_v, mean_y = self.vectors / self.n, self.targets / self.n
+        matrix = self.gram - self.n * np.outer(mean_v, mean_v) + ridge * np.eye(len(mean_v))
+        goal = self.cross - self.n * np.outer(mean_v, mean_y)
+        with one_blas_thread():  # sums of several threads differ in their last bits
+            slopes = np.linalg.solve(matrix, goal).astype(np.float64, copy=False)
+        # one order of summation: a matrix product's last bits depend on the number of threads
+        return slopes, np.asarray(np.einsum("i,ij->j", mean_v, slopes, optimize=False))
+
+
+def sum_rows(vectors: FloatArray, targets: FloatArray, weights: FloatArray) -> Sums:
+    """Sums of rows: `vectors` (n, columns); `targets` (n, words); `weights` (n,)."""
+    weighted = (vectors * weights[:, None]).T
+    return Sums(
+        float(weights.sum()),
+        weights @ vectors,
+        weights @ targets,
+        weighted @ vectors,
+        weighted @ targets,
+    )
+
+
+def by_fields(operation: Callable[[object, object], object], one: T, other: T) -> T:
+    """An operation on the fields of two records; None where a field of either is None."""
+    pairs = zip(vars(one).values(), vars(other).values())
+    return type(one)(*(None if a is None or b is None else operation(a, b) for a, b in pairs))
+
+
+@dataclass(frozen=True, eq=False)
+class Regression:
+    """What of a regression does not depend on its targets."""
+
+    rows: FloatArray  # (n, columns): features less their mean, times the roots of the weights
+    roots: FloatArray  # (n, 1): roots of the weights
+    centre: FloatArray  # (columns,): weighted mean of the features
+    gram: FloatArray  # (columns, columns): sum of products of ``rows``, with the ridge
+    inverse: FloatArray  # (columns, columns): its inverse A
+
+    def fit(self, target: FloatArray) -> Fitted:
+        """The regression with targets (n, words)."""
+        weights = self.roots[:, 0] ** 2
+        mean = weights @ target / weights.sum()
+        centred = self.roots * (target - mean)
+        slopes = self.inverse @ (self.rows.T @ centred)
+        return Fitted(self, mean, slopes, centred - self.rows @ slopes)
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A regression with its targets."""
+
+    regression: Regression
+    mean: FloatArray  # (words,): weighted mean of the targets
+    slopes: FloatArray  # (columns, words)
+    residuals: FloatArray  # (n, words): times the roots of the weights
+
+    def errors(self, which: IntArray | slice) -> FloatArray:
+        """Residuals of some rows by the regression without them, times the roots."""
+        all_of_it = self.regression
+        rows = all_of_it.rows[which]
+        return residuals_without(rows, all_of_it.gram, all_of_it.inverse, self.residuals[which])
+
+    def without(self, which: IntArray | slice) -> FloatArray:
+        """Slopes (columns, words) without some rows; the means stay those of all rows."""
+        back = self.regression.rows[which].T @ self.errors(which)
+        return np.asarray(self.slopes - self.regression.inverse @ back)
+
+
+def prepare(vectors: FloatArray, weights: FloatArray, ridge: float) -> Regression:
+    """The regression on `vectors` (n, columns) with `weights` (n,)."""
+    roots = np.sqrt(weights)[:, None]
+    centre = weights @ vectors / weights.sum()
+    rows = (vectors - centre) * roots
+    gram = rows.T @ rows + ridge * np.eye(vectors.shape[1])
+    inverse = np.asarray(np.linalg.inv(gram), dtype=np.float64)
+    return Regression(rows, roots, np.asarray(centre), gram, inverse)
+
+
+def residuals_without(
+    rows: FloatArray, gram: FloatArray, inverse: FloatArray, residuals: FloatArray
+) -> FloatArray:
+    """Residuals of rows by the regression without them, from those with all rows: (n, words).
+
+    Shapes: `rows` (n, columns); `gram`, `inverse` (columns, columns); `residuals` (n, words).
+    """
+    if len(rows) > rows.shape[1]:  # the smaller system
+        back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
+        return np.asarray(residuals + rows @ back)
+    block = rows @ inverse @ rows.T
+    return np.asarray(np.linalg.solve(np.eye(len(rows)) - block, residuals))
+
+
+def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
+    """Words of two or more groups; all words if there are none: array (words,).
+
+    Shapes: `presence` (n, words); `groups` (n,).
+    """
+    said = [presence[groups == group].any(axis=0) for group in np.unique(groups)]
+    shared: NDArray[np.bool_] = np.sum(said, axis=0) > 1
+    return shared if shared.any() else np.ones_like(shared)
+
+
+def left_out(vectors: FloatArray, target: FloatArray, groups: IntArray, ridge: float) -> FloatArray:
+    """Predicted target of every interval, by the regression without its group: array (n, words).
+
+    Shapes: `vectors` (n, symbols); `target` (n, words); `groups` (n,).
+    """
+    predicted = np.zeros_like(target)
+    for group in np.unique(groups):
+        test = groups == group
+        if test.all():
+            predicted[test] = target.mean(axis=0)
+            continue
+        weights, offsets = fit_ridge(vectors[~test], target[~test], ridge)
+        predicted[test] = vectors[test] @ weights + offsets
+    return predicted
+
+
+_RIDGE = 1.0  # chosen by hand; not tuned
+_LEAST_PRECISION = 1e-3  # of the prior of other coefficients, so that there is one solution
+_ROUNDS = 100  # largest number of Newton steps; a few suffice
+
+
+@dataclass(frozen=True, eq=False)
+class Certainty:
+    """A calibration of answers."""
+
+    weights: Annotated[FloatArray, Axes("cues")]  # w, at least 0
+    constant: float
+    # Value of the best answer below which nothing matches; NaN where it is unknown
+    threshold: Annotated[float, MayBeUnknown]
+
+    def log_odds(self, cues: FloatArray) -> FloatArray:
+        """Calibrated log-odds (...,) of cues (..., cues)."""
+        odds: FloatArray = cues @ self.weights + self.constant
+        return odds
+
+
+@dataclass(frozen=True)
+class KindCertainty:
+    """Certainty of answers to one kind of question."""
+
+    whole: Certainty | None = None  # Certainty that all of the question holds
+    # Certainty that the capture shows the action that the answer shows
+    part: Certainty | None = None
+
+
+def kind_cues(asked: float, excluded: float | None) -> FloatArray:
+    """Cues of an answer: array (1,) or, where something is excluded, array (2,)."""
+    return np.array([asked] if excluded is None else [asked, -excluded])
+
+
+@dataclass(frozen=True)
+class Certainties:
+    """Certainty of answers; None if there are too few captions."""
+
+    words: Annotated[Certainty | None, Sizes({"cues": 1})] = None  # Of an answer to words
+    example: Annotated[Certainty | None, Sizes({"cues": 2})] = None  # Of an answer to an example
+    # Certainty of the interval of an action, given that the capture shows the action, and several
+    # actions (:mod:`motiondb.meaning.place_certainty`)
+    place: Annotated[Certainty | None, Sizes({"cues": 8})] = None
+    # That a capture shows an action throughout, where ``place`` was learned
+    single: Annotated[Certainty | None, Sizes({"cues": 6})] = None
+    # Of an answer to one action but not another
+    without: Annotated[KindCertainty, Sizes({"cues": 2})] = field(default_factory=KindCertainty)
+    # Of an answer to one of several actions
+    either: Annotated[KindCertainty, Sizes({"cues": 1})] = field(default_factory=KindCertainty)
+
+
+def probability(log_odds: FloatArray | float) -> FloatArray:
+    """Probability of log-odds.
+
+    >>> probability(np.array([0.0, np.log(3.0)])).round(3).tolist()
+    [0.5, 0.75]
+    """
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(log_odds, -50.0, 50.0))))
+
+
+def answer_probability(
+    sure: Certainty,
+    asked: Sequence[tuple[float, float]],
+    excluded: Sequence[Sequence[tuple[float, float]]],
+) -> float:
+    """Calibrated probability that an answer shows all requested actions and no excluded one.
+
+    The product over the asked actions of the probability that each is shown, and over the
+    exclusions of one minus the probability that all of their actions are.
+
+    `asked`: For each action its log-odds, and the part of them that captions add, which is not
+    calibrated.
+
+    >>> sure = Certainty(np.array([1.0]), 0.0, 0.0)
+    >>> answer_probability(sure, [(0.0, 0.0)], [[(0.0, 0.0)]])
+    0.25
+    """
+
+    def shown(actions: Sequence[tuple[float, float]]) -> float:
+        result = 1.0
+        for log_odds, said in actions:
+            by_motion = float(sure.log_odds(np.array([log_odds - said])))
+            result *= float(probability(by_motion + said))
+        return result
+
+    result = shown(asked)
+    for actions in excluded:
+        result *= 1.0 - shown(actions)
+    return result
+
+
+def fit_logistic(
+    x: FloatArray,
+    y: FloatArray,
+    start: FloatArray,
+    precision: FloatArray,
+    counts: FloatArray | None = None,
+    n_positive: int = 0,
+) -> FloatArray:
+    """Coefficients of logistic regression with a normal prior around `start`: array (columns,).
+
+    Newton's method, whose steps are projected so that the first `n_positive` coefficients stay at
+    least 0.
+
+    Shapes: `x` (n, columns); `y`, `counts` (n,); `start` (columns,); `precision` (columns,
+    columns).
+    """
+    n = np.ones(len(x)) if counts is None else counts
+    positive = np.arange(x.shape[1]) < n_positive
+    beta = start.copy()
+    for _ in range(_ROUNDS):
+        p = probability(x @ beta)
+        gradient = x.T @ (n * (y - p)) - precision @ (beta - start)
+        free = ~(positive & (beta <= 0.0) & (gradient <= 0.0))
+        curvature = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free]
+        step = np.zeros_like(beta)
+        step[free] = np.linalg.solve(curvature + precision[np.ix_(free, free)], gradient[free])
+        new = beta + step / max(1.0, float(np.abs(step).max()))
+        new[positive] = np.maximum(new[positive], 0.0)
+        if np.abs(new - beta).max() < 1e-9:
+            break
+        beta = new
+    return beta
+
+
+def fit_probability(
+    cues: FloatArray, right: NDArray[np.bool_], counts: FloatArray | None = None
+) -> tuple[FloatArray, float]:
+    """Weights and constant of the module's formula.
+
+    Shapes: `cues` (answers, cues); `right`, `counts` (answers,); result (cues,).
+    """
+    n = np.ones(len(cues)) if counts is None else counts
+    centre = n @ cues / n.sum()
+    spread = np.sqrt(n @ (cues - centre) ** 2 / n.sum())
+    spread = np.where(spread > 1e-9, spread, 1.0)
+    x = np.column_stack([(cues - centre) / spread, np.ones(len(cues))])
+    precision = np.diag([*np.full(cues.shape[1], _RIDGE), _LEAST_PRECISION])
+    y, start = right.astype(np.float64), np.zeros(x.shape[1])
+    beta = fit_logistic(x, y, start, precision, n, n_positive=cues.shape[1])
+    weights = beta[:-1] / spread
+    return weights, float(beta[-1] - weights @ centre)
+
+
+def calibrate(
+    z: FloatArray,
+    logits: FloatArray,
+    target: FloatArray,
+    centre: FloatArray | None = None,
+    information: FloatArray | None = None,
+) -> FloatArray:
+    """Logistic regression of presence on evidence and the prior's logit.
+
+    Shapes: `z`, `logits`, `target` (n, words); `centre`, result (3,); `information` (3, 3).
+    """
+    x = np.stack([z.ravel(), logits.ravel(), np.ones(z.size)], axis=1)
+    start = np.array([1.0, 1.0, 0.0]) if centre is None else np.asarray(centre, dtype=np.float64)
+    precision = _LEAST_PRECISION * np.eye(3) + (0.0 if information is None else information)
+    beta = fit_logistic(x, target.ravel().astype(np.float64), start, precision)
+    beta[0] = max(beta[0], 0.05)
+    return beta
+
+
+def separate(present: FloatArray, absent: FloatArray) -> float:
+    """Threshold of largest balanced accuracy; NaN if one of the arrays is empty.
+
+    Of several equally good thresholds, the middle one is returned. It lies between two observed
+    values.
+
+    Shapes: `present`, `absent` (queries,).
+
+    >>> separate(np.array([0.9, 0.7, 0.4]), np.array([0.1, 0.5]))
+    0.6
+    """
+    if not len(present) or not len(absent):
+        return float("nan")
+    values = np.unique(np.concatenate([present, absent]))
+    middles = (values[:-1] + values[1:]) / 2.0
+    middles = np.where(middles > values[:-1], middles, values[1:])  # where rounding gives the lower
+    between = np.concatenate([values[:1], middles])
+    accuracy = np.array([np.mean(present >= t) + np.mean(absent < t) for t in between])
+    best = np.flatnonzero(accuracy >= accuracy.max() - 1e-12)
+    return float(between[best[len(best) // 2]])
