@@ -2,7 +2,6 @@
 
     python benchmarks/scenes.py table --db samples.duckdb --out scenes/ [--seeds 1 2 3 4 5]
     python benchmarks/scenes.py baseline --db ... --out scenes/ --seconds 100 [--diagrams ...]
-    python benchmarks/scenes.py tempering --db ... --out scenes/ --seconds 10 [--seeds ...]
     python benchmarks/scenes.py update --db ... --out scenes/
     python benchmarks/scenes.py page --out scenes/ > docs/measured/scenes.md
 
@@ -14,9 +13,9 @@ The database holds the sample data with its words and events:
 ``table`` makes each diagram at each seed from nothing. ``baseline`` is the paper's procedure, as
 far as it is described: one chain at T = 1, clips exchanged by their errors and drawn uniformly,
 subtrees derived by the rules' probabilities until P(X') > 0, and everything evaluated again at each
-step. ``tempering`` compares a single chain with several at equal time. ``update`` moves one player
-and times the warm start. Results are JSON files in ``--out``; ``page`` makes the page of them.
-Times are elapsed and processor seconds, without the first compilation, which is cached.
+step. ``update`` moves one player and times the warm start. Results are JSON files in ``--out``;
+``page`` makes the page of them. Times are elapsed and processor seconds, without the first
+compilation, which is cached.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), sections 5 and 6, Table 2 and Figure 5.
@@ -38,8 +37,6 @@ import motiondb
 from motiondb.database.scenes.scene_clips import scene_clips
 from motiondb.database.scenes.scene_making import SceneSettings, make
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
-from motiondb.scene.sampling.play import make_play
-from motiondb.scene.sampling.tempering import SamplerSettings, sample
 from scene_tasks import page, paper_baseline
 
 DIAGRAMS = (
@@ -61,7 +58,7 @@ def quiet(_what: str, _share: float, _error: float) -> None:
 def main() -> None:
     """Run one part."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("part", choices=["table", "baseline", "tempering", "update", "page"])
+    parser.add_argument("part", choices=["table", "baseline", "update", "page"])
     parser.add_argument("--db", type=Path, default=Path("samples.duckdb"))
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3, 4, 5])
@@ -71,14 +68,9 @@ def main() -> None:
     asked.out.mkdir(exist_ok=True)
     if asked.part == "page":
         print(page.page(asked.out))
-        curves = page.load(asked.out, "tempering")
-        if curves:
-            page.curves_picture(curves, asked.out / "scene_tempering.png")
         return
     with motiondb.open(asked.db, read_only=True) as base:
-        {"table": table, "baseline": baseline, "tempering": tempering, "update": update}[
-            asked.part
-        ](base, asked)
+        {"table": table, "baseline": baseline, "update": update}[asked.part](base, asked)
 
 
 def save(out: Path, name: str, facts: dict[str, Any]) -> None:
@@ -162,51 +154,6 @@ def baseline(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
                 f"baseline-{diagram}-{seed}",
                 {"diagram": diagram, "seed": seed} | results,
             )
-
-
-def tempering(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
-    """One chain and several, each for the same time; the best error by time."""
-    compiled(base)
-    usual = SamplerSettings()
-    kinds = {"single chain": usual.temperatures[:1], "tempering": usual.temperatures}
-    for diagram in asked.diagrams:
-        text, clips = material(base, diagram)
-        for seed in asked.seeds:
-            for kind, temperatures in kinds.items():
-                settings = SamplerSettings(
-                    temperatures=temperatures, patience=10_000, rounds=usual.rounds
-                )
-                curve = timed(text, clips, settings, seed, asked.seconds)
-                name = f"tempering-{diagram}-{kind.split()[0]}-{seed}"
-                facts = {"diagram": diagram, "seed": seed, "kind": kind, "curve": curve}
-                save(asked.out, name, facts | {"error": curve[-1][1]})
-
-
-def timed(
-    text: SceneText, clips: Any, settings: SamplerSettings, seed: int, seconds: float
-) -> list[tuple[float, float]]:
-    """(seconds, best error so far), again from other numbers while there is time.
-
-    The error is the minimised one, with the prices of time and of actions.
-    """
-    play = make_play(
-        text.diagram, text.grammar, clips.library, settings.most_actions, settings.prices
-    )
-    began, curve, best = time.perf_counter(), [], np.inf
-    for rng in np.random.default_rng(seed).spawn(1000):
-
-        def heard(_done: int, error: float) -> bool:
-            nonlocal best
-            best = min(best, error)
-            curve.append((time.perf_counter() - began, best))
-            return time.perf_counter() - began > seconds
-
-        _, trace = sample(play, settings, rng, progress=heard)
-        best = min(best, trace.cooled)
-        curve.append((time.perf_counter() - began, best))
-        if time.perf_counter() - began > seconds:
-            break
-    return curve
 
 
 def update(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:

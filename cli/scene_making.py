@@ -46,7 +46,7 @@ Minutes = Annotated[
 ]
 Chains = Annotated[
     int,
-    typer.Option("--chains", help="Number of Markov chains, at different temperatures, 1 to 64."),
+    typer.Option("--chains", help="Number of Markov chains, of which the best is kept, 1 to 64."),
 ]
 Name = Annotated[
     str,

@@ -22,7 +22,8 @@ from unittest import mock
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 GUIDE = tuple(
-    ROOT / "docs" / "guide" / f"{n}.md" for n in ("words", "examples", "generation", "grammars")
+    ROOT / "docs" / "guide" / f"{n}.md"
+    for n in ("words", "examples", "generation", "grammars", "scenes")
 )
 PAGES = (README, *GUIDE)  # in the order in which their examples build on one another
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

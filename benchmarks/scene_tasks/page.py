@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from statistics import mean, median
+from statistics import mean
 from typing import Any
 
 TITLES = {
@@ -42,7 +42,6 @@ def page(out: Path) -> str:
     parts: list[tuple[str, Callable[[Rows], list[str]]]] = [
         ("table", table_part),
         ("baseline", lambda rows: baseline_part(rows, load(out, "table"))),
-        ("tempering", tempering_part),
         ("update", update_part),
     ]
     lines = ["# Scenes, measured", "", *_head()]
@@ -169,32 +168,6 @@ def baseline_part(rows: Rows, ours: Rows) -> list[str]:
     return lines
 
 
-def tempering_part(rows: Rows) -> list[str]:
-    """A single chain and tempering at equal time."""
-    lines = [
-        "## A single chain and parallel tempering at equal time",
-        "",
-        "| diagram | seeds | seconds | single chain, mean error | tempering, mean error |"
-        " tempering is lower in |",
-        "|---|---|---|---|---|---|",
-    ]
-    for diagram, group in grouped(rows):
-        errors = {
-            kind: {r["seed"]: r["error"] for r in group if r["kind"] == kind}
-            for kind in ("single chain", "tempering")
-        }
-        single, several = errors["single chain"], errors["tempering"]
-        both = sorted(set(single) & set(several))
-        lower = sum(several[seed] <= single[seed] for seed in both)
-        seconds = median(r["curve"][-1][0] for r in group)
-        lines.append(
-            f"| {TITLES[diagram]} | {len(both)} | {seconds:.0f} |"
-            f" {mean(single[s] for s in both):.2f} | {mean(several[s] for s in both):.2f} |"
-            f" {lower} of {len(both)} |"
-        )
-    return [*lines, "", "![The lowest error by time](pictures/scene_tempering.png)"]
-
-
 def update_part(rows: Rows) -> list[str]:
     """Warm starts."""
     lines = [
@@ -216,38 +189,3 @@ def update_part(rows: Rows) -> list[str]:
             f" {sum(r['broken'] for r in group)} | {sum(r['collisions'] for r in group)} |"
         )
     return lines
-
-
-def curves_picture(rows: Rows, path: Path) -> None:
-    """The mean over seeds of the lowest error by time, one panel a diagram."""
-    import numpy as np
-    from matplotlib.figure import Figure
-
-    groups = list(grouped(rows))
-    figure = Figure(figsize=(4.2 * len(groups), 3.2), layout="constrained")
-    for number, (diagram, of_one) in enumerate(groups):
-        axes = figure.add_subplot(1, len(groups), number + 1)
-        for kind, colour in (("single chain", "#D55E00"), ("tempering", "#0072B2")):
-            runs = [np.array(r["curve"]) for r in of_one if r["kind"] == kind]
-            until = min(run[-1, 0] for run in runs)
-            grid = np.linspace(max(run[0, 0] for run in runs), until, 200)
-            errors = np.array([_at(run, grid) for run in runs])
-            axes.plot(grid, errors.mean(axis=0), color=colour, label=f"{kind}, {len(runs)} seeds")
-            axes.fill_between(
-                grid, errors.min(axis=0), errors.max(axis=0), color=colour, alpha=0.15, lw=0
-            )
-        axes.set_yscale("log")
-        axes.set_title(TITLES[diagram], loc="left", fontsize=10)
-        axes.set_xlabel("seconds")
-        axes.set_ylabel("lowest error, -log P(Z)")
-        axes.legend(frameon=False, fontsize=8)
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.savefig(path, dpi=110, metadata={"Software": None})
-
-
-def _at(curve: Any, grid: Any) -> Any:
-    """The curve of (seconds, lowest error) at times, as steps."""
-    import numpy as np
-
-    rows = np.searchsorted(curve[:, 0], grid, "right") - 1
-    return curve[np.maximum(rows, 0), 1]

@@ -28,12 +28,12 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy.energy import evaluate, token_errors
 from motiondb.scene.energy.placement import ClipArrays, compiled, put_origin
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
+from motiondb.scene.sampling.annealing import bootstrap
 from motiondb.scene.sampling.clip_choice import clip_groups, uniform_entry
 from motiondb.scene.sampling.metropolis import FRAMES, PUSH, TURN, chosen_by, gaussian
 from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
-from motiondb.scene.sampling.tempering import bootstrap
 
 INNER = 400
 """M. The paper does not print it; ours has the same number after a jump."""

@@ -26,7 +26,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from motiondb.errors import StoreError
+from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.enclosed import check_inside, open_inside
 
 _LONGEST = 120
@@ -139,6 +139,19 @@ def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
         draft.replace(path)
     finally:
         delete_all(draft, log_of(draft))
+
+
+@contextmanager
+def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterator[Path]:
+    """Yield a draft as :func:`whole_file`; an error of the system becomes one of motiondb."""
+    try:
+        with whole_file(path) as draft:
+            yield draft
+    except OSError as error:
+        raise kind(
+            f"{path}: expected a file that can be written, found: {error.strerror or error}. "
+            "Check the folder and the room on its disk."
+        ) from None
 
 
 def delete_all(*files: Path) -> None:

@@ -68,18 +68,11 @@ _PATIENCE = 4  # the search ends after so many sizes in a row that do not lower 
 _RELATIVE_FLOOR = 0.03  # least variance, share of the coordinates' mean variance.
 
 
-def build_space(
-    symbols: MotionSymbols,
-    rng: np.random.Generator,
-    *,
-    n_sequences: int = N_SEQUENCES,
-    n_dimensions: int | None = None,
-    n_clusters: int | None = None,
-) -> SymbolSpace:
+def build_space(symbols: MotionSymbols, rng: np.random.Generator) -> SymbolSpace:
     """Distances, coordinates and clusters of symbols."""
-    distances, variances = divergence(symbols, rng, n_sequences=n_sequences)
-    coordinates, stress = scale(distances, n_dimensions=n_dimensions)
-    clusters = find_clusters(coordinates, rng, n_clusters=n_clusters)
+    distances, variances = divergence(symbols, rng)
+    coordinates, stress = scale(distances)
+    clusters = find_clusters(coordinates, rng)
     return SymbolSpace(distances, variances, coordinates, stress, *clusters)
 
 

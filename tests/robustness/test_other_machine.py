@@ -26,8 +26,8 @@ def choices() -> list[dict[str, list[float]]]:
 
     from motiondb.database.scenes.scene_texts import read_scene_text
     from motiondb.grammar.terminals.terminals import TerminalSettings, find_terminals
+    from motiondb.scene.sampling.annealing import SamplerSettings, sample
     from motiondb.scene.sampling.play import make_play
-    from motiondb.scene.sampling.tempering import SamplerSettings, sample
     from motiondb.symbols.acquisition import acquire
     from motiondb.symbols.feature_space import fit_feature_space
 

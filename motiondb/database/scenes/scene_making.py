@@ -30,8 +30,7 @@ from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.polish.polish import PolishedScene, polish
 from motiondb.scene.report.report_records import SceneReport
 from motiondb.scene.report.scene_report import report_scene
-from motiondb.scene.sampling.play import Play, make_play
-from motiondb.scene.sampling.tempering import (
+from motiondb.scene.sampling.annealing import (
     WARM,
     SamplerSettings,
     Trace,
@@ -39,6 +38,7 @@ from motiondb.scene.sampling.tempering import (
     warm_start,
     warm_up,
 )
+from motiondb.scene.sampling.play import Play, make_play
 
 SceneProgress = Callable[[str, float, float], None]
 """Called with the name of the step, the fraction that is done, and the error (NaN if unknown)."""
@@ -63,7 +63,7 @@ class SceneSettings:
         The same seed gives the same scene, unless ``minutes`` cut the sampling short (see
         :attr:`MadeScene.cut_short`).
     chains : int
-        Number of Markov chains at different temperatures; 1 is a single chain.
+        Number of Markov chains; the best scene of all is kept.
     rounds : int
         Most rounds of sampling in a try; each has a fixed number of steps.
     minutes : float or None
@@ -100,18 +100,6 @@ class SceneSettings:
             )
         if self.tries < 1:
             raise SceneError(f"tries: expected at least 1, found {self.tries}. Try 3.")
-
-    @property
-    def temperatures(self) -> tuple[float, ...]:
-        """Temperatures from cold to hot: those of the sampler, or more in the same ratio.
-
-        >>> SceneSettings(chains=1).temperatures
-        (0.15,)
-        """
-        known = SamplerSettings().temperatures
-        ratio = known[-1] / known[-2]
-        more = [known[-1] * ratio**n for n in range(1, self.chains - len(known) + 1)]
-        return (*known, *more)[: self.chains]
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,9 +182,7 @@ def _sampler(settings: SceneSettings, warm: bool) -> SamplerSettings:
     if warm:
         return WARM
     threads = min(settings.chains, os.cpu_count() or 1)
-    return SamplerSettings(
-        temperatures=settings.temperatures, rounds=settings.rounds, threads=threads
-    )
+    return SamplerSettings(settings.chains, rounds=settings.rounds, threads=threads)
 
 
 class _How(NamedTuple):

@@ -171,7 +171,7 @@ def format_grammar(grammar: Grammar) -> str:
     return "\n".join(lines)
 
 
-def read_grammar(text: str, where: str = "grammar") -> Grammar:
+def read_grammar(text: str) -> Grammar:
     """Read a grammar from its text; the first line's left side is the start symbol.
 
     Alternatives without a probability share the remainder equally; all are scaled to sum to 1.
@@ -180,10 +180,10 @@ def read_grammar(text: str, where: str = "grammar") -> Grammar:
     for number, line in enumerate(text.splitlines(), start=1):
         bare = line.split("#", 1)[0].strip()
         if bare:
-            alternatives.extend(_read_line(bare, f"{where}:{number}"))
+            alternatives.extend(_read_line(bare, f"grammar:{number}"))
     if not alternatives:
         raise GrammarError(
-            f"{where}: expected at least one rule such as 'S -> a B', found none."
+            "grammar: expected at least one rule such as 'S -> a B', found none."
             " Write the start symbol's rule first."
         )
     return Grammar(alternatives[0][0], tuple(_share_out(alternatives)))

@@ -81,17 +81,13 @@ def alternatives(
     n: int,
     rng: np.random.Generator,
     *,
-    length: int | None = None,
     most: float = MEAN_LENGTH,
 ) -> tuple[Alternative, ...]:
     """Return up to `n` other strings for a region, the most probable first, each once.
 
     The strings are drawn at random from the nonterminal of the region. If fewer than `n` are drawn,
-    and no length is given, the most probable strings that were not drawn are added. Fewer than `n`
-    are returned if the nonterminal has no more strings, or if the search does not reach them.
-
-    `length`: Number of symbols of the strings; the nearest length that some string has if there is
-    none.
+    the most probable strings that were not drawn are added. Fewer than `n` are returned if the
+    nonterminal has no more strings, or if the search does not reach them.
     """
     if n < 1:
         raise GrammarError(f"alternatives: expected at least 1, found {n}. Ask for one or more.")
@@ -105,13 +101,13 @@ def alternatives(
     old = _node(tree, region.path).leaves()
     trees: dict[tuple[str, ...], Tree] = {}
     for _ in range(_TRIES * n):
-        drawn = derive(local, rng, length=length, most=most)
+        drawn = derive(local, rng, most=most)
         string = drawn.leaves()
         if string != old:
             trees.setdefault(string, drawn)
         if len(trees) == n:
             break
-    if len(trees) < n and length is None:
+    if len(trees) < n:
         for string, _ in best_strings(local, n + 1 + len(trees), steps=_STEPS):
             if string != old and string not in trees and len(trees) < n:
                 trees[string] = parse(local, string)

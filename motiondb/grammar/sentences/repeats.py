@@ -81,14 +81,12 @@ def common_prefixes(symbols: npt.ArrayLike, suffixes: IntArray) -> list[int]:
     return [shared[i] for i in suffixes.tolist()]
 
 
-def cover_repeats(
-    symbols: npt.ArrayLike, shortest: int = SHORTEST_REPEAT
-) -> tuple[IntArray, IntArray]:
+def cover_repeats(symbols: npt.ArrayLike) -> tuple[IntArray, IntArray]:
     """Select occurrences of repeats, the longest first, that do not overlap: starts and lengths.
 
     Each selected occurrence equals another substring that it does not overlap. No symbol outside
-    the cover can begin a further occurrence of `shortest` symbols or more. Of equally long ones the
-    first is selected.
+    the cover can begin a further occurrence of :data:`SHORTEST_REPEAT` symbols or more. Of equally
+    long ones the first is selected.
 
     >>> cover_repeats([0, 1, 4, 2, 3, 0, 1, 5, 2, 3, 0, 1, 4, 2, 3])  # abxcdabycdabxcd
     (array([ 0,  5,  8, 10]), array([5, 2, 2, 5]))
@@ -99,7 +97,7 @@ def cover_repeats(
     for i, j, common in zip(ranked, ranked[1:], shared[1:]):
         length = min(common, abs(i - j))  # an occurrence must not overlap its repetition
         reach[i], reach[j] = max(reach[i], length), max(reach[j], length)
-    waiting = [(-length, i, i) for i, length in enumerate(reach) if length >= max(1, shortest)]
+    waiting = [(-length, i, i) for i, length in enumerate(reach) if length >= SHORTEST_REPEAT]
     heapify(waiting)
     owner = [-1] * len(ranked)  # start of the occurrence that covers each place
     chosen: dict[int, int] = {}
@@ -114,7 +112,7 @@ def cover_repeats(
         if blocker < 0:
             owner[i : i + length] = [i] * length
             chosen[i] = length
-        elif blocker - i >= max(1, shortest):
+        elif blocker - i >= SHORTEST_REPEAT:
             shortened += 1  # the last one that was shortened comes first among equally long ones
             heappush(waiting, (i - blocker, -shortened, i))
     starts = np.array(sorted(chosen), dtype=np.int64)

@@ -217,7 +217,6 @@ def terminals_from_symbols(
     takes: Sequence[Motion],
     capture_ids: Sequence[int],
     segments: SegmentTable,
-    weight: float = REPETITION_WEIGHT,
 ) -> Terminals:
     """Use the segments and symbols of a learned database as terminals."""
     poses = make_poses(takes)
@@ -237,7 +236,7 @@ def terminals_from_symbols(
     used, labels = np.unique(segments.symbols[order], return_inverse=True)
     medoids = np.array([_middle(poses, cuts, labels == k) for k in range(len(used))])
     grouping = tuning.Grouping(cuts, labels.astype(np.int64), medoids)
-    return _record(poses, grouping, weight, [f"s{symbol}" for symbol in used])
+    return _record(poses, grouping, REPETITION_WEIGHT, [f"s{symbol}" for symbol in used])
 
 
 def terminal_names(n: int) -> tuple[str, ...]:

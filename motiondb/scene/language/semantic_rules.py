@@ -216,10 +216,10 @@ def nearest_on_line(position: FloatArray, first: FloatArray, second: FloatArray)
     return np.add(first, share[..., None] * along)
 
 
-def flight_time(thrown: FloatArray, caught: FloatArray, speed: float = PASS_SPEED) -> FloatArray:
-    """Return the seconds that a ball passed at ``speed`` flies between places (..., 2), m.
+def flight_time(thrown: FloatArray, caught: FloatArray) -> FloatArray:
+    """Return the seconds that a passed ball flies between places (..., 2), m.
 
     >>> float(flight_time(np.array([0.0, 0.0]), np.array([0.0, 4.0])))
     0.5
     """
-    return position_error(thrown, caught) / speed
+    return position_error(thrown, caught) / PASS_SPEED

@@ -422,13 +422,6 @@ def test_settings_that_make_no_sense(settings: dict, said: str) -> None:
         SceneSettings(**settings)
 
 
-def test_more_chains_go_on_in_the_same_ratio() -> None:
-    few, many = SceneSettings(chains=2).temperatures, SceneSettings(chains=7).temperatures
-    assert few == many[:2]
-    assert len(many) == 7
-    assert many[6] / many[5] == pytest.approx(many[5] / many[4])
-
-
 PLACES = st.tuples(
     st.sampled_from(["a", "b", "c"]), st.integers(0, 3000), st.integers(0, 3000), st.booleans(),
     st.sampled_from([-0.1, 0.0, 0.1]), st.sampled_from([0.9, 1.0]),

@@ -17,11 +17,11 @@ from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.sampling.annealing import SamplerSettings
 from motiondb.scene.sampling.clip_choice import clip_groups, smooth_entry
 from motiondb.scene.sampling.metropolis import origin_for_tail
 from motiondb.scene.sampling.play import make_play
 from motiondb.scene.sampling.scene_chain import Chain, least_error
-from motiondb.scene.sampling.tempering import SamplerSettings
 
 from .test_sampling import ALONE, EXCHANGES, TOY, toy_play, toy_state
 
@@ -102,8 +102,8 @@ def test_worked_ratio_of_a_jump(wandering) -> None:
 
 
 def test_settings_refuse_what_cannot_be() -> None:
-    with pytest.raises(SceneError, match=r"expected ascending numbers above 0, found 1\.0, 0\.5"):
-        SamplerSettings(temperatures=(1.0, 0.5))
+    with pytest.raises(SceneError, match=r"chains, temperature: .* found 0 and 0\.15\. "):
+        SamplerSettings(chains=0)
     with pytest.raises(SceneError, match="shares: expected 6 numbers"):
         SamplerSettings(shares=(1.0,))
     with pytest.raises(SceneError, match=r"growth, recasting: .* sum to at most 1, found 0\.9 and"):

@@ -1,32 +1,29 @@
-"""Sampling a scene: several chains at different temperatures that exchange their scenes.
+"""Sampling a scene by simulated annealing: several chains, of which the best scene is kept.
 
-Chain n has the target P(Z)^(1/T_n). Between blocks of a fixed number of steps, chains of
-neighbouring temperatures exchange their scenes with probability
+A chain has the target P(Z)^(1/T). T begins high, where structures are found, and falls to a value
+far below 1, where they are refined: the aim is a scene of low error and not a fair sample, which at
+T = 1 has an error of about half a unit for every degree of freedom of the scene. The chains begin
+with scenes of their own and know nothing of one another. At the end the best scene of all is cooled
+to almost 0.
 
-    min(1, exp((E_n - E_(n+1)) (1/T_n - 1/T_(n+1)))),      E = -log P(Z)                     (11)
-
-Hot chains find structures, cold ones refine them. The lowest temperature is far below 1, because
-the aim is a scene of low error and not a fair sample, which at T = 1 has an error of about half a
-unit for every degree of freedom of the scene. All chains begin hotter and are cooled. Meanwhile
-exchanges use the final temperatures, so that low errors move to cold chains sooner than detailed
-balance would have it. At the end the best scene is cooled to almost 0.
+Chains at several temperatures that exchange their scenes (parallel tempering) had larger errors in
+the same processor time (docs/decisions/chains-without-exchanges.md).
 
 Each chain has its own random numbers, spawned from one generator, and blocks have fixed numbers of
 steps: the same seed gives the same bytes, whatever the threads do. This module has no clock.
 ``progress`` is called after every round, and may stop.
 
-Source: C. J. Geyer, "Markov chain Monte Carlo maximum likelihood", Proceedings of the 23rd
-Symposium on the Interface (1991); K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character
-Animation", Computer Graphics Forum 35 (2016), section 5.
+Source: S. Kirkpatrick, C. Gelatt and M. Vecchi, "Optimization by simulated annealing", Science 220
+(1983); K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+Forum 35 (2016), section 5.
 """
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -99,13 +96,12 @@ class SamplerSettings:
     they give.
     """
 
-    # Ascending, one chain each; a single one is a single chain
-    temperatures: tuple[float, ...] = (0.15, 0.2, 0.27, 0.36)
-    # Factor of all temperatures at the beginning. They come down evenly in logarithms; 1 for plain
-    # tempering
+    chains: int = 4  # Number of chains
+    temperature: float = 0.15  # The lowest
+    # Factor of the temperature at the beginning; from there it comes down evenly in logarithms
     heat: float = 15.0
-    warmth: float = 0.85  # Fraction of the rounds over which they come down
-    rounds: int = 70  # Number of blocks between exchanges
+    warmth: float = 0.85  # Fraction of the rounds over which it comes down
+    rounds: int = 70  # Number of blocks of every chain
     jumps: int = 25  # Structural jumps in a block
     inner: int = 200  # M, steps of the inner loop after each jump, before it is accepted
     steps: int = 200  # Steps with the structure fixed after each jump, accepted or not
@@ -122,11 +118,10 @@ class SamplerSettings:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        rising = all(a < b for a, b in zip(self.temperatures, self.temperatures[1:], strict=False))
-        if not self.temperatures or self.temperatures[0] <= 0.0 or not rising:
+        if not (self.chains >= 1 and self.temperature > 0.0):
             raise SceneError(
-                "temperatures: expected ascending numbers above 0, found"
-                f" {', '.join(map(str, self.temperatures)) or 'none'}. Try 0.15, 0.2, 0.3."
+                "chains, temperature: expected at least 1 chain, and a temperature above 0, found"
+                f" {self.chains} and {self.temperature:g}. Leave them out for the usual ones."
             )
         if len(self.shares) != len(KINDS) or min(self.shares) < 0.0 or sum(self.shares) <= 0.0:
             raise SceneError(
@@ -145,10 +140,10 @@ class SamplerSettings:
                 f" found {self.rounds} and {self.warmth:g}. Leave them out for the usual ones."
             )
 
-    def ladder(self, done: int) -> tuple[float, ...]:
-        """Return the temperatures after so many rounds."""
+    def temperature_after(self, done: int) -> float:
+        """Return the temperature after so many rounds."""
         left = max(0.0, 1.0 - done / (self.warmth * self.rounds))
-        return tuple(float(t * self.heat**left) for t in self.temperatures)
+        return float(self.temperature * self.heat**left)
 
     @property
     def sums(self) -> FloatArray:
@@ -162,7 +157,7 @@ class SamplerSettings:
 class Trace:
     """The course of the sampling."""
 
-    # (rounds + 1, chains): -log P(Z) with all prices, by temperature; row 0 is the start
+    # (rounds + 1, chains): -log P(Z) with all prices; row 0 is the start
     energies: FloatArray
     best: FloatArray  # (rounds + 1,): the lowest so far
     cooled: float  # The lowest after cooling
@@ -170,25 +165,6 @@ class Trace:
     # (chains, 3), int: by chain: proposed, refused as too long or too early, accepted
     jumps: IntArray
     steps: IntArray  # (kinds, 2), int: inner steps of all chains, proposed and accepted
-    exchanges: IntArray  # (chains - 1, 2), int: proposed and accepted, by temperature
-
-
-@dataclass
-class _Ladder:
-    """The chains by temperature; ``order[n]`` is the chain of temperature n."""
-
-    chains: list[Chain]
-    order: list[int]
-    exchanges: IntArray
-    temperatures: tuple[float, ...] = ()
-    groups: list[ClipGroups] = field(default_factory=list)
-
-    def heat(self, play: Play, temperatures: tuple[float, ...]) -> None:
-        """Set the temperatures."""
-        if temperatures != self.temperatures:
-            smooth = play.grammar.weights.smooth
-            self.groups = [tempered(play.groups, play.library, smooth, t) for t in temperatures]
-            self.temperatures = temperatures
 
 
 def sample(
@@ -202,27 +178,24 @@ def sample(
 
     `state`: Where to begin; by default every chain begins with a random scene of g_user = 0.
     """
-    *chain_rngs, exchanging, last = rng.spawn(len(settings.temperatures) + 2)
+    *chain_rngs, last = rng.spawn(settings.chains + 1)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in chain_rngs]
-    exchanges = np.zeros((len(chains) - 1, 2), np.int64)
-    ladder = _Ladder(chains, list(range(len(chains))), exchanges)
+    smooth = play.grammar.weights.smooth
     energies = [[chain.energy for chain in chains]]
     best = [min(energies[0])]
     since = 0
     with ThreadPoolExecutor(settings.threads) as pool:
         for done in range(1, settings.rounds + 1):
-            ladder.heat(play, settings.ladder(done - 1))
-            list(pool.map(partial(_block, ladder, settings), range(len(chains))))
-            energies.append([chains[c].energy for c in ladder.order])
+            temperature = settings.temperature_after(done - 1)
+            groups = tempered(play.groups, play.library, smooth, temperature)
+            list(pool.map(partial(_block, settings, temperature, groups), chains))
+            energies.append([chain.energy for chain in chains])
             best.append(min(chain.best for chain in chains))
-            exchange(
-                ladder.order, energies[-1], settings.temperatures, exchanging, ladder.exchanges
-            )
             since = 0 if best[-1] < 0.99 * best[-1 - since - 1] else since + 1
             if since >= settings.patience or (progress is not None and progress(done, best[-1])):
                 break
     cooled = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
-    return cooled.best_state, _trace(ladder, energies, best, cooled)
+    return cooled.best_state, _trace(chains, energies, best, cooled)
 
 
 def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
@@ -234,10 +207,9 @@ def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> 
     chain.walk(10, groups, 1.0, settings.sums)
 
 
-def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
-    """Run a block of the chain at temperature n."""
-    chain, groups = ladder.chains[ladder.order[n]], ladder.groups[n]
-    temperature, sums = ladder.temperatures[n], settings.sums
+def _block(settings: SamplerSettings, temperature: float, groups: ClipGroups, chain: Chain) -> None:
+    """Run a block of a chain."""
+    sums = settings.sums
     kinds = [settings.growth, settings.growth + settings.recasting]
     for _ in range(settings.jumps):
         kind = min(bisect_right(kinds, float(chain.rng.random())), 2)
@@ -250,35 +222,13 @@ def _block(ladder: _Ladder, settings: SamplerSettings, n: int) -> None:
         chain.note_best()
 
 
-def exchange(
-    order: list[int],
-    energies: Sequence[float],
-    temperatures: Sequence[float],
-    rng: np.random.Generator,
-    counts: IntArray,
-) -> None:
-    """Exchange the scenes of neighbouring temperatures by (11), from the hottest pair down.
-
-    Shapes: `counts` (chains - 1, 2), int.
-    """
-    by_temperature = list(energies)
-    for n in range(len(order) - 2, -1, -1):
-        cold, hot = by_temperature[n], by_temperature[n + 1]
-        gain = (cold - hot) * (1.0 / temperatures[n] - 1.0 / temperatures[n + 1])
-        counts[n, 0] += 1
-        if gain >= 0.0 or rng.random() < math.exp(gain):
-            counts[n, 1] += 1
-            order[n], order[n + 1] = order[n + 1], order[n]
-            by_temperature[n], by_temperature[n + 1] = hot, cold
-
-
 def _cooled(
     play: Play, state: SceneState, settings: SamplerSettings, rng: np.random.Generator
 ) -> Chain:
     """Return a chain that has cooled a scene with its structure fixed."""
     chain = Chain(play, state, rng)
     n, smooth = max(2, settings.cooling // 5000), play.grammar.weights.smooth
-    for t in np.geomspace(settings.temperatures[0], 0.01, n):
+    for t in np.geomspace(settings.temperature, 0.01, n):
         groups = tempered(play.groups, play.library, smooth, float(t))
         chain.walk(settings.cooling // n, groups, float(t), settings.sums)
         chain.assign_all()
@@ -286,9 +236,11 @@ def _cooled(
     return chain
 
 
-def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], cooled: Chain) -> Trace:
-    jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in ladder.chains]
-    steps = np.sum([chain.jumps.steps for chain in ladder.chains], axis=0)
+def _trace(
+    chains: Sequence[Chain], energies: list[list[float]], best: list[float], cooled: Chain
+) -> Trace:
+    jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in chains]
+    steps = np.sum([chain.jumps.steps for chain in chains], axis=0)
     delays = Prices(delay=cooled.play.prices.delay)
     return Trace(
         np.array(energies),
@@ -297,14 +249,13 @@ def _trace(ladder: _Ladder, energies: list[list[float]], best: list[float], cool
         Chain(replace(cooled.play, prices=delays), cooled.best_state, cooled.rng).energy,
         np.array(jumps, dtype=np.int64),
         steps,
-        ladder.exchanges,
     )
 
 
 # From the scene of one diagram to a first scene of a changed diagram.
 
 WARM = SamplerSettings(
-    temperatures=(0.15,),
+    chains=1,
     heat=1.0,
     rounds=4,
     jumps=4,
