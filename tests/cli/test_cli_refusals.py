@@ -120,7 +120,7 @@ def test_names_that_are_too_long_for_files_are_refused(
     monkeypatch.setenv("MOTIONDB", str(learned_file))
     ended = command(*words)
     assert ended.code in (1, 2)
-    assert ended.err.startswith("error: ")
+    assert ended.err.lstrip().startswith("error: ")
 
 
 PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
