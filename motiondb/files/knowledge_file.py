@@ -34,7 +34,7 @@ import numpy as np
 
 from motiondb.errors import KnowledgeError
 from motiondb.files.json_text import JSONError, parse_json, to_record
-from motiondb.files.safe_files import read_bounded, whole_file
+from motiondb.files.safe_files import output_file, read_bounded
 from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.knowledge import APART, MOST_WORDS, Knowledge, Origin, array_faults
 from motiondb.records import FloatArray
@@ -64,14 +64,8 @@ class _Header:
 def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
     """Write knowledge; the file appears whole or not at all."""
     path = Path(path)
-    try:
-        with whole_file(path) as draft:
-            draft.write_bytes(to_bytes(knowledge))
-    except OSError as error:
-        raise KnowledgeError(
-            f"{path}: expected a file that can be written, found: {error.strerror}. "
-            "Choose another place."
-        ) from None
+    with output_file(path, KnowledgeError) as draft:
+        draft.write_bytes(to_bytes(knowledge))
     return path
 
 

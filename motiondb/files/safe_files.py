@@ -21,12 +21,13 @@ import os
 import re
 import stat
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
-from motiondb.errors import StoreError
+from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.enclosed import check_inside, open_inside
 
 _LONGEST = 120
@@ -118,6 +119,11 @@ def check_output(path: Path) -> None:
         _refuse_other_kinds(path.stat().st_mode, False)
 
 
+check_replacing: ContextVar[Callable[[Path, Path], None]] = ContextVar(
+    "called with a file and the draft that would replace it", default=lambda _path, _draft: None
+)
+
+
 @contextmanager
 def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
@@ -136,9 +142,24 @@ def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     try:
         delete_all(draft, log_of(draft))  # of an earlier process of the same number
         yield draft
+        if not is_cache:
+            check_replacing.get()(path, draft)
         draft.replace(path)
     finally:
         delete_all(draft, log_of(draft))
+
+
+@contextmanager
+def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterator[Path]:
+    """Yield a draft as :func:`whole_file`; an error of the system becomes one of motiondb."""
+    try:
+        with whole_file(path) as draft:
+            yield draft
+    except OSError as error:
+        raise kind(
+            f"{path}: expected a file that can be written, found: {error.strerror or error}. "
+            "Check the folder and the room on its disk."
+        ) from None
 
 
 def delete_all(*files: Path) -> None:
@@ -239,6 +260,10 @@ def plain_name(path: Path) -> str:
 
 def check_file_name(path: Path) -> None:
     """Refuse the name of a database that the system cannot have, or of a database's log."""
+    if not path.name:  # "", "." and "/"
+        raise StoreError(
+            f"{path}: expected a database of motiondb, found a folder. Name another file with --db."
+        )
     if ".wal" in path.suffixes:
         raise StoreError(
             f"{path}: expected the name of a database, found that of a database's log. "

@@ -115,7 +115,7 @@ def fit_description_map(
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
     numbers, sizes = np.unique(groups, return_inverse=True, return_counts=True)[1:]
-    omega = sizes[numbers] ** -0.5
+    omega = np.asarray(sizes[numbers] ** -0.5, dtype=np.float64)
     omega /= omega.mean()
     target = unit(presence.astype(np.float64))
     centres = vectors[_centre_rows(numbers)]

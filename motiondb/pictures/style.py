@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.safe_files import whole_file
+from motiondb.files.own_files import WRITER
+from motiondb.files.safe_files import output_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -133,8 +134,8 @@ def save_png(figure: Figure, path: str | Path) -> Path:
             f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
             "Pictures are written as PNG."
         )
-    with _whole_picture(path) as draft, drawing():
-        figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    with output_file(path) as draft, drawing():
+        figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": WRITER})
     return path
 
 
@@ -151,7 +152,7 @@ def check_gif(path: str | Path) -> Path:
 
 def save_gif(images: Sequence[Image], path: Path) -> Path:
     """Write images, one every ``FRAME_SECONDS``, as a GIF that repeats endlessly."""
-    with _whole_picture(path) as draft:
+    with output_file(path) as draft:
         images[0].save(
             draft,
             format="GIF",
@@ -160,18 +161,6 @@ def save_gif(images: Sequence[Image], path: Path) -> Path:
             duration=round(1000 * FRAME_SECONDS),
             loop=0,
             optimize=False,
+            comment=WRITER.encode(),
         )
     return path
-
-
-@contextmanager
-def _whole_picture(path: Path) -> Iterator[Path]:
-    """Yield a draft of the file; it is renamed at the end, or removed after an error."""
-    try:
-        with whole_file(path) as draft:
-            yield draft
-    except OSError as error:
-        raise MotionDBError(
-            f"{path}: expected a file that can be written, found: {error.strerror or error}. "
-            "Check the folder and the room on its disk."
-        ) from None

@@ -49,7 +49,7 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
 
 def test_sentences_follow_one_another_for_a_wanted_time(command: Any, copy: Path) -> None:
     words = ("grammar", "generate", "fight", "-o", "long.bvh", "--seconds", 40, "--db", copy)
-    ended = command(*words)
+    ended = command(*words, "--save", "new/long")
     assert ended.code == 0, ended.err
     assert re.search(r"\d+ sentences follow one another, each drawn by itself; a chain", ended.out)
     ended = command(*words, "--length", 8)

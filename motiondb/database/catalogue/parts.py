@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import files
-from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.safe_files import whole_file
+from motiondb.errors import QueryError
+from motiondb.files.safe_files import output_file
 from motiondb.records import MOTION_FPS, Clip, Motion
 
 
@@ -80,11 +80,6 @@ def write_clip(clip: Clip, path: Path) -> Path:
 
 def write_bytes(path: Path, data: bytes) -> Path:
     """Write a file as a whole or not at all."""
-    try:
-        with whole_file(path) as draft:
-            draft.write_bytes(data)
-    except OSError as error:
-        raise MotionDBError(
-            f"{path}: expected a file that can be written, found {error.strerror}."
-        ) from None
+    with output_file(path) as draft:
+        draft.write_bytes(data)
     return path

@@ -14,7 +14,7 @@ from motiondb import files, store
 from motiondb.body import retarget
 from motiondb.database.catalogue.file_reading import read_stored
 from motiondb.errors import MotionDBError, StoreError
-from motiondb.files.safe_files import check_file_name, log_of, whole_file
+from motiondb.files.safe_files import check_file_name, log_of, output_file
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion, Run
 
 
@@ -49,6 +49,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         Nothing of the file can be read, or the output is there already.
     """
     path, output = Path(path), Path(output)
+    check_file_name(path)
     check_file_name(output)
     if not output.parent.is_dir():
         raise StoreError(
@@ -62,7 +63,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
     draft = output
     with store.opened_damaged(path, wait=wait) as (damaged, lost):
         try:
-            with whole_file(output) as draft:
+            with output_file(output, StoreError) as draft:
                 with store.open_store(draft) as new:
                     report = _save_all(damaged, new, output, lost)
                 if log_of(draft).exists():  # not in the file, which would lack it under its name
@@ -77,11 +78,6 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
                     )
         except StoreError as error:  # the draft's name would tell nobody anything
             raise StoreError(str(error).replace(str(draft), str(output))) from error
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise StoreError(
-                f"{output}: expected a file that can be written, found {reason}."
-            ) from error
     return report
 
 

@@ -5,8 +5,10 @@ last one when the database is closed. After a kill the log stays, and the file a
 log holds. Nothing of DuckDB's in the file tells so. Therefore the row ``log`` of the table ``meta``
 says ``open`` in the file itself, by a checkpoint before the first change of an opening, and is
 empty again once the file was closed. From the mark on there is always a log: a checkpoint of
-DuckDB's own deletes it, so the mark is then written anew. A file that says ``open`` and has no log
-beside it was moved or copied without it, or its program was killed within these milliseconds.
+DuckDB's own deletes it, so the mark is then written anew, with another value, since DuckDB logs no
+change to the same one. Between the first checkpoint and the log that follows, an empty file
+``.PATH.marking`` stands for the log, so that a kill at that moment is not taken for a loss. A file
+that says ``open`` and has neither beside it was moved or copied without its log.
 """
 
 from __future__ import annotations
@@ -17,11 +19,14 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import log_of
+from motiondb.files.safe_files import delete_all, log_of
 from motiondb.store.connection.faults import translate
 from motiondb.store.connection.statements import Connection
 
-_OPEN = "UPDATE meta SET value = 'open' WHERE key = 'log'"
+_OPEN = (
+    "UPDATE meta SET value = CASE value WHEN 'open' THEN 'still open' ELSE 'open' END "
+    "WHERE key = 'log'"
+)
 _CLOSED = "UPDATE meta SET value = '' WHERE key = 'log' AND value <> ''"
 
 
@@ -31,6 +36,8 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
     A thread's own connection may hold an answer that was not fetched to its end, and cannot make a
     checkpoint; the connection that all others come from never does.
     """
+    with suppress(OSError):  # a full disk, which the next sentences tell
+        _marking(path).touch()
     try:
         root.execute("INSERT OR REPLACE INTO meta VALUES ('log', 'open')")
         root.execute("CHECKPOINT")
@@ -47,6 +54,8 @@ def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:
     if not log_of(path).exists():
         with suppress(duckdb.Error):  # the change itself is saved
             root.execute(_OPEN)
+    if log_of(path).exists():
+        delete_all(_marking(path))
 
 
 def clear_mark(root: duckdb.DuckDBPyConnection) -> None:
@@ -61,7 +70,13 @@ def is_log_missing(connection: Connection) -> bool:
         rows = connection.execute("SELECT value FROM meta WHERE key = 'log'").fetchall()
     except StoreError:  # a damaged file, which is told elsewhere
         return False
-    return bool(rows and rows[0][0]) and not log_of(connection.path).exists()
+    beside = (log_of(connection.path), _marking(connection.path))
+    return bool(rows and rows[0][0]) and not any(path.exists() for path in beside)
+
+
+def _marking(path: Path) -> Path:
+    """The file that stands for the log while the mark is set."""
+    return path.with_name(f".{path.name}.marking")
 
 
 def missing_sentence(path: Path) -> str:

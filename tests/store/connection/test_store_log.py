@@ -105,6 +105,35 @@ def test_there_is_a_log_from_the_first_change_on(tmp_path: Path) -> None:
         assert "expected its log copy.duckdb.wal beside it" in lacking.log_note
 
 
+_REFUSED = """
+import os, signal, sys
+from motiondb import store
+database = store.open_store(sys.argv[1])
+try:
+    with store.transaction(database):
+        raise ValueError
+except ValueError:
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+_IN_BETWEEN = f"""
+import os, signal
+from motiondb.store.connection import log_mark
+log_mark.keep_log = lambda *_of: os.kill(os.getpid(), signal.SIGKILL)
+{_KILLED}
+"""
+
+
+@pytest.mark.parametrize("program", [_REFUSED, _IN_BETWEEN], ids=["refused", "in between"])
+def test_a_kill_that_lost_nothing_is_not_told(tmp_path: Path, program: str) -> None:
+    path = tmp_path / "m.duckdb"
+    subprocess.run([sys.executable, "-c", program, str(path)], check=False)
+    with store.open_store(path, read_only=True) as database:
+        assert store.check_store(database) == []
+    with store.open_store(path) as database:
+        store.save_synonyms(database, {"jog": "run"})
+    assert [file.name for file in tmp_path.iterdir()] == ["m.duckdb"]
+
+
 @pytest.mark.parametrize("ending", ["", "\ndel database"])
 def test_a_program_that_does_not_close_the_file_leaves_no_mark(tmp_path: Path, ending: str) -> None:
     program = _KILLED.replace("os.kill(os.getpid(), signal.SIGKILL)", ending)
