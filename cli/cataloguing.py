@@ -2,36 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Commands,
-    Db,
-    Exact,
-    From,
-    Html,
-    Json,
-    Png,
-    To,
-    Where,
-    database,
-    finite,
-)
-from motiondb.cli.printing import (
-    note_drift,
-    note_filter,
-    print_json,
-    print_notes,
-    print_problems,
-    print_table,
-    progress,
-    refuse,
-    write_html,
-)
+from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
     from motiondb import Relation
@@ -48,12 +25,15 @@ def register(app: typer.Typer) -> None:
     app.command()(show)
     app.command()(export)
     app.command()(remove)
-    fetching = Commands(help="Download captures from public databases.", no_args_is_help=True)
+    fetching = options.Commands(
+        help="Download captures from public databases.", no_args_is_help=True
+    )
     fetching.command("cmu")(fetch_cmu)
     app.add_typer(fetching, name="fetch")
 
 
 def add(
+    shared: options.Shared,
     folder: Annotated[Path, typer.Argument(help="A folder with captures, or one capture file.")],
     words: Annotated[
         Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")
@@ -68,7 +48,7 @@ def add(
             "--fps",
             min=1.0,
             max=10_000.0,
-            callback=finite,
+            callback=options.finite,
             help="Frames per second, in place of the rates in the files.",
         ),
     ] = None,
@@ -91,7 +71,7 @@ def add(
             "--time-limit",
             min=0.1,
             max=1e6,
-            callback=finite,
+            callback=options.finite,
             help="Seconds allowed for a file of up to 10 MB; larger files get proportionally more.",
         ),
     ] = 60.0,
@@ -101,18 +81,18 @@ def add(
             "--memory-limit",
             min=0.01,
             max=1e4,
-            callback=finite,
+            callback=options.finite,
             help="Largest size in memory of the clip of a file, in gigabytes.",
         ),
     ] = 0.4,
     jobs: Annotated[
         int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
     ] = 2,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import AddSettings, ReadLimits, read_joint_map, unit_from_name
+    from motiondb.answers.catalogue import AddAnswer
+    from motiondb.answers.plain import extended
 
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
@@ -124,32 +104,33 @@ def add(
         keep_implausible=keep_implausible,
         outside_skeletons=outside_skeletons,
     )
-    with database(db, writing=True, create=True) as base, progress(not json) as tell:
+    with (
+        shared.database(writing=True, create=True) as base,
+        printing.progress(shared) as tell,
+    ):
         report = base.add(folder, words, settings, tell, events)
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
-    if json:
-        print_json(vars(report) | {"captures": total, "drift": drift})
-    else:
-        typer.echo(
+    if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
+        printing.say(
             f"{len(report.added)} captures added ({report.seconds:.0f} s of motion), "
             f"{len(report.known)} already there, {len(report.problems)} problems; "
-            f"{total} captures in {db}."
+            f"{total} captures in {shared.db}."
         )
         if report.counted:
-            typer.echo(f"  {report.counted} of them can be searched now")
+            printing.say(f"  {report.counted} of them can be searched now")
         if report.events:
-            typer.echo(f"  {report.events} events added with them")
+            printing.say(f"  {report.events} events added with them")
         _note_performers(report.without_performer)
         for relation in report.relations:
-            typer.echo(f"  {_relation(relation)}")
+            printing.say(f"  {_relation(relation)}")
         for name, known in report.known:
             if name != known:
-                typer.echo(f"  {name} is the same file as {known}")
-        print_notes(report.notes)
-        note_drift(drift)
+                printing.say(f"  {name} is the same file as {known}")
+        printing.print_notes(report.notes)
+        printing.note_drift(drift)
         _offer_start(wordless)
-    refuse(report.problems)
+    printing.refuse(report.problems)
 
 
 def _offer_start(wordless: bool) -> None:
@@ -157,7 +138,7 @@ def _offer_start(wordless: bool) -> None:
     from motiondb import shipped_starts
 
     for start in shipped_starts() if wordless else ():
-        typer.echo(
+        printing.say(
             f"  no captions were added: motiondb learn --start {start['name']} provides "
             f"{start['words']} words, learned from {start['captions']} described captures of "
             f"others; then search, describe and generate work"
@@ -167,7 +148,7 @@ def _offer_start(wordless: bool) -> None:
 def _note_performers(count: int) -> None:
     """Print how captures without a given performer are grouped."""
     if count:
-        typer.echo(
+        printing.say(
             f"  no performer is given for {count} of them. Captures of one folder count as one "
             f"performer; in a single folder, captures whose names differ only in the last number "
             f"do. Give performers in the column `performer` of a sheet (motiondb words import "
@@ -184,30 +165,29 @@ def _relation(relation: Relation) -> str:
 
 
 def list_captures(
-    where: Where = "",
+    shared: options.Shared,
+    where: options.Where = "",
     limit: Annotated[
         int | None, typer.Option("--limit", min=1, help="Largest number of captures.")
     ] = None,
     duplicates: Annotated[
         bool, typer.Option("--duplicates", help="List groups of copies, cuts and mirror images.")
     ] = False,
-    exact: Exact = False,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    exact: options.Exact = False,
 ) -> None:
     """List the captures, or with --duplicates the groups that repeat one another."""
+    from motiondb import listed_capture
+
     if duplicates:
-        _list_duplicates(where, limit, db, json)
+        _list_duplicates(shared, where, limit)
         return
-    with database(db) as base:
+    with shared.database() as base:
         infos = base.captures(where, exact)
-        note_filter(base, where, exact)
+        printing.note_filter(base, where, exact)
         captions = base.all_captions()
     shown = infos[:limit]
-    if json:
-        from motiondb import listed_capture
-
-        print_json([listed_capture(i, captions.get(i.capture_id, ())) for i in shown])
+    rows_of_json = (listed_capture(i, captions.get(i.capture_id, ())) for i in shown)
+    if printing.as_json(shared, rows_of_json):
         return
     rows = [
         [
@@ -220,17 +200,16 @@ def list_captures(
         ]
         for i in shown
     ]
-    print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
+    printing.print_table("", ["capture", "seconds", "fps", "format", "performer", "words"], rows)
     fewer = f", {len(shown)} shown" if len(shown) < len(infos) else ""
-    typer.echo(f"{len(infos)} captures{fewer}")
+    printing.say(f"{len(infos)} captures{fewer}")
 
 
-def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> None:
-    with database(db) as base:
+def _list_duplicates(shared: options.Shared, where: str, limit: int | None) -> None:
+    with shared.database() as base:
         infos = {info.name: info for info in base.captures()}
         groups = base.duplicates(where)
-    if json:
-        print_json(groups[:limit])
+    if printing.as_json(shared, groups[:limit]):
         return
     rows = [
         [
@@ -242,29 +221,34 @@ def _list_duplicates(where: str, limit: int | None, db: Path, json: bool) -> Non
         for number, group in enumerate(groups[:limit], start=1)
         for name in group.captures
     ]
-    print_table("", ["group", "capture", "seconds", "repeats"], rows)
+    printing.print_table("", ["group", "capture", "seconds", "repeats"], rows)
     extra = sum(len(group.captures) - 1 for group in groups)
-    typer.echo(f"{len(groups)} groups, {extra} captures repeat others")
+    printing.say(f"{len(groups)} groups, {extra} captures repeat others")
 
 
 def show(
+    shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    png: Png = None,
+    png: options.Png = None,
     gif: Annotated[
-        Path | None, typer.Option("--gif", help="Write an animation to this file (.gif).")
+        Path | None,
+        typer.Option(
+            "--gif",
+            callback=options.output_name,
+            help="Write an animation to this file (.gif).",
+        ),
+        options.WRITTEN,
     ] = None,
-    start: From = None,
-    end: To = None,
-    html: Html = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    start: options.From = None,
+    end: options.To = None,
+    html: options.Html = None,
 ) -> None:
     """Show one capture: its properties, symbols, activities and words.
 
     --png draws a strip of figures with timelines. --gif animates the capture, or the part from
     --from to --to.
     """
-    with database(db) as base:
+    with shared.database() as base:
         facts = base.show(name)
         if png:
             base.draw(name, png)
@@ -273,16 +257,17 @@ def show(
         if html:
             from motiondb import StandalonePage
 
-            write_html(html, StandalonePage.of_capture(base, name))
-    pictures = {k: str(file) for k, file in (("png", png), ("gif", gif)) if file}
-    if json:
-        print_json(facts | pictures)
+            printing.write_html(html, StandalonePage.of_capture(base, name))
+    if printing.as_json(shared, replace(facts, png=png, gif=gif)):
         return
-    for key, value in facts.items():
+    shown: dict[str, Any] = {}
+    for key, value in vars(facts).items():
+        shown |= value if key == "tags" else {key: value}
+    for key, value in shown.items():
         for line in _lines(key, value):
-            typer.echo(line)
-    for file in pictures.values():
-        typer.echo(f"picture:      {file}")
+            printing.say(line)
+    for file in filter(None, (png, gif)):
+        printing.say(f"picture:      {file}")
 
 
 def _lines(key: str, value: Any) -> list[str]:  # noqa: ANN401  a fact may be of any type
@@ -309,40 +294,39 @@ def _flat(value: dict[str, object]) -> str:
 
 
 def export(
+    shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
-    start: From = None,
-    end: To = None,
+    output: options.Output,
+    start: options.From = None,
+    end: options.To = None,
     canonical: Annotated[
         bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
     ] = False,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Write a capture to a file; in its original format, the file is the added one."""
-    with database(db) as base:
+    from motiondb.answers.catalogue import Exported
+
+    with shared.database() as base:
         path = base.export(name, output, start, end, canonical)
-    if json:
-        print_json({"capture": name, "output": str(path)})
-    else:
-        typer.echo(f"{name} written to {path}")
+    if not printing.as_json(shared, Exported(name, path)):
+        printing.say(f"{name} written to {path}")
 
 
 def remove(
+    shared: options.Shared,
     names: Annotated[list[str], typer.Argument(metavar="CAPTURE...", help="Names of captures.")],
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Remove captures from the database: all named ones, or none."""
-    with database(db, writing=True) as base:
+    from motiondb.answers.catalogue import Removed
+
+    with shared.database(writing=True) as base:
         gone = base.remove(names)
-    if json:
-        print_json({"removed": gone})
-    else:
-        typer.echo(f"removed {', '.join(gone)}")
+    if not printing.as_json(shared, Removed(gone)):
+        printing.say(f"removed {', '.join(gone)}")
 
 
 def fetch_cmu(
+    shared: options.Shared,
     subjects: Annotated[
         str, typer.Option("--subjects", help="Numbers of subjects, such as 14,16.")
     ],
@@ -362,22 +346,20 @@ def fetch_cmu(
             "--deadline",
             min=1.0,
             max=1e6,
-            callback=finite,
+            callback=options.finite,
             help="Seconds for the whole download.",
         ),
     ] = 21_600.0,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Download captures and captions of the CMU Graphics Lab database, and add them."""
     import motiondb
     from motiondb import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings
 
-    typer.echo(CMU_TERMS, err=True)
+    printing.warn(*CMU_TERMS.split("\n"))
     if not yes and not typer.confirm("Do you accept these terms?", err=True):
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
-    with progress(not json) as tell:
+    with printing.progress(shared) as tell:
         settings = FetchSettings(base_url or CMU_URL, limits=FetchLimits(seconds=deadline))
         report = motiondb.fetch_cmu(
             wanted,
@@ -386,15 +368,13 @@ def fetch_cmu(
             accept_terms=True,
             on_progress=lambda p: tell("fetching", p.number, p.n_files),
         )
-    if json:
-        print_json(report)
-    else:
-        typer.echo(
+    if not printing.as_json(shared, report):
+        printing.say(
             f"{len(report.fetched)} files fetched into {folder}, "
             f"{len(report.skipped)} there already"
         )
-    print_problems([f"{file}: {reason}" for file, reason in report.refused])
+    printing.print_problems([f"{file}: {reason}" for file, reason in report.refused])
     if not only_fetch and report.sheet.exists():
-        add(folder, report.sheet, db=db, json=json)
+        add(shared, folder, report.sheet)
     if report.refused:
         raise typer.Exit(1)

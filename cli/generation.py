@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Exact, Html, Json, Png, Seed, database
-from motiondb.cli.printing import (
-    note_sources,
-    note_taken,
-    print_json,
-    print_question,
-    print_sources,
-    progress,
-    write_html,
-)
+from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
     from motiondb import Generated, JudgedAction
+    from motiondb.answers.making import WrittenMotion
 
 FPS = 30.0  # Frames per second of generated motion
 
@@ -31,11 +24,12 @@ def register(app: typer.Typer) -> None:
 
 
 def generate(
+    shared: options.Shared,
     words: Annotated[str, typer.Argument(help='A sentence, such as "a person walks then kicks".')],
-    output: Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf.")],
-    seed: Seed = 0,
+    output: options.Output,
+    seed: options.Seed = 0,
     method: Annotated[str, typer.Option("--method", help="stitched or trajectory.")] = "stitched",
-    exact: Exact = False,
+    exact: options.Exact = False,
     anyway: Annotated[
         bool,
         typer.Option("--anyway", help="Generate the nearest motion if no capture shows an action."),
@@ -46,17 +40,18 @@ def generate(
     save: Annotated[
         str | None, typer.Option("--save", help="Also save it as a capture of this name.")
     ] = None,
-    png: Png = None,
-    html: Html = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    png: options.Png = None,
+    html: options.Html = None,
 ) -> None:
     """Generate a motion from a sentence, and say which of its actions the motion shows.
 
     A file beside it names its sources. The exit code is 1 if an action is not shown, or cannot be
     confirmed.
     """
-    with database(db, writing=save is not None) as base, progress(not json) as tell:
+    with (
+        shared.database(writing=save is not None) as base,
+        printing.progress(shared) as tell,
+    ):
         tell("generating", 0.0, 1.0)
         names = _numbered(variants, output, save, png)
         for _, name, _ in names:
@@ -65,20 +60,19 @@ def generate(
         motions = base.generate_variants(words, variants, seed, method, exact, anyway)
         facts = []
         for number, (made, (path, name, picture)) in enumerate(zip(motions, names), 1):
-            facts.append(made.write(path))
-            if name is not None:
-                base.save_generated(name, words, made, made.seed)
-                facts[-1]["capture"] = name
+            facts.append(replace(made.write(path), capture=name))
             if picture is not None:
                 made.draw(picture)
             if html is not None:
                 from motiondb import StandalonePage
 
-                page = html if variants == 1 else _numbered_path(html, number)
-                write_html(page, StandalonePage.of_generated(base, made, name or ""))
-    note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
-    note_sources(motions[0].sources)
-    _print_generated(motions, facts, json, variants)
+                page = html if variants == 1 else options.numbered(html, number)
+                printing.write_html(page, StandalonePage.of_generated(base, made, name or ""))
+            if name is not None:  # last, so that nothing is saved if a file cannot be written
+                base.save_generated(name, words, made, made.seed)
+    printing.note_taken(motions[0].taken, motions[0].suggested, motions[0].unknown)
+    printing.note_sources(motions[0].sources)
+    _print_generated(shared, motions, facts, variants)
     if not all(made.shows_all for made in motions):
         raise typer.Exit(1)
 
@@ -91,30 +85,33 @@ def _numbered(
         return [(output, save, png)]
     return [
         (
-            _numbered_path(output, n),
+            options.numbered(output, n),
             None if save is None else f"{save}-{n}",
-            None if png is None else _numbered_path(png, n),
+            None if png is None else options.numbered(png, n),
         )
         for n in range(1, number + 1)
     ]
 
 
 def _print_generated(
-    motions: Sequence[Generated], facts: Sequence[dict[str, Any]], json: bool, asked: int
+    shared: options.Shared,
+    motions: Sequence[Generated],
+    facts: Sequence[WrittenMotion],
+    asked: int,
 ) -> None:
     """Print the motions as text, or as JSON: one object, or ``variants`` if more were asked for."""
+    from motiondb.answers.making import Variants
+
     first = motions[0]
-    if json:
-        shown = all(made.shows_all for made in motions)
-        several = {"shown": shown, "asked": asked, "variants": list(facts)}
-        print_json(facts[0] if asked == 1 else several)
+    several = Variants(all(made.shows_all for made in motions), asked, list(facts))
+    if printing.as_json(shared, facts[0] if asked == 1 else several):
         return
     not_used = {left: None for made in motions for left in made.not_used}
-    print_question(first.question, list(not_used), "generation")
+    printing.print_question(first.question, list(not_used), "generation")
     for made, one in zip(motions, facts):
         _print_one(made, one)
     if len(motions) < asked:
-        typer.echo(_say_fewer(len(motions), asked, motions[-1].took_all_places))
+        printing.say(_say_fewer(len(motions), asked, motions[-1].took_all_places))
 
 
 def _say_fewer(number: int, asked: int, took_all_places: bool) -> str:
@@ -129,19 +126,19 @@ def _say_fewer(number: int, asked: int, took_all_places: bool) -> str:
     return f"{number} of {asked} written: {why}"
 
 
-def _print_one(made: Generated, facts: dict[str, Any]) -> None:
-    typer.echo(
-        f"{facts['seconds']:.2f} s of motion written to {facts['output']} "
+def _print_one(made: Generated, facts: WrittenMotion) -> None:
+    printing.say(
+        f"{facts.seconds:.2f} s of motion written to {facts.output} "
         f"({made.method}, seed {made.seed})"
     )
     for line in made.decided:
-        typer.echo(f"  {line}")
+        printing.say(f"  {line}")
     for shown in made.shown:
-        typer.echo(f"  {_say_shown(shown)}")
+        printing.say(f"  {_say_shown(shown)}")
         for line in shown.done:
-            typer.echo(f"      {line}")
-    print_sources(made.facts().sources)
-    typer.echo(f"every frame's origin: {facts['provenance']}")
+            printing.say(f"      {line}")
+    printing.print_sources(facts.sources)
+    printing.say(f"every frame's origin: {facts.provenance}")
 
 
 def _say_shown(one: JudgedAction) -> str:
@@ -154,8 +151,3 @@ def _say_shown(one: JudgedAction) -> str:
     return f"{place}{' '.join(one.words)}: {said}{sure}{why}" + (
         f"; looks like {looks}" if looks else ""
     )
-
-
-def _numbered_path(path: Path, n: int) -> Path:
-    """Path of the nth variant: NAME-n with the same ending."""
-    return path.with_name(f"{path.stem}-{n}{path.suffix}")

@@ -7,17 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Commands,
-    Db,
-    GrammarName,
-    Json,
-    Seed,
-    database,
-    picture_name,
-)
-from motiondb.cli.printing import print_json, print_table, progress, say_word
+from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
     from motiondb import GrammarAnswer, GrammarSize
@@ -27,7 +17,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the app."""
     from motiondb.cli import parsing, sequences
 
-    group = Commands(
+    group = options.Commands(
         help="Grammars of movement: learn from long takes, parse, suggest, generate, edit.",
         no_args_is_help=True,
     )
@@ -42,6 +32,7 @@ def register(app: typer.Typer) -> None:
 
 
 def learn(
+    shared: options.Shared,
     captures: Annotated[
         list[str],
         typer.Argument(metavar="CAPTURE...", help="Names of captures, preferably long takes."),
@@ -75,12 +66,12 @@ def learn(
     longest: Annotated[
         int, typer.Option("--longest", min=1, help="Largest number of terminals of a sentence.")
     ] = 20,
-    seed: Seed = 0,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    seed: options.Seed = 0,
 ) -> None:
     """Learn a grammar from captures: segments, terminals, sentences, rules."""
     from motiondb import GrammarSettings, QueryError
+    from motiondb.answers.grammars import GrammarLearnedAnswer
+    from motiondb.answers.plain import extended
 
     if from_symbols and terminals is not None:
         raise QueryError(
@@ -95,14 +86,13 @@ def learn(
         shortest=shortest,
         longest=longest,
     )
-    with database(db, writing=True) as base, progress(not json) as tell:
+    with shared.database(writing=True) as base, printing.progress(shared) as tell:
         learned, lost = base.grammars.learn(captures, name, settings, tell)
         facts = base.grammars.show(learned.name)
         size = base.grammars.size(learned.name)
-    if json:
-        print_json(vars(facts) | {"no_longer_editable": lost})
+    if printing.as_json(shared, extended(GrammarLearnedAnswer, facts, no_longer_editable=lost)):
         return
-    typer.echo(summary(size))
+    printing.say(summary(size))
     _say_list(facts)
     _say_lost(lost)
 
@@ -124,78 +114,75 @@ def _counted(n: int, what: str) -> str:
 def _say_list(facts: GrammarAnswer) -> None:
     """Print a note if the grammar only lists its sentences, with advice."""
     if not facts.derives_new:
-        typer.echo(
+        printing.warn(
             f"note: {facts.grammar} only lists its sentences and derives nothing new. More"
             " captures of the same activity, another number of kinds of action (--terminals) or"
             " shorter sentences (--longest) may give it rules.",
-            err=True,
         )
 
 
 def _say_lost(lost: list[str]) -> None:
     if lost:
-        typer.echo(
+        printing.warn(
             f"note: {', '.join(lost)} can no longer be edited: the grammar that derived "
             f"{'it' if len(lost) == 1 else 'them'} was removed",
-            err=True,
         )
 
 
-def list_grammars(db: Db = DEFAULT_DB, json: Json = False) -> None:
+def list_grammars(shared: options.Shared) -> None:
     """List the grammars."""
     from motiondb import grammar_row
 
-    with database(db) as base:
+    with shared.database() as base:
         sizes = base.grammars.sizes()
-    if json:
-        print_json([grammar_row(size) for size in sizes])
+    if printing.as_json(shared, [grammar_row(size) for size in sizes]):
         return
     if not sizes:
-        typer.echo("no grammars yet: motiondb grammar learn CAPTURE...")
+        printing.say("no grammars yet: motiondb grammar learn CAPTURE...")
     for size in sizes:
-        typer.echo(summary(size))
+        printing.say(summary(size))
 
 
 def show(
-    name: GrammarName,
+    shared: options.Shared,
+    name: options.GrammarName,
     png: Annotated[
         Path | None,
         typer.Option(
             "--png",
-            callback=picture_name,
+            callback=options.picture_name,
             help="Draw the trees of the sentences into this file (.png).",
         ),
+        options.WRITTEN,
     ] = None,
     strings: Annotated[
         Path | None,
         typer.Option(
             "--strings",
-            callback=picture_name,
+            callback=options.picture_name,
             help="Draw terminals, and captures as strings, into this file (.png).",
         ),
+        options.WRITTEN,
     ] = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Show a grammar: rules, terminals with their words, and description length in bits."""
-    with database(db) as base:
+    with shared.database() as base:
         facts = base.grammars.show(name)
         size = base.grammars.size(name)
         if png:
             base.grammars.draw_trees(name, png)
         if strings:
             base.grammars.draw_strings(name, strings)
-    if json:
-        print_json(facts)
+    if printing.as_json(shared, facts):
         return
-    typer.echo(summary(size))
-    typer.echo(facts.text_with_loops)
+    printing.say(summary(size))
+    printing.say(*facts.text_with_loops.split("\n"))
     rows = [
         [
             t.terminal,
             str(t.count),
             f"{t.seconds:.2f}",
-            "  ".join(say_word(w.word, w.probability) for w in t.words),
+            "  ".join(printing.say_word(w.word, w.probability) for w in t.words),
             "  ".join(f"{s.symbol}: {s.share:.0%}" for s in t.symbols),
             f"{t.medoid.capture} {t.medoid.start:.2f}-{t.medoid.end:.2f} s",
         ]
@@ -203,28 +190,26 @@ def show(
     ]
     columns = ["terminal", "count", "seconds", "words", "motion symbols", "medoid"]
     used = [k for k, _ in enumerate(columns) if any(row[k] for row in rows)]
-    print_table("", [columns[k] for k in used], [[row[k] for k in used] for row in rows])
+    printing.print_table("", [columns[k] for k in used], [[row[k] for k in used] for row in rows])
     bits = {part: value for part, value in facts.bits.items() if part != "sum"}
     said = " + ".join(f"{part} {value:.1f}" for part, value in bits.items())
-    typer.echo(f"description: {said} = {facts.bits['sum']:.1f} bits")
+    printing.say(f"description: {said} = {facts.bits['sum']:.1f} bits")
     for capture in facts.captures:
         if not capture.there:
-            typer.echo(
+            printing.warn(
                 f"note: {capture.capture} is no longer in the database: its segments cannot be "
                 "played",
-                err=True,
             )
     for picture in (png, strings):
         if picture:
-            typer.echo(f"picture: {picture}")
+            printing.say(f"picture: {picture}")
 
 
-def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json = False) -> None:
+def compare(shared: options.Shared, name: options.GrammarName, seed: options.Seed = 0) -> None:
     """Compare a grammar with the finite state machine of its sentences."""
-    with database(db) as base:
+    with shared.database() as base:
         rows = base.grammars.compare(name, seed)
-    if json:
-        print_json(rows)
+    if printing.as_json(shared, rows):
         return
     table = [
         [
@@ -251,20 +236,21 @@ def compare(name: GrammarName, seed: Seed = 0, db: Db = DEFAULT_DB, json: Json =
         "outside",
         "mean length",
     ]
-    print_table("", columns, table)
-    typer.echo("held out: share of sentences that a grammar learned from the others derives")
-    typer.echo(
+    printing.print_table("", columns, table)
+    printing.say("held out: share of sentences that a grammar learned from the others derives")
+    printing.say(
         "new: share of strings that are not sentences; outside: share that the learned "
         "grammar does not derive"
     )
 
 
-def remove(name: GrammarName, db: Db = DEFAULT_DB, json: Json = False) -> None:
+def remove(shared: options.Shared, name: options.GrammarName) -> None:
     """Remove a grammar; sequences that it generated stay as captures, but cannot be edited."""
-    with database(db, writing=True) as base:
+    from motiondb.answers.catalogue import Removed
+
+    with shared.database(writing=True) as base:
         lost = base.grammars.remove(name)
-    if json:
-        print_json({"removed": name, "no_longer_editable": lost})
+    if printing.as_json(shared, Removed(name, no_longer_editable=lost)):
         return
-    typer.echo(f"{name} removed")
+    printing.say(f"{name} removed")
     _say_lost(lost)

@@ -6,9 +6,8 @@ from typing import Annotated
 
 import typer
 
+from motiondb.cli import options, printing
 from motiondb.cli.keeping import print_start
-from motiondb.cli.options import DEFAULT_DB, Db, Json, Png, Seed, database
-from motiondb.cli.printing import print_json, print_table, progress
 
 
 def register(app: typer.Typer) -> None:
@@ -18,6 +17,7 @@ def register(app: typer.Typer) -> None:
 
 
 def learn(
+    shared: options.Shared,
     n_symbols: Annotated[
         int | None,
         typer.Option(
@@ -32,9 +32,7 @@ def learn(
             "[default: the start used before]",
         ),
     ] = None,
-    seed: Seed = 0,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    seed: options.Seed = 0,
 ) -> None:
     """Learn motion symbols, their space and their words from all captures of the database.
 
@@ -42,18 +40,19 @@ def learn(
     can be searched by words. The weight of own captions grows with their number.
     """
     from motiondb import LearnSettings, learned_summary
+    from motiondb.answers.learning import LearnAnswer
+    from motiondb.answers.plain import extended
 
-    with database(db, writing=True) as base, progress(not json) as tell:
+    with shared.database(writing=True) as base, printing.progress(shared) as tell:
         settings = LearnSettings(n_symbols=n_symbols, seed=seed)
         drift = base.drift()
         learning = base.learn(settings, lambda what, share: tell(what, share, 1.0), start)
         first = base.start_facts()
     size = learned_summary(learning)
-    if json:
-        print_json(vars(size) | {"drift": drift, "start": first})
+    if printing.as_json(shared, extended(LearnAnswer, size, drift=drift, start=first)):
         return
     plural = "" if size.clusters == 1 else "s"
-    typer.echo(
+    printing.say(
         f"{size.captures} captures, {size.segments} segments, "
         f"{size.symbols} symbols in {size.clusters} cluster{plural} "
         f"({size.dimensions} dimensions), {size.words} words."
@@ -61,29 +60,28 @@ def learn(
     if first:
         print_start(first)
     elif start not in (None, "none"):
-        typer.echo(
+        printing.say(
             f"The start {start} is not used: its symbols do not fit these captures, and their "
             f"captions are enough to learn from. Words that only the start has are unknown."
         )
     if drift and not (drift.captures_added or drift.captures_removed or drift.words):
-        typer.echo("No capture was added or removed since the last learning, and no word is new.")
+        printing.say("No capture was added or removed since the last learning, and no word is new.")
     if not size.words:
-        typer.echo(
+        printing.say(
             "No words yet: `like` works, `search` needs words (motiondb words set, or motiondb "
             "learn --start cmu)."
         )
 
 
-def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
+def symbols(shared: options.Shared, png: options.Png = None) -> None:
     """List the motion symbols with their clusters and words; --png draws their space."""
-    with database(db) as base:
+    with shared.database() as base:
         rows = base.symbol_rows()
         if png:
             base.draw_symbols(png)
-    if json:
-        print_json(rows)
+    if printing.as_json(shared, rows):
         return
-    print_table(
+    printing.print_table(
         "",
         ["symbol", "cluster", "count", "captures", "seconds", "words"],
         [
@@ -99,4 +97,4 @@ def symbols(png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
         ],
     )
     if png:
-        typer.echo(f"picture: {png}")
+        printing.say(f"picture: {png}")

@@ -6,25 +6,27 @@ import errno
 import os
 import signal
 import sys
+from contextvars import copy_context
 from typing import Annotated, NoReturn
 
 import typer
 
 import motiondb
 from motiondb.cli import (
-    asking,
     cataloguing,
     generation,
     grammars,
     keeping,
     learning,
+    options,
+    printing,
     scenes,
+    search,
     serving,
     words,
 )
-from motiondb.cli.options import Commands
 
-app = Commands(
+app = options.Commands(
     name="motiondb",
     help="A motion-capture database that understands what is in it.",
     no_args_is_help=True,
@@ -36,7 +38,7 @@ app = Commands(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"motiondb {motiondb.__version__}")
+        printing.say(f"motiondb {motiondb.__version__}")
         raise typer.Exit()
 
 
@@ -56,7 +58,7 @@ _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
 for module in (
     cataloguing,
     learning,
-    asking,
+    search,
     generation,
     words,
     keeping,
@@ -73,8 +75,9 @@ def main() -> None:
     sys.unraisablehook = _end_lost_interrupt
     if before[1] is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
+    printing.accept_any_text()
     try:
-        sys.exit(_run())
+        sys.exit(copy_context().run(_run))  # whatever a command sets ends with it
     except KeyboardInterrupt:  # while ending or importing
         _end_interrupted()
     finally:
@@ -82,30 +85,51 @@ def main() -> None:
         signal.signal(signal.SIGINT, before[1])
 
 
+_MEMORY = "Out of Memory", "failed to map segment", "can't start new thread", "allocate memory"
+"""What libraries say where Python would raise a MemoryError."""
+
+
 def _run() -> int:
     from motiondb import MotionDBError, NotLearnedError, QueryError
 
     try:
         _run_command()
-    except (QueryError, NotLearnedError) as error:
-        _tell(error)
-        return 2
-    except MotionDBError as error:
-        _tell(error)
-        return 1
-    except OSError as error:
-        if error.filename is not None or error.errno not in _NO_OUTPUT:
+    except Exception as error:
+        if _is_memory_short(error):
+            printing.warn(
+                "error: memory: expected enough for this command, found that it ran out. Nothing "
+                "is half written. Close other programs, allow more (ulimit -v), or do it in "
+                "smaller parts, such as fewer captures or --jobs 1."
+            )
+            return 1
+        if isinstance(error, MotionDBError):
+            _tell(error)
+            return 2 if isinstance(error, QueryError | NotLearnedError) else 1
+        if (
+            not isinstance(error, OSError)
+            or error.filename is not None
+            or error.errno not in _NO_OUTPUT
+        ):
             raise
         reason = (error.strerror or "an error").lower()
-        typer.echo(f"error: output: expected to write all of it, found: {reason}.", err=True)
+        printing.warn(f"error: output: expected to write all of it, found: {reason}.")
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python flushes it when it ends
         return 1
     return 0
 
 
+def _is_memory_short(error: BaseException | None) -> bool:
+    """Whether an error, or one that it follows from, is that memory ran out."""
+    if error is None:
+        return False
+    found = isinstance(error, MemoryError) or any(said in str(error) for said in _MEMORY)
+    return found or _is_memory_short(error.__context__)
+
+
 def _tell(error: Exception) -> None:
     """Print the message of an error, even if a file name in it is not valid text."""
-    typer.echo(f"error: {error}".encode("utf-8", "backslashreplace").decode(), err=True)
+    text = f"error: {error}".encode("utf-8", "backslashreplace").decode()
+    printing.warn(*text.split("\n"))
 
 
 def _run_command() -> None:
@@ -143,8 +167,8 @@ def _end_lost_interrupt(lost: sys.UnraisableHookArgs) -> None:
 def _end_interrupted() -> NoReturn:
     """Print a message and end at once, so that threads do not outlive their data."""
     if motiondb.changes_saved():
-        typer.echo("interrupted: complete changes up to then are saved, and nothing else", err=True)
+        printing.warn("interrupted: complete changes up to then are saved, and nothing else")
     else:
-        typer.echo("interrupted: the database is unchanged", err=True)
+        printing.warn("interrupted: the database is unchanged")
     sys.stdout.flush()
     os._exit(INTERRUPTED)

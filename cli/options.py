@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, fields
 from functools import wraps
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
+
+from motiondb.cli import printing
 
 if TYPE_CHECKING:
     from motiondb import MotionDB
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-Db = Annotated[
-    Path, typer.Option("--db", envvar="MOTIONDB", help="The database file.", show_default=True)
-]
-Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Where = Annotated[
     str,
     typer.Option(
@@ -57,6 +55,14 @@ To = Annotated[
 ]
 
 
+WRITTEN = "written"  # Marks a parameter with a file that is written; its command has --force
+
+
+def numbered(path: Path, number: int) -> Path:
+    """Return the path of one of several files: NAME-NUMBER with the same ending."""
+    return path.with_name(f"{path.stem}-{number}{path.suffix}")
+
+
 def picture_name(path: Path | None) -> Path | None:
     """Check that the name of a picture ends in .png, before anything is computed."""
     if path is not None and path.suffix.lower() != ".png":
@@ -66,12 +72,22 @@ def picture_name(path: Path | None) -> Path | None:
             f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
             "Pictures are written as PNG."
         )
+    return output_name(path)
+
+
+def output_name(path: Path | None) -> Path | None:
+    """Check that a file of others would not be overwritten, before anything is computed."""
+    if path is not None:
+        from motiondb import check_overwriting
+
+        check_overwriting(path)
     return path
 
 
 Png = Annotated[
     Path | None,
     typer.Option("--png", callback=picture_name, help="Draw a picture into this file (.png)."),
+    WRITTEN,
 ]
 
 
@@ -86,7 +102,7 @@ def html_name(path: Path | None) -> Path | None:
             f"{path}: expected a name that ends in .html, found {path.suffix or 'no ending'!r}."
         )
     StandalonePage.check()
-    return path
+    return output_name(path)
 
 
 Html = Annotated[
@@ -96,6 +112,26 @@ Html = Annotated[
         callback=html_name,
         help="Write a page with the answer and a player into this file (.html).",
     ),
+    WRITTEN,
+]
+Output = Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf."), WRITTEN]
+
+
+def protect(forced: bool) -> None:
+    """Protect files of others, unless --force is given; an eager option comes first."""
+    from motiondb import protect_others
+
+    protect_others(not forced)
+
+
+Force = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        is_eager=True,
+        callback=protect,
+        help="Also overwrite files that motiondb did not write, or that were changed since.",
+    ),
 ]
 Seed = Annotated[
     int,
@@ -103,11 +139,11 @@ Seed = Annotated[
         "--seed", min=0, max=2**63 - 1, help="Random seed; the same seed gives the same result."
     ),
 ]
-DEFAULT_DB = Path("motions.duckdb")
 # Seconds that a command waits for the database by default: most commands that hold it alone take
 # less time, and after a longer wait the user should see which process holds it
 DEFAULT_WAIT = 5.0
 LONGEST_WAIT = 86_400.0  # Largest number of seconds to wait: a day. A larger one is a mistake
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Wait = Annotated[
     float,
     typer.Option(
@@ -118,69 +154,118 @@ Wait = Annotated[
         help="Seconds to wait for a database that another process holds.",
     ),
 ]
-_WAIT: ContextVar[float] = ContextVar("seconds to wait", default=DEFAULT_WAIT)
 
 
-class Commands(typer.Typer):
-    """A Typer app in which every command that opens a database has the option ``--wait``."""
+def database_name(path: Path | None) -> Path | None:
+    """Check that the name of the database is not that of a folder."""
+    with suppress(OSError):  # a name that the system cannot have is refused when it is opened
+        if path is not None and path.is_dir():
+            from motiondb import QueryError
 
-    def command(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
-        """Register a function as a command."""
-        register = super().command(*args, **options)
-
-        def decorate(function: Function) -> Function:
-            register(_waiting(function) if "db" in signature(function).parameters else function)
-            return function
-
-        return decorate
-
-    def callback(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
-        """Register the function that a group runs before its commands, or alone."""
-        register = super().callback(*args, **options)
-
-        def decorate(function: Function) -> Function:
-            register(_waiting(function) if "db" in signature(function).parameters else function)
-            return function
-
-        return decorate
+            raise QueryError(
+                f"{path}: expected a database of motiondb, found a folder. Name a file with --db."
+            )
+    return path
 
 
-def _waiting(function: Function) -> Function:
-    """Add the parameter ``wait`` to a function; :func:`seconds_to_wait` returns its value."""
+@dataclass(frozen=True)
+class Shared:
+    """The options of every command on a database; :class:`Commands` adds them to its function."""
 
-    @wraps(function)
-    def command(*args: Any, wait: float = DEFAULT_WAIT, **values: Any) -> Any:
-        _WAIT.set(wait)
-        return function(*args, **values)
+    db: Annotated[
+        Path,
+        typer.Option("--db", envvar="MOTIONDB", callback=database_name, help="The database file."),
+    ] = Path("motions.duckdb")
+    json: Json = False
+    wait: Wait = DEFAULT_WAIT
 
-    known = signature(function, eval_str=True)
-    last = Parameter("wait", Parameter.KEYWORD_ONLY, default=DEFAULT_WAIT, annotation=Wait)
-    described: Any = command
-    described.__signature__ = known.replace(parameters=[*known.parameters.values(), last])
-    described.__annotations__ = {**function.__annotations__, "wait": Wait}
-    return cast("Function", command)
+    @contextmanager
+    def database(self, *, writing: bool = False, create: bool = False) -> Iterator[MotionDB]:
+        """Open the database and close it at the end.
+
+        `writing`: Whether the command changes the database; then no other process can open it.
+        """
+        with _opened(self.db, self.wait, writing=writing, create=create) as db:
+            yield db
 
 
-def seconds_to_wait() -> float:
-    """Return the value of --wait of the running command."""
-    return _WAIT.get()
+@dataclass(frozen=True)
+class SharedOfClips:
+    """The same for commands that need no database, but list the clips of one that is given."""
+
+    db: Annotated[
+        Path | None,
+        typer.Option(
+            "--db",
+            callback=database_name,
+            help="Also list the clips of this database for every action.",
+        ),
+    ] = None
+    json: Json = False
+    wait: Wait = DEFAULT_WAIT
+
+    @contextmanager
+    def database(self) -> Iterator[MotionDB | None]:
+        """Open the database if one is given, and close it at the end."""
+        if self.db is None:
+            yield None
+            return
+        with _opened(self.db, self.wait) as db:
+            yield db
 
 
 @contextmanager
-def database(path: Path, *, writing: bool = False, create: bool = False) -> Iterator[MotionDB]:
-    """Open the database and close it at the end.
-
-    `writing`: Whether the command changes the database; then no other process can open the file.
-    """
+def _opened(
+    path: Path, wait: float, *, writing: bool = False, create: bool = False
+) -> Iterator[MotionDB]:
     from motiondb import MotionDB
 
-    with MotionDB(path, read_only=not writing, create=create, wait=seconds_to_wait()) as db:
-        _tell(db.log_note)
+    with MotionDB(path, read_only=not writing, create=create, wait=wait) as db:
+        printing.note(db.log_note)
         yield db
-    _tell(db.log_note)
+    printing.note(db.log_note)
 
 
-def _tell(note: str) -> None:
-    """Print a note, if there is one, on standard error."""
-    if note:
-        typer.echo(f"note: {note}", err=True)
+class Commands(typer.Typer):
+    """A Typer app whose commands have the shared options if they take them as one parameter."""
+
+    def command(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register a function as a command."""
+        return _with_options(super().command(*args, **options))
+
+    def callback(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+        """Register the function that a group runs before its commands, or alone."""
+        return _with_options(super().callback(*args, **options))
+
+
+def _with_options(
+    register: Callable[[Callable[..., Any]], object],
+) -> Callable[[Function], Function]:
+    """Register a function with one option for each field of its parameter ``shared``, if any."""
+
+    def decorate(function: Function) -> Function:
+        known = dict(signature(function, eval_str=True).parameters)
+        writes = any(WRITTEN in getattr(p.annotation, "__metadata__", ()) for p in known.values())
+        shared = known.pop("shared", None)
+        if shared is None:
+            register(function)
+            return function
+        kind = shared.annotation
+        hints = get_type_hints(kind, include_extras=True)
+        added = [(field.name, field.default, hints[field.name]) for field in fields(kind)]
+        for name, default, hint in added + [("force", False, Force)] * writes:
+            known[name] = Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+        @wraps(function)
+        def command(*args: Any, **values: Any) -> Any:
+            values.pop("force", None)  # its callback has heard it
+            own = {field.name: values.pop(field.name) for field in fields(kind)}
+            return function(*args, shared=kind(**own), **values)
+
+        described: Any = command
+        described.__signature__ = signature(function).replace(parameters=list(known.values()))
+        described.__annotations__ = {name: each.annotation for name, each in known.items()}
+        register(described)
+        return function
+
+    return decorate

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Exact, GrammarName, Json, Png, database
-from motiondb.cli.printing import note_pattern, print_json, print_table
+from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
-    from motiondb import Grammars, ParsedMotion
+    from motiondb import Grammars, ParsedMotion, Plan
 
 SHOWN = 10  # Largest number of unlike segments that are printed; JSON lists all
 
@@ -22,94 +21,66 @@ def register(group: typer.Typer) -> None:
 
 
 def parse(
-    name: GrammarName,
+    shared: options.Shared,
+    name: options.GrammarName,
     example: Annotated[
         str, typer.Argument(metavar="CAPTURE", help="A stored capture's name, or a file.")
     ],
-    png: Png = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    png: options.Png = None,
 ) -> None:
     """Parse a capture: trees of its sentences, or the fault and what was expected (exit 1).
 
     Segments that are unlike all motion from which the grammar was learned are listed with their
     distance from the nearest terminal; if most of the capture is unlike, the exit code is 1 too.
     """
-    with database(db) as base:
+    with shared.database() as base:
         parsed_motion = base.grammars.parse(name, example)
         if png and parsed_motion.trees:
             base.grammars.draw_parse(name, parsed_motion, png)
-    if json:
-        print_json(_facts(parsed_motion))
-    else:
+    if not printing.as_json(shared, parsed_motion.facts()):
         _say_parsed(parsed_motion, example)
         _say_unlike(parsed_motion, name, example)
         if png:
-            typer.echo(
+            printing.say(
                 f"picture: {png}" if parsed_motion.trees else f"no sentence to draw, no {png}"
             )
     if parsed_motion.fault or parsed_motion.is_unlike:
         raise typer.Exit(1)
 
 
-def _facts(parsed: ParsedMotion) -> dict[str, Any]:
-    fault = parsed.fault
-    return {
-        "string": list(parsed.string),
-        "spans": [list(span) for span in zip(parsed.starts, parsed.ends)],
-        "learned_from": parsed.stored,
-        "distances": list(parsed.distances),
-        "usual_distance": parsed.reach,
-        "unlike": list(parsed.unlike),
-        "share_unlike": parsed.share_unlike,
-        "is_unlike": parsed.is_unlike,
-        "sentences": [{"string": list(tree.leaves()), "tree": str(tree)} for tree in parsed.trees],
-        "fault": None
-        if fault is None
-        else {
-            "position": fault.position,
-            "found": fault.symbol,
-            "expected": list(fault.expected),
-            "may_end": fault.may_end,
-            "says": str(fault),
-        },
-    }
-
-
 def _say_parsed(parsed: ParsedMotion, example: str) -> None:
     """Print the string, then its trees, or the fault and its time."""
     how = "as learned" if parsed.stored else "read anew"
-    typer.echo(f"{' '.join(parsed.string)} ({how})")
+    printing.say(f"{' '.join(parsed.string)} ({how})")
     for number, tree in enumerate(parsed.trees, start=1):
-        typer.echo(f"{number}  {tree}")
+        printing.say(f"{number}  {tree}")
     if parsed.fault:
-        typer.echo(f"{parsed.fault}")
+        printing.say(f"{parsed.fault}")
         if parsed.fault.position < len(parsed.starts):
             start, end = parsed.starts[parsed.fault.position], parsed.ends[parsed.fault.position]
-            typer.echo(f"that is {start:.2f}-{end:.2f} s of {example}")
+            printing.say(f"that is {start:.2f}-{end:.2f} s of {example}")
 
 
 def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
     """Print the segments unlike anything learned, the farthest first, or that this is unknown."""
     if not parsed.stored and parsed.reach is None:
-        typer.echo(
+        printing.warn(
             f"note: the terminals of {name} have too few members to decide which segments are "
             f"unlike them",
-            err=True,
         )
     if not parsed.unlike:
         return
     share = f"{parsed.share_unlike:.0%}"
     if parsed.is_unlike:
-        typer.echo(
+        printing.say(
             f"{example} is unlike what {name} was learned from for {share} of its time; the "
             f"terminals there are only the nearest ones and have no meaning. Learn a grammar from "
             f"captures like it."
         )
     else:
-        typer.echo(f"unlike anything {name} was learned from, {share} of the time:")
+        printing.say(f"unlike anything {name} was learned from, {share} of the time:")
     farthest = sorted(parsed.unlike, key=lambda n: -parsed.distances[n])
-    print_table(
+    printing.print_table(
         "",
         ["position", "terminal", "start", "end", "metres from it"],
         [
@@ -124,14 +95,15 @@ def _say_unlike(parsed: ParsedMotion, name: str, example: str) -> None:
         ],
     )
     if len(farthest) > SHOWN:
-        typer.echo(f"and {len(farthest) - SHOWN} more (--json lists all)")
-    typer.echo(
+        printing.say(f"and {len(farthest) - SHOWN} more (--json lists all)")
+    printing.say(
         f"usual: within {parsed.reach:.2f} m, as for members of terminals in the learned captures"
     )
 
 
 def suggest(
-    name: GrammarName,
+    shared: options.Shared,
+    name: options.GrammarName,
     beginning: Annotated[
         str, typer.Argument(metavar="STRING", help='Terminals so far, such as "a b c"; or "".')
     ] = "",
@@ -149,54 +121,52 @@ def suggest(
     number: Annotated[
         int, typer.Option("--number", min=1, max=1000, help="Sentences with --like.")
     ] = 5,
-    exact: Exact = False,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    exact: options.Exact = False,
 ) -> None:
     """List the terminals that the grammar allows next, or sentences that complete a pattern."""
-    with database(db) as base:
+    from motiondb.answers.grammars import NextTerminal
+
+    with shared.database() as base:
         if like is not None:
-            _say_like(base.grammars, name, (beginning, goal), (like, number, exact), json)
+            _say_like(shared, base.grammars, name, (beginning, goal), (like, number, exact))
             return
         if goal:
-            _say_way(base.grammars, name, beginning, goal, json)
+            _say_way(shared, base.grammars.plan(name, beginning, goal), goal)
             return
         nexts = base.grammars.suggest(name, beginning)
         names = base.grammars.load(name).terminals.names
         words = dict(zip(names, (m.text for m in base.grammars.meanings(name))))
-    if json:
-        print_json([{"terminal": t, "end": t is None, "probability": p} for t, p in nexts])
+    if printing.as_json(shared, [NextTerminal(t, t is None, p) for t, p in nexts]):
         return
     rows = [
         ["the end" if t is None else t, f"{p:.3f}", words.get(t, "") if t else ""] for t, p in nexts
     ]
     columns = ["next", "probability", "words"][: 3 if any(row[2] for row in rows) else 2]
-    print_table("", columns, [row[: len(columns)] for row in rows])
+    printing.print_table("", columns, [row[: len(columns)] for row in rows])
 
 
-def _say_way(grammars: Grammars, name: str, beginning: str, goal: str, json: bool) -> None:
+def _say_way(shared: options.Shared, way: Plan, goal: str) -> None:
     """Print the most probable continuation that reaches a terminal."""
-    way = grammars.plan(name, beginning, goal)
-    if json:
-        print_json(
-            {
-                "to_goal": list(way.to_goal),
-                "then": list(way.then),
-                "log_probability": way.log_probability,
-                "tree": str(way.tree),
-            }
-        )
+    from motiondb.answers.grammars import WayAnswer
+
+    said = WayAnswer(way.to_goal, way.then, way.log_probability, str(way.tree))
+    if printing.as_json(shared, said):
         return
-    typer.echo(f"to {goal}: {' '.join(way.to_goal)}")
-    typer.echo(f"then:  {' '.join(way.then) or 'the end'}")
-    typer.echo(f"tree:  {way.tree}")
+    printing.say(f"to {goal}: {' '.join(way.to_goal)}")
+    printing.say(f"then:  {' '.join(way.then) or 'the end'}")
+    printing.say(f"tree:  {way.tree}")
 
 
 def _say_like(
-    grammars: Grammars, name: str, others: tuple[str, str], asked: tuple[str, int, bool], json: bool
+    shared: options.Shared,
+    grammars: Grammars,
+    name: str,
+    others: tuple[str, str],
+    asked: tuple[str, int, bool],
 ) -> None:
     """Print the most probable sentences that match a pattern; ``others`` must not be given."""
     from motiondb import QueryError
+    from motiondb.answers.grammars import CompletedSentence, CompletionsAnswer
 
     if any(others):
         raise QueryError(
@@ -204,21 +174,13 @@ def _say_like(
             f" {' '.join(others).strip()!r}. Write them into the pattern."
         )
     like, _, exact = asked
-    note_pattern(grammars, name, like, exact)
+    printing.note_pattern(grammars, name, like, exact)
     completed = grammars.complete(name, *asked)
-    if json:
-        sentences = [
-            {"string": list(one.string), "probability": one.probability}
-            for one in completed.sentences
-        ]
-        print_json(
-            {
-                "probability": completed.probability,
-                "proven": completed.proven,
-                "sentences": sentences,
-            }
-        )
+    sentences = [CompletedSentence(one.string, one.probability) for one in completed.sentences]
+    if printing.as_json(
+        shared, CompletionsAnswer(completed.probability, completed.proven, sentences)
+    ):
         return
-    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in completed.sentences]
-    print_table("", ["sentence", "probability"], rows)
-    typer.echo(f"{completed.probability:.2%} of the sentences of {name} match")
+    rows = [[" ".join(one.string), f"{one.probability:.3f}"] for one in sentences]
+    printing.print_table("", ["sentence", "probability"], rows)
+    printing.say(f"{completed.probability:.2%} of the sentences of {name} match")

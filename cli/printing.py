@@ -1,9 +1,17 @@
-"""Output of the commands: JSON, tables, progress, notes, problems."""
+r"""Output of the commands: JSON, tables, progress, notes, problems. No other module prints.
+
+Names, captions and licences come from files of others. A terminal obeys the control characters in
+them, which may set its title or the clipboard; bidirectional overrides reorder what is read. All of
+these are printed as escapes, such as ``\x1b``, and so are line ends within a text.
+"""
 
 from __future__ import annotations
 
-import json as jsonlib
+import codecs
+import io
+import json
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +33,41 @@ if TYPE_CHECKING:
         Taking,
         WordSource,
     )
+    from motiondb.cli.options import Shared, SharedOfClips
+
+
+_CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
+_BIDIRECTIONAL = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
+_VISIBLE = {n: chr(n).encode("unicode_escape").decode() for n in _CONTROLS + _BIDIRECTIONAL}
+_IN_JSON = {n: f"\\u{n:04x}" for n in _VISIBLE if n >= 0x20}
+
+
+def visible(text: str) -> str:
+    r"""Return a text in which control characters are escapes.
+
+    >>> visible("walk" + chr(27) + "[2J")
+    'walk\\x1b[2J'
+    """
+    return text.translate(_VISIBLE)
+
+
+def say(*lines: str) -> None:
+    """Print lines on standard output."""
+    for line in lines:
+        print(visible(line), flush=True)
+
+
+def warn(*lines: str) -> None:
+    """Print lines on standard error."""
+    for line in lines:
+        print(visible(line), file=sys.stderr, flush=True)
+
+
+def accept_any_text() -> None:
+    """Let characters that the encoding of the output lacks be printed as escapes."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def note_unlearned(db: MotionDB) -> None:
@@ -32,22 +75,22 @@ def note_unlearned(db: MotionDB) -> None:
     count = len(db.unlearned())
     if count:
         what = "1 capture is" if count == 1 else f"{count} captures are"
-        typer.echo(f"note: {what} not yet learned: run motiondb learn to include them", err=True)
+        warn(f"note: {what} not yet learned: run motiondb learn to include them")
 
 
 def note_drift(drift: Drift | None) -> None:
     """Print whether learning again is worthwhile after changes of captures or words."""
     if drift and drift.relearn:
-        typer.echo(f"Learning again is worthwhile (motiondb learn): {'; '.join(drift.reasons)}.")
+        say(f"Learning again is worthwhile (motiondb learn): {'; '.join(drift.reasons)}.")
     elif drift and drift.words:
-        typer.echo(f"New words, counted at the next motiondb learn: {', '.join(drift.words)}.")
+        say(f"New words, counted at the next motiondb learn: {', '.join(drift.words)}.")
 
 
 def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
     """Print on standard error the unknown words of a query with the most similar known ones."""
     for word, near in unknown.items():
         hint = f"; the nearest known: {', '.join(near)}" if near else ""
-        typer.echo(f"unknown word {word!r} left out{hint}", err=True)
+        warn(f"unknown word {word!r} left out{hint}")
 
 
 def note_taken(
@@ -57,10 +100,10 @@ def note_taken(
 ) -> None:
     """Print on standard error how the words of a question that no caption holds were replaced."""
     for taking in taken.values():
-        typer.echo(taking.sentence(), err=True)
+        warn(taking.sentence())
     for word, taking in suggested.items():
         if word in unknown and taking.words:
-            typer.echo(f"{taking.sentence()}; left out", err=True)
+            warn(f"{taking.sentence()}; left out")
     listed = {word for word, taking in suggested.items() if taking.words}
     note_unknown({word: near for word, near in unknown.items() if word not in listed})
 
@@ -69,14 +112,14 @@ def note_filter(db: MotionDB, where: str, exact: bool) -> None:
     """Print on standard error the replacements of those words of a filter that occur nowhere."""
     if not exact:
         for taking in db.taken_in_filter(where).values():
-            typer.echo(f"filter: {taking.sentence('there')}", err=True)
+            warn(f"filter: {taking.sentence('there')}")
 
 
 def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -> None:
     """Print on standard error replacements of those words of a pattern that no caption holds."""
     if like is not None and not exact:
         for taking in grammars.taken_in_pattern(name, like).values():
-            typer.echo(taking.sentence(), err=True)
+            warn(taking.sentence())
 
 
 def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: str) -> None:
@@ -84,17 +127,17 @@ def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: s
 
     Unknown words are printed separately, on standard error.
     """
-    typer.echo(f"understood: {question.understood}")
+    say(f"understood: {question.understood}")
     for left in not_used:
         if left.text not in question.unknown:
-            typer.echo(f"{left.text!r} is not used in {what}: {left.reason}")
+            say(f"{left.text!r} is not used in {what}: {left.reason}")
 
 
 def note_phrases(scenes: Scenes, grammar: MotionGrammar, exact: bool) -> None:
     """Print on standard error the replacements of words in the phrases of a motion grammar."""
     if not exact:
         for taking in scenes.taken_words(grammar).values():
-            typer.echo(f"{grammar.name}: {taking.sentence()}", err=True)
+            warn(f"{grammar.name}: {taking.sentence()}")
 
 
 def say_word(word: str, probability: float | None) -> str:
@@ -106,10 +149,10 @@ def say_word(word: str, probability: float | None) -> str:
     return word if probability is None else f"{word} {probability:.2f}"
 
 
-def note_unchecked(reason: str) -> None:
-    """Print on standard error why answers carry no probabilities, where there is a reason."""
-    if reason:
-        typer.echo(f"note: {reason}", err=True)
+def note(text: str) -> None:
+    """Print a note, if there is one, on standard error."""
+    if text:
+        warn(f"note: {text}")
 
 
 def note_sources(sources: Sequence[WordSource]) -> None:
@@ -117,21 +160,24 @@ def note_sources(sources: Sequence[WordSource]) -> None:
     alone: dict[str, list[str]] = {}
     for source in sources:
         if source.own_captions and source.start_captions:
-            typer.echo(source.sentence(), err=True)
+            warn(source.sentence())
         elif source.start_captions:
             listed = alone.setdefault(source.start, [])
             listed.append(f"{source.word} ({source.start_captions})")
     for start, words in alone.items():
-        typer.echo(
-            f"known from the start {start} alone (captions there): {', '.join(words)}", err=True
-        )
+        warn(f"known from the start {start} alone (captions there): {', '.join(words)}")
 
 
-def print_json(value: object) -> None:
-    """Print an answer as JSON on standard output."""
-    from motiondb import to_json
+def as_json(shared: Shared | SharedOfClips, answer: object) -> bool:
+    """Print an answer as JSON if that is asked for, and return whether it is."""
+    if shared.json:
+        from motiondb import to_json
 
-    typer.echo(jsonlib.dumps(to_json(value), indent=2, ensure_ascii=False))
+        encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+        plain = codecs.lookup(encoding).name != "utf-8"
+        text = json.dumps(to_json(answer), indent=2, ensure_ascii=plain)
+        say(*text.translate(_IN_JSON).split("\n"))
+    return shared.json
 
 
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
@@ -154,7 +200,7 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
         )
         table.add_column(column, justify="right" if right else "left", overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(visible, row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=160)
@@ -162,16 +208,16 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
 
 @contextmanager
-def progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
+def progress(shared: Shared) -> Iterator[Callable[[str, float, float], None]]:
     """Show progress bars on standard error."""
-    with _bars(enabled) as show:
+    with _bars(not shared.json) as show:
         yield lambda what, done, total: show(what, done / max(total, 1e-9), "")
 
 
 @contextmanager
-def scene_progress(enabled: bool) -> Iterator[Callable[[str, float, float], None]]:
+def scene_progress(shared: Shared) -> Iterator[Callable[[str, float, float], None]]:
     """Show the progress of making a scene on standard error."""
-    with _bars(enabled) as show:
+    with _bars(not shared.json) as show:
         yield lambda what, share, error: show(
             what, share, "" if math.isnan(error) else f"error {error:8.2f}"
         )
@@ -212,19 +258,19 @@ def _bars(enabled: bool) -> Iterator[Callable[[str, float, str], None]]:
 def print_sources(sources: Sequence[Source]) -> None:
     """Print the captures from which a generated motion was made."""
     for source in sources:
-        typer.echo(f"from {source.capture}, {source.frames} frames, licence {source.licence}")
+        say(f"from {source.capture}, {source.frames} frames, licence {source.licence}")
 
 
 def print_notes(notes: Sequence[str]) -> None:
     """Print notes on unusual properties of files that were read."""
     for note in notes:
-        typer.echo(f"  note: {note}")
+        say(f"  note: {note}")
 
 
 def print_problems(problems: Sequence[str]) -> None:
     """Print problems on standard error."""
     for problem in problems:
-        typer.echo("\n".join(f"  {line}" for line in problem.splitlines()), err=True)
+        warn(*(f"  {line}" for line in problem.split("\n")))
 
 
 def refuse(problems: Sequence[str]) -> None:
@@ -237,4 +283,4 @@ def refuse(problems: Sequence[str]) -> None:
 def write_html(path: Path, page: StandalonePage) -> None:
     """Write the page of --html, and say so on standard error."""
     page.write(path)
-    typer.echo(f"page: {path}", err=True)
+    warn(f"page: {path}")

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Exact, Html, Json, Png, Seed, database, finite
-from motiondb.cli.printing import (
-    note_phrases,
-    print_json,
-    print_table,
-    scene_progress,
-    write_html,
-)
+from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
     from motiondb import Scene, StoredScene
@@ -40,7 +33,7 @@ Minutes = Annotated[
         "--minutes",
         min=0.0001,
         max=10_000.0,
-        callback=finite,
+        callback=options.finite,
         help="Stop sampling after this time, and print a note. [default: no limit]",
     ),
 ]
@@ -70,19 +63,18 @@ def register(group: typer.Typer) -> None:
 
 
 def make(
+    shared: options.Shared,
     file: DiagramFile,
     out: Folder,
-    seed: Seed = 0,
+    seed: options.Seed = 0,
     rounds: Rounds = 70,
     minutes: Minutes = None,
     chains: Chains = 4,
     name: Name = "",
     gaze: Gaze = True,
-    exact: Exact = False,
+    exact: options.Exact = False,
     drawn: Drawn = True,
-    html: Html = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    html: options.Html = None,
 ) -> None:
     """Make an animated scene from a tactics diagram, with a report of every rule's error."""
     from motiondb import Scenes, SceneSettings
@@ -90,21 +82,26 @@ def make(
     settings = SceneSettings(seed, chains, rounds, minutes, gaze=gaze, exact=exact)
     Scenes.check_folder(out)
     began = time.monotonic()
-    with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
+    with (
+        shared.database(writing=bool(name)) as base,
+        printing.scene_progress(shared) as tell,
+    ):
+        text = base.scenes.read_diagram(file)
         if name:
-            base.scenes.check_name(name, base.scenes.read_diagram(file).diagram.player)
-        note_phrases(base.scenes, base.scenes.read_diagram(file).grammar, exact)
+            base.scenes.check_new(name, text, settings)
+        printing.note_phrases(base.scenes, text.grammar, exact)
         scene = base.scenes.make(file, settings, tell, name)
         base.scenes.write(scene, out, tell, drawn, kept=bool(name))
         if html:
             from motiondb import StandalonePage
 
-            write_html(html, StandalonePage.of_scene(scene, db.name))
-    _print(scene, out, time.monotonic() - began, json)
+            printing.write_html(html, StandalonePage.of_scene(scene, shared.db.name))
+    _print(shared, scene, out, time.monotonic() - began)
     _refuse_impossible(scene.record)
 
 
 def update(
+    shared: options.Shared,
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a scene.")],
     file: DiagramFile,
     seed: Annotated[
@@ -114,14 +111,15 @@ def update(
     minutes: Minutes = None,
     name: Name = "",
     drawn: Drawn = True,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Make the scene of a folder again for a changed diagram, starting from its present state."""
     from motiondb import SceneSettings
 
     began = time.monotonic()
-    with database(db, writing=bool(name)) as base, scene_progress(not json) as tell:
+    with (
+        shared.database(writing=bool(name)) as base,
+        printing.scene_progress(shared) as tell,
+    ):
         earlier = base.scenes.find(folder)
         base.scenes.check_folder(folder)
         if name:
@@ -131,35 +129,37 @@ def update(
         earlier = replace(earlier, name=name) if name else earlier
         scene = base.scenes.update(earlier, file, settings, tell)
         base.scenes.write(scene, folder, tell, drawn, kept=bool(name))
-    _print(scene, folder, time.monotonic() - began, json)
+    _print(shared, scene, folder, time.monotonic() - began)
     _refuse_impossible(scene.record)
 
 
-def _print(scene: Scene, folder: Path, seconds: float, json: bool) -> None:
+def _print(shared: options.Shared, scene: Scene, folder: Path, seconds: float) -> None:
     from motiondb import Scenes
+    from motiondb.answers.plain import extended
+    from motiondb.answers.scenes import WrittenScene
 
     facts = Scenes.facts(scene.record)
     work = {what: round(took, 3) for what, took in scene.made.seconds.items()}
-    if json:
-        print_json(vars(facts) | {"folder": folder, "took": work | {"all": round(seconds, 3)}})
+    took = work | {"all": round(seconds, 3)}
+    if printing.as_json(shared, extended(WrittenScene, facts, folder=folder, took=took)):
         return
-    typer.echo(
+    printing.say(
         f"{scene.record.name}: {facts.characters} characters, {facts.clips} clips,"
         f" {facts.frames} frames ({facts.seconds:.1f} s), in {folder}"
     )
-    took = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
-    typer.echo(f"error {facts.error:.2f} before polish; {took}")
+    parts = ", ".join(f"{what} {time:.1f} s" for what, time in work.items())
+    printing.say(f"error {facts.error:.2f} before polish; {parts}")
     touching = len(facts.collisions)
-    typer.echo(
+    printing.say(
         f"rules kept: {facts.rules - facts.broken} of {facts.rules};"
         f" collisions: {touching or 'none'}"
     )
     for line in Scenes.remarks(scene.record):
-        typer.echo(line)
+        printing.say(line)
     if facts.too_fast:
-        typer.echo(f"  faster than people can move: {', '.join(facts.too_fast)}")
+        printing.say(f"  faster than people can move: {', '.join(facts.too_fast)}")
     for rule in scene.broken:
-        typer.echo(
+        printing.say(
             f"  broken: {rule.kind} of {rule.player} at {rule.action} ({rule.clip + 1}),"
             f" (about {rule.about}), {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is"
             " allowed"
@@ -172,39 +172,38 @@ def _refuse_impossible(record: StoredScene) -> None:
         raise typer.Exit(1)
 
 
-def report(place: Place, png: Png = None, db: Db = DEFAULT_DB, json: Json = False) -> None:
+def report(shared: options.Shared, place: Place, png: options.Png = None) -> None:
     """Report how well a scene keeps each rule, collisions, and the sources of its motion."""
     from motiondb import Scenes
+    from motiondb.answers.plain import extended
+    from motiondb.answers.scenes import DrawnScene
 
     if Scenes.is_folder(place):
         record = Scenes.read_folder(place)
         if png:
             Scenes.draw_folder(place, png)
     else:
-        with database(db) as base:
+        with shared.database() as base:
             record = base.scenes.load(place)
             if png:
                 base.scenes.draw(place, png)
-    if json:
-        print_json(vars(Scenes.facts(record)) | ({"picture": png} if png else {}))
-    else:
-        typer.echo(Scenes.report(record))
+    if not printing.as_json(shared, extended(DrawnScene, Scenes.facts(record), picture=png)):
+        printing.say(*Scenes.report(record).split("\n"))
     _refuse_impossible(record)
 
 
-def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
+def list_scenes(shared: options.Shared) -> None:
     """List the scenes that are kept in the database."""
-    with database(db) as base:
-        facts = [base.scenes.facts(base.scenes.load(name)) for name in base.scenes.names()]
-    if json:
-        from motiondb import scene_row
+    from motiondb import scene_row
 
-        print_json([scene_row(fact) for fact in facts])
+    with shared.database() as base:
+        facts = [base.scenes.facts(base.scenes.load(name)) for name in base.scenes.names()]
+    if printing.as_json(shared, map(scene_row, facts)):
         return
     if not facts:
-        typer.echo("no scenes; motiondb scene make DIAGRAM -o FOLDER --name NAME keeps one")
+        printing.say("no scenes; motiondb scene make DIAGRAM -o FOLDER --name NAME keeps one")
         return
-    print_table(
+    printing.print_table(
         "",
         ["scene", "characters", "clips", "seconds", "error", "broken rules"],
         [
@@ -222,14 +221,13 @@ def list_scenes(db: Db = DEFAULT_DB, json: Json = False) -> None:
 
 
 def remove(
+    shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="NAME", help="The name of a kept scene.")],
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Remove a kept scene and its players' motions from the database; folders stay."""
-    with database(db, writing=True) as base:
+    from motiondb.answers.catalogue import Removed
+
+    with shared.database(writing=True) as base:
         captures = base.scenes.remove(name)
-    if json:
-        print_json({"removed": name, "captures": captures})
-    else:
-        typer.echo(f"removed {name} with {', '.join(captures) or 'no captures'}")
+    if not printing.as_json(shared, Removed(name, captures)):
+        printing.say(f"removed {name} with {', '.join(captures) or 'no captures'}")

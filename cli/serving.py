@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from motiondb.cli.options import DEFAULT_DB, Db, Json, seconds_to_wait
-from motiondb.cli.printing import print_json
+from motiondb.cli import options, printing
 
 
 def register(app: typer.Typer) -> None:
@@ -17,6 +16,7 @@ def register(app: typer.Typer) -> None:
 
 
 def serve(
+    shared: options.Shared,
     host: Annotated[
         str,
         typer.Option(
@@ -50,8 +50,6 @@ def serve(
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Whether to open the page in the browser.")
     ] = True,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
 ) -> None:
     """Serve the page: the database in the browser, until Ctrl-C.
 
@@ -61,20 +59,18 @@ def serve(
     from motiondb import serve as run
 
     settings = PageSettings(
-        db,
+        shared.db,
         host,
         port,
         read_only,
         folders=tuple(folders or ()),
         boards=boards,
-        wait=seconds_to_wait(),
+        wait=shared.wait,
         allowed_hosts=tuple(names or ()),
     )
 
     def told(address: str) -> None:
-        if json:
-            print_json({"address": address})
-        else:
-            typer.echo(f"The page is at {address}  (Ctrl-C ends it)")
+        if not printing.as_json(shared, {"address": address}):
+            printing.say(f"The page is at {address}  (Ctrl-C ends it)")
 
-    run(settings, told, lambda text: typer.echo(f"note: {text}", err=True), open_browser)
+    run(settings, told, lambda text: printing.warn(f"note: {text}"), open_browser)

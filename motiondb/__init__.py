@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motiondb.answers.asking import like_answer, search_answer, words_over_time
     from motiondb.answers.catalogue import listed_capture, shown_event
     from motiondb.answers.grammars import GrammarAnswer
     from motiondb.answers.learning import learned_summary
     from motiondb.answers.making import Source
     from motiondb.answers.plain import to_json
+    from motiondb.answers.questions import like_answer, search_answer, words_over_time
     from motiondb.answers.scenes import scene_row
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
     from motiondb.database.grammars.grammars import Grammars
-    from motiondb.database.learn.knowledge import load_knowledge, shipped_starts
+    from motiondb.database.learn.start import load_knowledge, shipped_starts
     from motiondb.database.learned_grammar import LearnedGrammar
-    from motiondb.database.scenes.scene_clips import ShownAction
     from motiondb.database.scenes.scene_making import SceneSettings
     from motiondb.database.scenes.scene_texts import SceneText
     from motiondb.database.scenes.scenes import Scene, Scenes
@@ -51,8 +50,10 @@ if TYPE_CHECKING:
     )
     from motiondb.fetch import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings, fetch_cmu
     from motiondb.files import ReadLimits, read_capture, unit_from_name
+    from motiondb.files.own_files import check_overwriting, protect_others
     from motiondb.generate.shown_actions import JudgedAction
     from motiondb.grammar.cfg.context_free import Tree
+    from motiondb.grammar.derivation.plan import Plan
     from motiondb.language.question.readings import KnownQuestion
     from motiondb.language.question.tree import NotUsed
     from motiondb.learn.drift import Drift
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
         MotionSymbols,
         Relation,
     )
+    from motiondb.scene.clips.caption_actions import ShownAction
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
     from motiondb.search.asked_words import Taking, WrittenWord
@@ -119,6 +121,7 @@ __all__ = [
     "NotUsed",
     "PageSettings",
     "ParsedMotion",
+    "Plan",
     "QueryError",
     "ReadLimits",
     "Relation",
@@ -143,6 +146,7 @@ __all__ = [
     "__version__",
     "changes_saved",
     "check_file",
+    "check_overwriting",
     "compact",
     "fetch_cmu",
     "grammar_row",
@@ -151,6 +155,7 @@ __all__ = [
     "listed_capture",
     "load_knowledge",
     "open",
+    "protect_others",
     "read_capture",
     "read_joint_map",
     "rescue",
@@ -168,7 +173,7 @@ __all__ = [
 __version__ = "0.1.0"
 
 _PLACES = {
-    "motiondb.answers.asking": "like_answer search_answer words_over_time",
+    "motiondb.answers.questions": "like_answer search_answer words_over_time",
     "motiondb.answers.catalogue": "listed_capture shown_event",
     "motiondb.answers.grammars": "GrammarAnswer",
     "motiondb.answers.learning": "learned_summary",
@@ -177,6 +182,7 @@ _PLACES = {
     "motiondb.answers.scenes": "scene_row",
     "motiondb.database.grammars.grammar_facts": "grammar_row",
     "motiondb.files": "ReadLimits read_capture unit_from_name",
+    "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
     "motiondb.database.checking": "check_file",
     "motiondb.database.learned_grammar": "LearnedGrammar",
@@ -186,9 +192,8 @@ _PLACES = {
     "motiondb.database.grammars.grammar_parsing": "ParsedMotion",
     "motiondb.database.grammars.grammar_sequences": "Edit GrammarSequence",
     "motiondb.database.grammars.grammars": "Grammars",
-    "motiondb.database.learn.knowledge": "load_knowledge shipped_starts",
+    "motiondb.database.learn.start": "load_knowledge shipped_starts",
     "motiondb.database.generating": "Generated",
-    "motiondb.database.scenes.scene_clips": "ShownAction",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",
@@ -196,6 +201,7 @@ _PLACES = {
     "QueryError SceneError SheetError StoreError",
     "motiondb.fetch": "CMU_TERMS CMU_URL FetchLimits FetchSettings fetch_cmu",
     "motiondb.grammar.cfg.context_free": "Tree",
+    "motiondb.grammar.derivation.plan": "Plan",
     "motiondb.search.by_example": "ExampleAnswer",
     "motiondb.search.reasons": "ExplainedWord Explanation",
     "motiondb.search.by_words": "WordAnswer",
@@ -209,6 +215,7 @@ _PLACES = {
     "motiondb.page.standalone": "StandalonePage",
     "motiondb.search.asked_words": "Taking WrittenWord",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
+    "motiondb.scene.clips.caption_actions": "ShownAction",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",
     "motiondb.scene.services.services": "GrammarReport Suggestions Validation",
     "motiondb.store": "GrammarSize StoredScene",
@@ -264,7 +271,9 @@ def compact(path: str | Path, wait: float = 0.0) -> tuple[int, int]:
         When another process holds the file, or it is not a database of motiondb.
     """
     from motiondb import store
+    from motiondb.files.safe_files import check_file_name
 
+    check_file_name(Path(path))
     return store.compact(Path(path), wait=wait)
 
 

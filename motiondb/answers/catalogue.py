@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
-from motiondb.answers.asking import WordProbability
-from motiondb.answers.plain import fields_of
-from motiondb.records import Caption, CaptureInfo, Event
+from motiondb.answers.learning import StartAnswer
+from motiondb.answers.plain import OPTIONAL, SPREAD, extended
+from motiondb.answers.questions import WordProbability
+from motiondb.learn.drift import Drift
+from motiondb.records import Caption, CaptureInfo, Event, Relation
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ def shown_event(event: Event) -> ShownEvent:
     event : Event
         The event.
     """
-    return ShownEvent(**fields_of(event), seconds=event.seconds)
+    return extended(ShownEvent, event, seconds=event.seconds)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,7 +76,113 @@ def listed_capture(info: CaptureInfo, captions: tuple[Caption, ...] = ()) -> Lis
     captions : tuple of Caption
         What people wrote about the capture.
     """
-    return ListedCapture(**fields_of(info), words=tuple(captions))
+    return extended(ListedCapture, info, words=tuple(captions))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaptureFacts:
+    """The facts of a capture as text shows them: captions, copies and sources are sentences."""
+
+    capture: str
+    kind: str
+    format: str
+    seconds: float
+    fps: float
+    frames: int
+    leg_length: str
+    path: str
+    sha256: str
+    tags: dict[str, str] = field(metadata=SPREAD)
+    words: list[str]
+    events: dict[str, int]  # Number of each kind
+    copies: list[str]
+    notes: list[str]
+    segments: list[ShownSegment]
+    sources: list[str] | None = field(default=None, metadata=OPTIONAL)  # Of a generated capture
+    grammar: str | None = field(default=None, metadata=OPTIONAL)
+    string: str | None = field(default=None, metadata=OPTIONAL)  # What the grammar derived
+    activities: list[ShownActivity]
+    png: Path | None = field(default=None, metadata=OPTIONAL)
+    gif: Path | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class AddReport:
+    """The result of ``add``."""
+
+    added: tuple[str, ...]  # Names of new captures
+    # Name, and name in the database, of files whose content was there already
+    known: tuple[tuple[str, str], ...]
+    problems: tuple[str, ...]  # A sentence per file or sheet row that could not be used
+    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
+    notes: tuple[str, ...]  # What was unusual but used
+    seconds: float
+    # How many of ``added`` can be searched at once, because the database had learned
+    counted: int = 0
+    # Words of their captions that the vocabulary lacks; the next ``learn`` counts them
+    new_words: tuple[str, ...] = ()
+    events: int = 0  # Number of events saved with ``added``
+    without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
+
+
+@dataclass(frozen=True, kw_only=True)
+class AddAnswer(AddReport):
+    """The result of ``add``, and the state of the database after it."""
+
+    captures: int
+    drift: Drift | None
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A capture that was written to a file."""
+
+    capture: str
+    output: Path
+
+
+@dataclass(frozen=True)
+class Removed:
+    """What was removed, and what that means for others."""
+
+    removed: str | list[str]
+    captures: list[str] | None = field(default=None, metadata=OPTIONAL)  # Of a scene
+    # Sequences of a grammar
+    no_longer_editable: list[str] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class CaptionsSet:
+    """The captions of a capture after a change."""
+
+    capture: str
+    words: list[str]
+    counted: bool
+    new_words: list[str]
+
+
+@dataclass(frozen=True)
+class EventRow:
+    """A kind of event, with its number of events and of captures that have it."""
+
+    event: str
+    count: int
+    captures: int
+
+
+@dataclass(frozen=True)
+class Faults:
+    """The faults of a database."""
+
+    faults: list[str]
+
+
+@dataclass(frozen=True)
+class Compacted:
+    """The size of a database file, bytes."""
+
+    before: int
+    after: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +219,15 @@ class DatabaseInfo:
     words: int | None = None
     current: bool | None = None
     not_yet_learned: int | None = None
-    start: dict[str, Any] | None = None  # The start that was used for learning
+    start: StartAnswer | None = None  # The start that was used for learning
+
+
+@dataclass(frozen=True, kw_only=True)
+class InfoAnswer(DatabaseInfo):
+    """What is in a database, how far it has changed since it learned, and its runs."""
+
+    drift: Drift | None
+    runs: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)

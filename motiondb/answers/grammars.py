@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from motiondb.answers.asking import DescribedWord
 from motiondb.answers.making import Source
+from motiondb.answers.plain import OPTIONAL
+from motiondb.answers.questions import DescribedWord
 from motiondb.grammar.derivation.edit import Region
 
 
@@ -98,6 +99,84 @@ class GrammarAnswer:
     text_with_loops: str
 
 
+@dataclass(frozen=True, kw_only=True)
+class GrammarLearnedAnswer(GrammarAnswer):
+    """A grammar that was learned, and the captures that can no longer be edited with it."""
+
+    no_longer_editable: list[str]
+
+
+@dataclass(frozen=True)
+class ParsedSentence:
+    """A sentence of a motion."""
+
+    string: tuple[str, ...]
+    tree: str
+
+
+@dataclass(frozen=True)
+class ParseFault:
+    """Why a string of terminals does not parse."""
+
+    position: int
+    found: str | None
+    expected: tuple[str, ...]
+    may_end: bool
+    says: str
+
+
+@dataclass(frozen=True)
+class ParseAnswer:
+    """A motion as a string of terminals, with its sentences or the fault; distances in metres."""
+
+    string: tuple[str, ...]
+    spans: list[tuple[float, float]]
+    learned_from: bool
+    distances: tuple[float, ...]
+    usual_distance: float | None
+    unlike: tuple[int, ...]  # Positions of terminals that are farther than usual
+    share_unlike: float
+    is_unlike: bool
+    sentences: list[ParsedSentence]
+    fault: ParseFault | None
+
+
+@dataclass(frozen=True)
+class NextTerminal:
+    """A terminal that may come next; None is the end."""
+
+    terminal: str | None
+    end: bool
+    probability: float
+
+
+@dataclass(frozen=True)
+class WayAnswer:
+    """The most probable way to a terminal, and from there to the end of the sentence."""
+
+    to_goal: tuple[str, ...]
+    then: tuple[str, ...]
+    log_probability: float
+    tree: str
+
+
+@dataclass(frozen=True)
+class CompletedSentence:
+    """A sentence that matches a pattern."""
+
+    string: tuple[str, ...]
+    probability: float
+
+
+@dataclass(frozen=True)
+class CompletionsAnswer:
+    """The most probable sentences that match a pattern."""
+
+    probability: float
+    proven: bool
+    sentences: list[CompletedSentence]
+
+
 @dataclass(frozen=True)
 class TerminalSpan:
     """When a terminal of a sequence is played."""
@@ -125,6 +204,23 @@ class SequenceAnswer:
 
 
 @dataclass(frozen=True, kw_only=True)
+class WrittenSequence(SequenceAnswer):
+    """A sequence that was made, with the names of its files and of the capture that holds it."""
+
+    output: str | None = field(default=None, metadata=OPTIONAL)
+    provenance: str | None = field(default=None, metadata=OPTIONAL)
+    capture: str | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alternative(WrittenSequence):
+    """A sequence with another derivation of its region."""
+
+    region: tuple[str, ...]
+    log_probability: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Unplayable:
     """Another derivation of a region for which no motion can be made, and why."""
 
@@ -139,3 +235,12 @@ class AlternativesAnswer:
     """The region of a sequence that is edited."""
 
     region: Region
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfferedEdits(AlternativesAnswer):
+    """The alternatives for a region of a sequence."""
+
+    grammar: str
+    string: tuple[str, ...]
+    alternatives: list[Alternative | Unplayable]

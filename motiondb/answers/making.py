@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from motiondb.answers.asking import UnderstoodQuestion, WordProbability
+from motiondb.answers.plain import OPTIONAL
+from motiondb.answers.questions import UnderstoodQuestion, WordProbability
 from motiondb.search.chances import WordSource
 
 
@@ -60,3 +61,21 @@ class GeneratedAnswer:
     sources: tuple[Source, ...]
     words_from: tuple[WordSource, ...] = ()
     question: UnderstoodQuestion
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenMotion(GeneratedAnswer):
+    """A motion from a sentence, with the names of its files and of the capture that holds it."""
+
+    output: str
+    provenance: str
+    capture: str | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class Variants:
+    """Several motions from one sentence."""
+
+    shown: bool  # Whether all of them show every action
+    asked: int  # How many were asked for
+    variants: list[WrittenMotion]

@@ -6,9 +6,19 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
+
+Answer = TypeVar("Answer")
+OPTIONAL = {"json": "optional"}  # Metadata of a field that is no key where it is None
+SPREAD = {"json": "spread"}  # Of a field with a mapping whose keys stand among the answer's
+
+
+def extended(kind: type[Answer], base: object, **more: object) -> Answer:
+    """Return an answer of a kind that has the fields of another dataclass, and more."""
+    known = {f.name: getattr(base, f.name) for f in fields(cast(Any, base))}
+    return kind(**known | more)
 
 
 def fields_of(value: object, kind: type | None = None) -> dict[str, Any]:
@@ -23,7 +33,8 @@ def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSO
     ----------
     value : object
         A dataclass, a mapping, an array, a path, a number, a text, or a sequence of these. The
-        names of a dataclass's fields are the keys, without the underscore of ``from_``.
+        names of a dataclass's fields are the keys, without the underscore of ``from_``; see also
+        :data:`OPTIONAL` and :data:`SPREAD`.
 
     >>> to_json({"a": np.float32(0.5), "b": (1, float("nan"))})
     {'a': 0.5, 'b': [1, None]}
@@ -37,7 +48,14 @@ def to_json(value: object) -> Any:  # noqa: ANN401  a value of any type that JSO
     if isinstance(value, Mapping):
         return {str(key): to_json(item) for key, item in value.items()}
     if is_dataclass(value):
-        return {f.name.rstrip("_"): to_json(getattr(value, f.name)) for f in fields(value)}
+        facts: dict[str, Any] = {}
+        for f in fields(value):
+            item = to_json(getattr(value, f.name))
+            if f.metadata == SPREAD:
+                facts |= item
+            elif item is not None or f.metadata != OPTIONAL:
+                facts[f.name.rstrip("_")] = item
+        return facts
     if isinstance(value, Path):
         return str(value)
     return [to_json(item) for item in cast("Iterable[object]", value)]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Literal
 
 from motiondb.answers.making import Source
-from motiondb.answers.plain import fields_of
+from motiondb.answers.plain import OPTIONAL
 from motiondb.scene.report.report_records import (
     Collision,
     GuardReport,
@@ -61,13 +62,9 @@ class SceneRow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SceneAnswer(SceneRow):
-    """The report of a scene."""
+class SceneDetails:
+    """What was measured on a scene beside its rules, and how it was made."""
 
-    settings: dict[str, Any]
-    ball: bool
-    actions: dict[str, tuple[str, ...]]
-    by_rule: tuple[MeasuredRule, ...]
     collisions: tuple[Collision, ...]
     collisions_before: int
     feet: dict[str, tuple[float, float]]  # Slip of planted feet, there and in the sources, m/s
@@ -86,6 +83,16 @@ class SceneAnswer(SceneRow):
     sources: tuple[Source, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class SceneAnswer(SceneDetails, SceneRow):
+    """The report of a scene."""
+
+    settings: dict[str, Any]
+    ball: bool
+    actions: dict[str, tuple[str, ...]]
+    by_rule: tuple[MeasuredRule, ...]
+
+
 def scene_row(scene: SceneAnswer) -> SceneRow:
     """Return a scene as a row of a list.
 
@@ -94,4 +101,108 @@ def scene_row(scene: SceneAnswer) -> SceneRow:
     scene : SceneAnswer
         What :meth:`Scenes.facts` gives.
     """
-    return SceneRow(**fields_of(scene, SceneRow))
+    return SceneRow(**{f.name: getattr(scene, f.name) for f in fields(SceneRow)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenScene(SceneAnswer):
+    """The report of a scene that was made, its folder, and the seconds of each part of the work."""
+
+    folder: Path
+    took: dict[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnScene(SceneAnswer):
+    """The report of a scene, and its picture."""
+
+    picture: Path | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class StartSymbol:
+    """Properties of the strings of one start symbol of a motion grammar."""
+
+    symbol: str
+    team: str
+    can_be_empty: bool
+    lr1: bool
+    lr1_states: int
+    conflicts: list[str]
+
+
+@dataclass(frozen=True)
+class CheckedGrammar:
+    """Properties of a motion grammar; with the number of clips of each action of a database."""
+
+    name: str
+    nonterminals: tuple[str, ...]
+    terminals: tuple[str, ...]
+    rules: tuple[str, ...]
+    semantic_rules: int
+    useless: tuple[str, ...]
+    nullable: tuple[str, ...]
+    starts: list[StartSymbol]
+    clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class ValidatedActions:
+    """Whether a motion grammar allows some actions: their tree, or where they fail."""
+
+    allowed: bool
+    start: str
+    tree: str | list[Any] | None
+    trees: int | None  # Their number; None for endlessly many
+    position: int | None
+    expected: tuple[str, ...]
+    message: str
+    clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class NextAction:
+    """An action that may come next."""
+
+    action: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class NextActions:
+    """The actions that may come next, and the probability of the end."""
+
+    next: list[NextAction]
+    end: float
+    clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class ActionString:
+    """A string of actions that reaches some goals."""
+
+    string: tuple[str, ...]
+    clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class DiagramPlayer:
+    """What a diagram requires of a player."""
+
+    name: str
+    team: str
+    expression: str
+    shortest: tuple[str, ...]
+    opponent: str | None
+
+
+@dataclass(frozen=True)
+class DrawnDiagram:
+    """A tactics diagram that was drawn."""
+
+    diagram: str
+    grammar: str
+    file: str
+    ball: str  # The player who has the ball at first
+    players: list[DiagramPlayer]
+    clips: dict[str, int] | None = field(default=None, metadata=OPTIONAL)

@@ -3,7 +3,7 @@
 =====================================  ============================================================
 ``motion_db``                          the class :class:`MotionDB`: ask, learn, generate
 ``captures``                           its base: captures, words and events, in and out
-``asking``, ``showing``                questions; facts and pictures of captures and symbols
+``searching``, ``showing``             questions; facts and pictures of captures and symbols
 ``generating``, ``generated_files``    motion from a sentence; its files and its origin
 ``learn``, ``catalogue``               the steps of learning, and of adding captures and words
 ``grammars``, ``scenes``               the operations on grammars and scenes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.body.features import FEATURE_STEP
@@ -21,7 +21,13 @@ from motiondb.search.asked_words import Taking
 from motiondb.store import Provenance, Store
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import ShownActivity, ShownSegment
+    from motiondb.answers.catalogue import (
+        AddReport,
+        CaptureFacts,
+        EventRow,
+        ShownActivity,
+        ShownSegment,
+    )
     from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.session import Session
     from motiondb.search.copies import DuplicateGroup
@@ -51,7 +57,7 @@ class Captures:
         settings: cataloguing.AddSettings | None = None,
         progress: cataloguing.Progress | None = None,
         events: str | Path | None = None,
-    ) -> cataloguing.AddReport:
+    ) -> AddReport:
         """Add a capture, or every capture below a folder.
 
         Broken files are left out and reported; a file whose content is there already changes
@@ -442,15 +448,14 @@ class Captures:
         with self.session.reading():
             return dict(store.load_events(self.store))
 
-    def event_rows(self) -> list[dict[str, Any]]:
+    def event_rows(self) -> list[EventRow]:
         """The kinds of events, each with its number of events and of captures, by name."""
+        from motiondb.answers.catalogue import EventRow
+
         known = self.all_events().values()
         events = Counter(event.name for of_one in known for event in of_one)
         captures = Counter(name for of_one in known for name in {e.name for e in of_one})
-        return [
-            {"event": name, "count": count, "captures": captures[name]}
-            for name, count in sorted(events.items())
-        ]
+        return [EventRow(name, count, captures[name]) for name, count in sorted(events.items())]
 
     def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
         """Replace the synonyms for captions and questions by those of a file.
@@ -523,7 +528,7 @@ class Captures:
             info = store.load_capture(self.store, name)
             return store.load_provenance(self.store, info.capture_id)
 
-    def show(self, name: str) -> dict[str, Any]:
+    def show(self, name: str) -> CaptureFacts:
         """Facts of one capture, for print or JSON; times in seconds.
 
         Raises

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -13,9 +13,11 @@ import numpy as np
 
 from motiondb import pictures, store
 from motiondb.answers.making import Source
+from motiondb.answers.plain import to_json
 from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue.parts import write_bytes, write_clip
 from motiondb.files import to_bvh
+from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Motion
 
 
@@ -31,13 +33,17 @@ class Made(Protocol):
         """The origin of every frame."""
 
 
-def write_with_provenance(made: Made, facts: Mapping[str, Any], path: Path) -> dict[str, Any]:
-    """Write a motion, and beside it ``NAME.provenance.json``."""
-    kept = {k: v for k, v in facts.items() if k != "question" and (k != "words_from" or v)}
-    beside = path.with_name(f"{path.stem}.provenance.json")
+def write_with_provenance(made: Made, facts: object, path: Path) -> dict[str, str]:
+    """Write a motion, and beside it ``NAME.provenance.json``; the names of both files."""
+    said = to_json(facts).items()
+    kept = {k: v for k, v in said if k != "question" and (k != "words_from" or v)}
+    beside = provenance_path(path)
+    check_overwriting(beside)
     write_clip(to_clip(made.motion), path)
-    write_bytes(beside, json.dumps({**kept, "frames": frame_runs(made)}, indent=1).encode())
-    return {**facts, "output": str(path), "provenance": str(beside)}
+    written = {"written_by": WRITER, "sha256": digest_of(path)}
+    runs = {"frames": frame_runs(made)}
+    write_bytes(beside, json.dumps({**written, **kept, **runs}, indent=1).encode())
+    return {"output": str(path), "provenance": str(beside)}
 
 
 def draw_generated(made: Made, title: str, path: str | Path) -> Path:

@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from motiondb import store
-from motiondb.answers.asking import WordProbability, understood_question
-from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer
-from motiondb.answers.plain import to_json
+from motiondb.answers.making import ActionVerdict, DecodedAction, GeneratedAnswer, WrittenMotion
+from motiondb.answers.plain import extended
+from motiondb.answers.questions import WordProbability, understood_question
 from motiondb.database.generated_files import (
     draw_generated,
     sources_of,
@@ -149,7 +148,7 @@ class Generated:
             question=understood_question(self.question, self.not_used),
         )
 
-    def write(self, path: str | Path) -> dict[str, Any]:
+    def write(self, path: str | Path) -> WrittenMotion:
         """Write the motion, and beside it ``NAME.provenance.json`` with the origin of its frames.
 
         Parameters
@@ -159,15 +158,16 @@ class Generated:
 
         Returns
         -------
-        dict
-            The facts (:meth:`facts`) as JSON has them, with the names of both files.
+        WrittenMotion
+            The facts (:meth:`facts`), with the names of both files.
 
         Raises
         ------
         MotionDBError
             When the ending is another one, or a file cannot be written.
         """
-        return write_with_provenance(self, to_json(self.facts()), Path(path))
+        facts = self.facts()
+        return extended(WrittenMotion, facts, **write_with_provenance(self, facts, Path(path)))
 
     def draw(self, path: str | Path) -> Path:
         """Draw a strip of stick figures over the sources of the frames, as PNG.

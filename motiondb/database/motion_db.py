@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from motiondb import store
-from motiondb.database import asking
+from motiondb.database import searching
 from motiondb.database.captures import Captures
 from motiondb.database.session import Session
 from motiondb.learn.learned import Learned
@@ -21,6 +21,7 @@ from motiondb.search.chances import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
+    from motiondb.answers.learning import StartAnswer
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
     from motiondb.database.scenes.scenes import Scenes
@@ -176,7 +177,7 @@ class MotionDB(Captures):
 
     def unlearned(self) -> list[str]:
         """Names of captured captures that no question searches: added and not counted."""
-        return asking.unlearned_captures(self.session)
+        return searching.unlearned_captures(self.session)
 
     def drift(self) -> Drift | None:
         """How far captures and words have changed since the database learned.
@@ -206,10 +207,10 @@ class MotionDB(Captures):
         KnowledgeError
             When it learned with a start itself, or the file cannot be written.
         """
-        from motiondb.database.learn import knowledge
+        from motiondb.database.learn import start
 
         with self.session.reading():
-            return knowledge.export(self.store, self.learned, path, name, credit)
+            return start.export(self.store, self.learned, path, name, credit)
 
     def start_knowledge(self) -> Knowledge:
         """The knowledge that the database started from.
@@ -219,17 +220,17 @@ class MotionDB(Captures):
         NotLearnedError
             When the database has not learned, or learned without a start.
         """
-        from motiondb.database.learn import knowledge
+        from motiondb.database.learn import start
 
         with self.session.reading():
-            return knowledge.start_knowledge(self.learned)
+            return start.start_knowledge(self.learned)
 
-    def start_facts(self) -> dict[str, Any] | None:
+    def start_facts(self) -> StartAnswer | None:
         """The origin of the knowledge that the database started from; None if it did not."""
-        from motiondb.database.learn import knowledge
+        from motiondb.database.learn import start
 
         with self.session.reading():
-            return knowledge.start_facts(self.learned) if self.is_learned() else None
+            return start.start_facts(self.learned) if self.is_learned() else None
 
     def search(
         self,
@@ -264,7 +265,7 @@ class MotionDB(Captures):
         QueryError
             When no word is known or taken as a known one, or the filter cannot be read.
         """
-        return asking.search(self.session, words, where, limit, by_symbols, written, exact)
+        return searching.search(self.session, words, where, limit, by_symbols, written, exact)
 
     def like(
         self,
@@ -308,7 +309,7 @@ class MotionDB(Captures):
 
         with self.session.reading():
             motion = self.motion(example, start, end)
-            allowed = asking.allowed_captures(self.session, where, exact)
+            allowed = searching.allowed_captures(self.session, where, exact)
             return search_motion(
                 self.searchable, self.session.features, motion, allowed, limit, meaning
             )
@@ -428,7 +429,7 @@ class MotionDB(Captures):
         MotionDBError
             When the answer has no matches, or the picture cannot be written.
         """
-        return asking.draw_matches(self.session, answer.matches, path, title, example)
+        return searching.draw_matches(self.session, answer.matches, path, title, example)
 
     def draw_reasons(self, answer: WordAnswer, path: str | Path, title: str = "") -> Path:
         """Draw the best match over a timeline of contributions for each word, as PNG.
@@ -447,7 +448,7 @@ class MotionDB(Captures):
         QueryError
             When the answer has no reasons.
         """
-        return asking.draw_reasons(self.session, answer, path, title)
+        return searching.draw_reasons(self.session, answer, path, title)
 
     def generate(
         self,

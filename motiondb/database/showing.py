@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb import pictures, store
-from motiondb.answers.asking import WordProbability
 from motiondb.answers.catalogue import (
+    CaptureFacts,
     DatabaseInfo,
     ShownActivity,
     ShownSegment,
@@ -20,10 +20,11 @@ from motiondb.answers.catalogue import (
     SymbolSegment,
     WordRow,
 )
+from motiondb.answers.questions import WordProbability
 from motiondb.body.features import FEATURE_STEP, recognition_features
-from motiondb.database.asking import unlearned_captures
-from motiondb.database.learn.knowledge import start_facts
+from motiondb.database.learn.start import start_facts
 from motiondb.database.learned_grammar import load_learned_grammar
+from motiondb.database.searching import unlearned_captures
 from motiondb.errors import QueryError
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.learn.learned import Learned
@@ -67,44 +68,42 @@ def database_info(session: Session) -> DatabaseInfo:
     )
 
 
-def describe_capture(session: Session, name: str) -> dict[str, Any]:
+def describe_capture(session: Session, name: str) -> CaptureFacts:
     """Facts of one capture, for print or JSON; times in seconds."""
     info = store.load_capture(session.store, name)
     number = info.capture_id
     captions = store.load_captions(session.store, number)
     events = store.load_events(session.store, number)
-    facts: dict[str, Any] = {
-        "capture": info.name,
-        "kind": info.kind,
-        "format": info.format,
-        "seconds": round(info.duration, 3),
-        "fps": info.fps,
-        "frames": info.n_frames,
-        "leg_length": f"{info.leg_length:.3f} m",
-        "path": info.path,
-        "sha256": info.sha256,
-        **{k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
-        "words": [_timed(c.words, c.start, c.end) for c in captions.get(number, ())],
-        "events": dict(sorted(Counter(e.name for e in events.get(number, ())).items())),
-        "copies": [
+    made: dict[str, Any] = {}
+    if info.kind == "generated":
+        made["sources"] = _sources(session, number)
+        derivation = store.load_derivation(session.store, number)
+        if derivation is not None:
+            learned = load_learned_grammar(session.store, derivation.grammar)
+            string = derive_by(learned.grammar, derivation.rules).leaves()
+            made |= {"grammar": derivation.grammar, "string": " ".join(string)}
+    return CaptureFacts(
+        capture=info.name,
+        kind=info.kind,
+        format=info.format,
+        seconds=round(info.duration, 3),
+        fps=info.fps,
+        frames=info.n_frames,
+        leg_length=f"{info.leg_length:.3f} m",
+        path=info.path,
+        sha256=info.sha256,
+        tags={k: v for k, v in info.tags.items() if k not in ("capture", "segments")},
+        words=[_timed(c.words, c.start, c.end) for c in captions.get(number, ())],
+        events=dict(sorted(Counter(e.name for e in events.get(number, ())).items())),
+        copies=[
             f"{r.capture} {r.kind} {r.other} {r.start:.2f}-{r.end:.2f} s"
             for r in store.load_relations(session.store, info.name)
         ],
-        "notes": list(info.notes),
-        "segments": [],
-    }
-    if info.kind == "generated":
-        facts["sources"] = _sources(session, info.capture_id)
-        derivation = store.load_derivation(session.store, info.capture_id)
-        if derivation is not None:
-            facts["grammar"] = derivation.grammar
-            learned = load_learned_grammar(session.store, derivation.grammar)
-            string = derive_by(learned.grammar, derivation.rules).leaves()
-            facts["string"] = " ".join(string)
-    if store.is_learned(session.store):
-        facts["segments"] = capture_segments(session, info.capture_id)
-    facts["activities"] = capture_activities(session, info.capture_id)
-    return facts
+        notes=list(info.notes),
+        segments=capture_segments(session, number) if store.is_learned(session.store) else [],
+        activities=capture_activities(session, number),
+        **made,
+    )
 
 
 def capture_segments(session: Session, capture_id: int) -> list[ShownSegment]:

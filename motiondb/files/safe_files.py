@@ -21,8 +21,9 @@ import os
 import re
 import stat
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
@@ -118,6 +119,11 @@ def check_output(path: Path) -> None:
         _refuse_other_kinds(path.stat().st_mode, False)
 
 
+check_replacing: ContextVar[Callable[[Path, Path], None]] = ContextVar(
+    "called with a file and the draft that would replace it", default=lambda _path, _draft: None
+)
+
+
 @contextmanager
 def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     """Yield a draft that is renamed to ``path`` at the end, or removed after an error.
@@ -136,6 +142,8 @@ def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     try:
         delete_all(draft, log_of(draft))  # of an earlier process of the same number
         yield draft
+        if not is_cache:
+            check_replacing.get()(path, draft)
         draft.replace(path)
     finally:
         delete_all(draft, log_of(draft))
@@ -252,6 +260,10 @@ def plain_name(path: Path) -> str:
 
 def check_file_name(path: Path) -> None:
     """Refuse the name of a database that the system cannot have, or of a database's log."""
+    if not path.name:  # "", "." and "/"
+        raise StoreError(
+            f"{path}: expected a database of motiondb, found a folder. Name another file with --db."
+        )
     if ".wal" in path.suffixes:
         raise StoreError(
             f"{path}: expected the name of a database, found that of a database's log. "

@@ -123,15 +123,6 @@ class Knowledge:
         """Its words, sorted."""
         return self.taught.words
 
-    def facts(self) -> dict[str, Any]:
-        """Its content and origin, for printing or JSON."""
-        return {
-            **self.origin.facts(),
-            "sha256": self.origin.digest,
-            "symbols": self.symbols.n_symbols,
-            "words": len(self.words),
-        }
-
 
 @dataclass(frozen=True, eq=False)
 class Started:

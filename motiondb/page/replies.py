@@ -9,18 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from motiondb.answers.asking import (
-    ExplainedMatch,
-    LikeAnswer,
-    SearchAnswer,
-    WordsOfQuestion,
-    WordsOverTime,
-    known_words,
-    like_answer,
-    search_answer,
-    understood_question,
-    words_over_time,
-)
 from motiondb.answers.catalogue import (
     ListedCapture,
     ShownActivity,
@@ -32,6 +20,18 @@ from motiondb.answers.catalogue import (
 from motiondb.answers.grammars import SequenceAnswer
 from motiondb.answers.making import GeneratedAnswer, Source
 from motiondb.answers.plain import fields_of
+from motiondb.answers.questions import (
+    ExplainedMatch,
+    LikeAnswer,
+    SearchAnswer,
+    WordsOfQuestion,
+    WordsOverTime,
+    known_words,
+    like_answer,
+    search_answer,
+    understood_question,
+    words_over_time,
+)
 from motiondb.answers.scenes import SceneAnswer
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.browsing import BrowsedCapture
@@ -192,8 +192,8 @@ def capture_details(db: MotionDB, row: BrowsedCapture) -> CaptureDetails:
     if row.info.kind == "generated":
         provenance, shown = db.provenance(name), db.show(name)
         made = {"sources": sources_of(provenance), "stretches": stretches(provenance)}
-        if "string" in shown:
-            made |= {"grammar": shown["grammar"], "string": tuple(shown["string"].split())}
+        if shown.string is not None:
+            made |= {"grammar": shown.grammar, "string": tuple(shown.string.split())}
     words = db.describe(name) if db.is_learned() and db.learned.has_words else ()
     return CaptureDetails(
         **fields_of(listed_capture(row.info, row.captions)),

@@ -22,6 +22,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
+from motiondb.files.own_files import WRITER
 from motiondb.page.motion import body_track, figure_of, pack, pack_scene
 from motiondb.page.replies import (
     capture_details,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
 """Elements that the page's ``index.html`` contains exactly once."""
+GENERATOR = f'<meta name="generator" content="{WRITER}">'
 MARGIN = 1.0  # Seconds that are shown before and after a match
 EXAMPLE = "example"  # Key of the motion of an example that is no stored capture
 
@@ -133,7 +135,7 @@ class StandalonePage:
         QueryError
             No capture has this name.
         """
-        motion, full = db.motion(name), db.show(name)["capture"]
+        motion, full = db.motion(name), db.show(name).capture
         row = db.browsed(full)
         assert row is not None
         ref = f"capture:{full}"
@@ -177,6 +179,7 @@ def standalone_page(shown: StandalonePage) -> str:
     data = f'<script type="application/json" id="motiondb-data">{_data(shown)}</script>'
     body, end = index.replace(SCRIPT, "").rsplit("</body>", 1)
     page = body.replace(STYLE, f"{meta}\n<style>{style}</style>")
+    page = page.replace("<head>", f"<head>\n    {GENERATOR}", 1)
     return f"{page}{data}\n<script>{script}</script>\n</body>{end}"
 
 

@@ -143,3 +143,20 @@ def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
     )
     assert ended.returncode == 130
     assert ended.stderr == "interrupted: the database is unchanged\n"
+
+
+READER = """
+import signal
+from motiondb.database.catalogue.file_reading import _interrupts_wait, _pool_of
+
+if __name__ == "__main__":
+    with _pool_of(1) as pool:
+        with _interrupts_wait():
+            blocked = pool.schedule(signal.pthread_sigmask, args=(signal.SIG_BLOCK, ()))
+        print(signal.SIGINT in blocked.result())
+"""
+
+
+def test_processes_that_read_leave_interrupts_to_the_command() -> None:
+    ended = subprocess.run([sys.executable, "-c", READER], capture_output=True, text=True)
+    assert (ended.stdout, ended.stderr) == ("True\n", "")

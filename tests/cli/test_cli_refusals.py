@@ -48,6 +48,9 @@ def test_a_missing_database_is_not_made(command: Any, words: tuple[str, ...]) ->
         (("generate", "walk", "-o", "a.bvh", "--save", ""), "expected a name for the capture"),
         (("generate", "walk"), "Missing option"),
         (("bogus",), "No such command 'bogus'"),
+        (("list", "--db", ""), ".: expected a database of motiondb, found a folder"),
+        (("add", ".", "--db", "."), ".: expected a database of motiondb, found a folder"),
+        (("check", "--db", "/"), "/: expected a database of motiondb, found a folder"),
     ],
 )
 def test_wrong_use_ends_with_two(

@@ -14,6 +14,7 @@ import pytest
 
 import motiondb
 from motiondb import Motion, Scenes
+from motiondb.answers.catalogue import EventRow
 from motiondb.body import body
 
 AMBIGUOUS = 'start S\nS -> S S | a\na := "walk"\n'
@@ -77,10 +78,7 @@ def test_kinds_of_events_are_counted(some: Path, tmp_path: Path) -> None:
         )
         assert db.event_rows() == []
         db.import_events(sheet)
-        assert db.event_rows() == [
-            {"event": "catch", "count": 3, "captures": 2},
-            {"event": "release", "count": 1, "captures": 1},
-        ]
+        assert db.event_rows() == [EventRow("catch", 3, 2), EventRow("release", 1, 1)]
         assert [event.seconds for event in db.events(first)] == [0.5, 1.0]
 
 
@@ -187,7 +185,7 @@ def test_a_generated_motion_writes_itself_with_its_provenance(
     told = json.loads((tmp_path / "kick.provenance.json").read_text())
     assert (told["words"], told["seed"], told["method"]) == ("a person kicks", 3, "stitched")
     assert told["frames"][-1]["end"] == made.motion.n_frames
-    assert facts["provenance"] == str(tmp_path / "kick.provenance.json")
+    assert facts.provenance == str(tmp_path / "kick.provenance.json")
     motiondb.write_bvh(made.motion, tmp_path / "plain.bvh")
     assert (tmp_path / "plain.bvh").read_bytes() == (tmp_path / "kick.bvh").read_bytes()
     with pytest.raises(motiondb.MotionDBError, match=r"expected an ending .bvh, .glb or .gltf"):
@@ -211,5 +209,5 @@ def test_what_is_known_of_a_database_needs_no_command(learned_file: Path) -> Non
         assert [run["kind"] for run in db.runs()] == ["add", "learn"]
         assert db.word_rows()[0].count == max(row.count for row in db.word_rows())
         assert len(db.symbol_rows()) == facts.symbols
-        assert db.show("ana/walk_1")["frames"] > 0
+        assert db.show("ana/walk_1").frames > 0
         assert len(db.vocabulary()) == facts.words

@@ -52,9 +52,9 @@ def test_one_capture_has_what_the_class_knows(client: TestClient, learned_file: 
     with motiondb.open(learned_file, read_only=True) as db:
         known = db.show("ana/long_1")
         described = db.describe("ana/long_1")
-    assert facts["segments"] == motiondb.to_json(known["segments"])
-    assert facts["activities"] == motiondb.to_json(known["activities"])
-    assert facts["sha256"] == known["sha256"]
+    assert facts["segments"] == motiondb.to_json(known.segments)
+    assert facts["activities"] == motiondb.to_json(known.activities)
+    assert facts["sha256"] == known.sha256
     assert [d["start"] for d in facts["recognised"]] == [d.start for d in described]
     assert facts["tags"]["licence"] == "CC0-1.0"
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import files, store
+from motiondb.answers.catalogue import AddReport
 from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
@@ -18,25 +19,6 @@ from motiondb.search import copies
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
-
-
-@dataclass(frozen=True)
-class AddReport:
-    """The result of ``add``."""
-
-    added: tuple[str, ...]  # Names of new captures
-    # Name, and name in the database, of files whose content was there already
-    known: tuple[tuple[str, str], ...]
-    problems: tuple[str, ...]  # A sentence per file or sheet row that could not be used
-    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
-    notes: tuple[str, ...]  # What was unusual but used
-    seconds: float
-    # How many of ``added`` can be searched at once, because the database had learned
-    counted: int = 0
-    # Words of their captions that the vocabulary lacks; the next ``learn`` counts them
-    new_words: tuple[str, ...] = ()
-    events: int = 0  # Number of events saved with ``added``
-    without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
 
 
 def add_captures(

@@ -18,6 +18,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -148,6 +149,8 @@ def _context() -> LokyContext:
     from joblib.externals.loky.backend.context import LokyContext
     from joblib.externals.loky.backend.process import LokyProcess
 
+    # Now, since its start ends the block of Ctrl-C that processes after it should inherit
+    resource_tracker.ensure_running()
     context = LokyContext()
     context.Process = partial(LokyProcess, env=_ONE_THREAD)
     return context

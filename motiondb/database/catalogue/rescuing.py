@@ -49,6 +49,7 @@ def rescue(path: str | Path, output: str | Path, *, wait: float = 0.0) -> Rescue
         Nothing of the file can be read, or the output is there already.
     """
     path, output = Path(path), Path(output)
+    check_file_name(path)
     check_file_name(output)
     if not output.parent.is_dir():
         raise StoreError(

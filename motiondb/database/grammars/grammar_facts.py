@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb import store
-from motiondb.answers.asking import DescribedWord
 from motiondb.answers.grammars import (
     GrammarAnswer,
     GrammarRow,
@@ -27,6 +26,7 @@ from motiondb.answers.grammars import (
     TerminalSpan,
     TerminalSymbol,
 )
+from motiondb.answers.questions import DescribedWord
 from motiondb.database.generated_files import sources_of
 from motiondb.database.grammars.grammar_sequences import GrammarSequence, Material
 from motiondb.database.grammars.grammar_words import Meaning

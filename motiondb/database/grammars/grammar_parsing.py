@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb import store
+from motiondb.answers.grammars import ParseAnswer, ParsedSentence, ParseFault
 from motiondb.database.grammars.grammar_sequences import Material
 from motiondb.database.learned_grammar import LearnedGrammar
 from motiondb.files import ReadOptions, read_file
@@ -67,6 +68,26 @@ class ParsedMotion:
     fault: ParseError | None = None
     distances: tuple[float, ...] = ()
     reach: float | None = None
+
+    def facts(self) -> ParseAnswer:
+        """The string with its sentences or its fault, for JSON."""
+        fault = self.fault
+        return ParseAnswer(
+            string=self.string,
+            spans=list(zip(self.starts, self.ends)),
+            learned_from=self.stored,
+            distances=self.distances,
+            usual_distance=self.reach,
+            unlike=self.unlike,
+            share_unlike=self.share_unlike,
+            is_unlike=self.is_unlike,
+            sentences=[ParsedSentence(tree.leaves(), str(tree)) for tree in self.trees],
+            fault=None
+            if fault is None
+            else ParseFault(
+                fault.position, fault.symbol, fault.expected, fault.may_end, str(fault)
+            ),
+        )
 
     @property
     def unlike(self) -> tuple[int, ...]:

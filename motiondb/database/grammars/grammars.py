@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from motiondb import store
-from motiondb.answers.grammars import GrammarAnswer, SequenceAnswer
-from motiondb.answers.plain import to_json
+from motiondb.answers.grammars import GrammarAnswer, SequenceAnswer, WrittenSequence
+from motiondb.answers.plain import extended
 from motiondb.database.captures import Captures
 from motiondb.database.generated_files import write_with_provenance
 from motiondb.database.grammars import (
@@ -365,7 +365,7 @@ class Grammars:
         """
         return grammar_facts.sequence_facts(sequence, seed)
 
-    def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> dict[str, Any]:
+    def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> WrittenSequence:
         """Write a sequence, and the origin of its frames to ``NAME.provenance.json``.
 
         Parameters
@@ -379,7 +379,7 @@ class Grammars:
 
         Returns
         -------
-        dict
+        WrittenSequence
             The facts, with the names of both files.
 
         Raises
@@ -387,7 +387,10 @@ class Grammars:
         MotionDBError
             When the ending is another one, or a file cannot be written.
         """
-        return write_with_provenance(sequence, to_json(self.facts(sequence, seed)), Path(path))
+        facts = self.facts(sequence, seed)
+        return extended(
+            WrittenSequence, facts, **write_with_provenance(sequence, facts, Path(path))
+        )
 
     def save(
         self,

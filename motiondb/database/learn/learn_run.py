@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb import store
-from motiondb.database.learn.knowledge import find_start
+from motiondb.database.learn.start import find_start
 from motiondb.database.session import load_features
 from motiondb.errors import MotionDBError
 from motiondb.learn import name_order
@@ -32,7 +32,7 @@ def learn(
 ) -> LearnedModel:
     """Derive everything from the captures that were captured (not generated), and save it.
 
-    `start`: What to start from (:func:`motiondb.database.learn.knowledge.find_start`). None: the
+    `start`: What to start from (:func:`motiondb.database.learn.start.find_start`). None: the
     start that the database used when it learned before, if any.
     """
     tell = progress or (lambda _what, _share: None)

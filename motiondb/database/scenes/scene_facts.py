@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import replace
 from itertools import groupby, pairwise
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from motiondb.answers.making import Source
+from motiondb.answers.scenes import SceneDetails
 from motiondb.database.scenes.scene_folder import waiting
 from motiondb.database.scenes.scene_making import MadeScene
 from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.polish.placed import Placed
+
+Record = TypeVar("Record")
 
 
 def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
@@ -34,36 +38,32 @@ def action_captions(placed: Placed, actions: tuple[str, ...]) -> list[Caption]:
     ]
 
 
-def report_details(made: MadeScene) -> dict[str, Any]:
-    """Return the facts of a report other than the values of rules."""
+def scene_details(made: MadeScene, sources: tuple[Source, ...]) -> SceneDetails:
+    """Return what a report says beside the values of rules, with rounded numbers."""
     report = made.report
-    return {
-        "rule_frames": [[rule.start, rule.end] for rule in report.rules],
-        "collisions": [_rounded(asdict(touch)) for touch in report.collisions],
-        "collisions_before": len(report.collisions_before),
-        "feet": {f.player: [round(f.slip, 4), round(f.source_slip, 4)] for f in report.feet},
-        "paces": [_rounded(asdict(pace), 3) for pace in report.paces],
-        "impossible": [_rounded(asdict(motion)) for motion in report.impossible],
-        "planted_feet": [_rounded(asdict(jump)) for jump in report.jumps],
-        "near_limbs": [_rounded(asdict(pair)) for pair in report.limbs],
-        "guards": [_rounded(asdict(guard)) for guard in report.guards],
-        "bone_error": round(report.bone_error, 6),
-        "ball_gap": None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
-        "too_fast": list(made.too_fast),
-        "settled": bool(made.polished.settled),
-        "tries": made.tries,
-        "cut_short": made.cut_short,
-        **({"cut_at": dict(zip(("try", "rounds", "of"), made.cut_at))} if made.cut_short else {}),
-    }
+    cut_at = dict(zip(("try", "rounds", "of"), made.cut_at)) if made.cut_short else None
+    return SceneDetails(
+        collisions=tuple(map(_rounded, report.collisions)),
+        collisions_before=len(report.collisions_before),
+        feet={f.player: (round(f.slip, 4), round(f.source_slip, 4)) for f in report.feet},
+        paces=tuple(_rounded(pace, 3) for pace in report.paces),
+        impossible=tuple(map(_rounded, report.impossible)),
+        planted_feet=tuple(map(_rounded, report.jumps)),
+        near_limbs=tuple(map(_rounded, report.limbs)),
+        guards=tuple(map(_rounded, report.guards)),
+        bone_error=round(report.bone_error, 6),
+        ball_gap=None if np.isnan(report.ball_gap) else round(report.ball_gap, 4),
+        too_fast=made.too_fast,
+        settled=bool(made.polished.settled),
+        tries=made.tries,
+        cut_short=made.cut_short,
+        cut_at=cut_at,
+        sources=sources,
+    )
 
 
-def _rounded(facts: dict[str, Any], digits: int = 4) -> dict[str, Any]:
-    """Return facts for JSON: floats rounded, tuples as lists."""
-    return {
-        key: round(value, digits)
-        if isinstance(value, float)
-        else list(value)
-        if isinstance(value, tuple)
-        else value
-        for key, value in facts.items()
-    }
+def _rounded(record: Record, digits: int = 4) -> Record:
+    """Return a record with its floats rounded."""
+    values = vars(record).items()
+    rounded = {name: round(value, digits) for name, value in values if isinstance(value, float)}
+    return replace(cast(Any, record), **rounded)

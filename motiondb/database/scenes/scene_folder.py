@@ -137,7 +137,7 @@ def report_text(record: store.StoredScene) -> str:
         f"{record.name}: {facts.characters} characters, {facts.clips} clips,"
         f" {record.n_frames} frames ({facts.seconds:.1f} s)",
         f"error -log P(Z) {record.error:.2f} as sampled; seed {record.settings.get('seed')}",
-        *cut_short_lines(record),
+        *cut_short_lines(facts),
         "",
     ]
     lines += [f"{name:6} {' '.join(actions)}" for name, actions in facts.actions.items()]
@@ -146,18 +146,17 @@ def report_text(record: store.StoredScene) -> str:
         ["player", "action", "rule", "about", "before", "after", "threshold", "frame", ""],
         [_rule_row(rule, span, record.n_frames) for rule, span in _spans(record)],
     )
-    lines += ["", *_contact_lines(record), *impossible_lines(record.report)]
-    lines += [*_limb_lines(record), *_guard_lines(record), *_feet_lines(record)]
-    lines += ["", *_source_lines(record)]
+    lines += ["", *_contact_lines(facts), *impossible_lines(facts)]
+    lines += [*_limb_lines(facts), *_guard_lines(facts), *_feet_lines(facts), "", "made from:"]
+    lines += [f"  {s.capture}, licence {s.licence}, {s.frames} frames" for s in facts.sources]
     return "\n".join(lines)
 
 
-def cut_short_lines(record: store.StoredScene) -> list[str]:
+def cut_short_lines(facts: SceneAnswer) -> list[str]:
     """Return a line if a limit of time ended the sampling, else no line."""
-    if not record.report.get("cut_short", False):
+    if not facts.cut_short:
         return []
-    minutes = float(record.settings.get("minutes") or 0.0)
-    at = record.report.get("cut_at", {})
+    minutes, at = float(facts.settings.get("minutes") or 0.0), facts.cut_at
     ended = f"; it ended after {at['rounds']} of {at['of']} rounds of try {at['try']}" if at else ""
     return [
         f"sampling was cut short by --minutes {minutes:g}: the seed alone does not determine this "
@@ -186,14 +185,12 @@ def _rule_row(rule: store.SceneRule, span: _Span, n_frames: int) -> list[str]:
     ]
 
 
-def _contact_lines(record: store.StoredScene) -> list[str]:
-    collisions = record.report.get("collisions", [])
-    if not collisions:
+def _contact_lines(facts: SceneAnswer) -> list[str]:
+    if not facts.collisions:
         return ["collisions: none"]
     return ["collisions:"] + [
-        f"  {' and '.join(c['players'])}, frames {c['start']} to {c['end']},"
-        f" {c['depth']:.2f} m deep"
-        for c in collisions
+        f"  {' and '.join(c.players)}, frames {c.start} to {c.end}, {c.depth:.2f} m deep"
+        for c in facts.collisions
     ]
 
 
@@ -206,42 +203,39 @@ _IMPOSSIBLE = {
 }
 
 
-def impossible_lines(report: Mapping[str, Any]) -> list[str]:
-    """Return the impossible motion of a scene, one line each; none for scenes without this fact."""
-    if "impossible" not in report:
-        return []
-    motions = report["impossible"]
-    if not motions:
+def impossible_lines(facts: SceneAnswer) -> list[str]:
+    """Return the impossible motion of a scene, one line each."""
+    if not facts.impossible:
         return ["impossible motion: none"]
     return ["impossible motion:"] + [
-        f"  {' and '.join(m['players'])}{' ' * bool(m['action'])}{m['action']}, {_frames(m)}: "
-        + _IMPOSSIBLE[m["kind"]].format(**m)
-        for m in motions
+        f"  {' and '.join(m.players)}{' ' * bool(m.action)}{m.action}, {_frames(m)}: "
+        + _IMPOSSIBLE[m.kind].format(value=m.value, limit=m.limit)
+        for m in facts.impossible
     ]
 
 
-def _frames(facts: Mapping[str, Any]) -> str:
-    start, last = facts["start"], facts["end"] - 1
+def _frames(motion: ImpossibleMotion) -> str:
+    start, last = motion.start, motion.end - 1
     if start == last:
         return f"frame {start}"
-    return f"frames {start} to {last}, most at {facts['frame']}"
+    return f"frames {start} to {last}, most at {motion.frame}"
 
 
-def _limb_lines(record: store.StoredScene) -> list[str]:
-    pairs = record.report.get("near_limbs", [])
+def _limb_lines(facts: SceneAnswer) -> list[str]:
+    pairs = facts.near_limbs
     return ["limbs of two players within 5 cm:"] * bool(pairs) + [
-        f"  {' and '.join(p['players'])}, {p['n_frames']} frames,"
-        f" nearest {p['metres']:.2f} m at frame {p['frame']}"
+        f"  {' and '.join(p.players)}, {p.n_frames} frames,"
+        f" nearest {p.metres:.2f} m at frame {p.frame}"
         for p in pairs
     ]
 
 
-def _guard_lines(record: store.StoredScene) -> list[str]:
-    guards = record.report.get("guards", [])
+def _guard_lines(facts: SceneAnswer) -> list[str]:
+    guards = facts.guards
     return ["distance of guards over all frames (rules use those of guarding):"] * bool(guards) + [
-        f"  {g['player']} from {g['target']}: outside {g['near']:g} to {_metres(g['far'])} m in"
-        f" {100 * g['outside']:.0f} % of {record.n_frames} frames (rules use {g['n_frames']}), "
-        f"farthest {g['farthest']:.1f} m at frame {g['frame']}"
+        f"  {g.player} from {g.target}: outside {g.near:g} to {_metres(g.far)} m in"
+        f" {100 * g.outside:.0f} % of {facts.frames} frames (rules use {g.n_frames}), "
+        f"farthest {g.farthest:.1f} m at frame {g.frame}"
         for g in guards
     ]
 
@@ -251,39 +245,28 @@ def _metres(far: float | None) -> str:
     return "inf" if far is None else f"{far:g}"
 
 
-def _feet_lines(record: store.StoredScene) -> list[str]:
-    feet = record.report.get("feet", {})
+def _feet_lines(facts: SceneAnswer) -> list[str]:
     lines = ["feet on the ground slide (in the captures), m/s:"]
-    lines += [f"  {name:6} {slip:.3f} ({there:.3f})" for name, (slip, there) in feet.items()]
-    jumps = record.report.get("planted_feet", [])
+    lines += [f"  {name:6} {slip:.3f} ({there:.3f})" for name, (slip, there) in facts.feet.items()]
+    jumps, paces = facts.planted_feet, facts.paces
     lines += ["largest jump of a planted foot within 0.3 s (in the captures), m:"] * bool(jumps)
     lines += [
-        f"  {j['player']:6} {j['metres']:.3f} ({j['source_metres']:.3f})"
-        + f", {j['foot']} foot, frames {j['start']} to {j['end']}" * bool(j["foot"])
+        f"  {j.player:6} {j.metres:.3f} ({j.source_metres:.3f})"
+        + f", {j.foot} foot, frames {j.start} to {j.end}" * bool(j.foot)
         for j in jumps
     ]
-    paces = record.report.get("paces", [])
     lines += ["fastest on the ground, as sampled and after polish, m/s:"] * bool(paces)
-    lines += [f"  {p['player']:6} {p['before']:.1f} {p['after']:.1f}" for p in paces]
-    gap = record.report.get("ball_gap")
+    lines += [f"  {p.player:6} {p.before:.1f} {p.after:.1f}" for p in paces]
+    gap = facts.ball_gap
     return lines + ([] if gap is None else [f"ball to palm while held: {gap:.2f} m at most"])
 
 
-def _source_lines(record: store.StoredScene) -> list[str]:
-    lines = ["made from:"]
-    for source in record.report.get("sources", []):
-        lines.append(
-            f"  {source['capture']}, licence {source['licence']}, {source['frames']} frames"
-        )
-    return lines
-
-
-def source_list(provenances: Sequence[store.Provenance]) -> list[dict[str, Any]]:
+def source_list(provenances: Sequence[store.Provenance]) -> tuple[Source, ...]:
     """Return the captures that a scene's frames come from, each once, with licence and frames."""
     frames: Counter[tuple[str, str, str]] = Counter()
     for source in (source for one in provenances for source in sources_of(one)):
         frames[source.capture, source.licence, source.sha256] += source.frames
-    return [asdict(Source(*key, count)) for key, count in sorted(frames.items()) if count]
+    return tuple(Source(*key, count) for key, count in sorted(frames.items()) if count)
 
 
 def _table(columns: list[str], rows: list[list[str]]) -> list[str]:

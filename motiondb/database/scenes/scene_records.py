@@ -10,11 +10,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, replace
-from typing import Any
 
 import numpy as np
 
 from motiondb import store
+from motiondb.answers import plain
+from motiondb.answers.scenes import SceneDetails
 from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
 from motiondb.database.scenes.scene_texts import SceneText
 from motiondb.errors import SceneError
@@ -29,9 +30,11 @@ FORMAT = "motiondb scene 1"  # Marks the files of records
 
 
 def scene_record(
-    made: MadeScene, name: str, digests: Mapping[str, str], report: Mapping[str, Any]
+    made: MadeScene, name: str, digests: Mapping[str, str], details: SceneDetails
 ) -> store.StoredScene:
     """Return the record of a made scene."""
+    frames = [[rule.start, rule.end] for rule in made.report.rules]
+    measured = {k: v for k, v in plain.to_json(details).items() if v is not None or k != "cut_at"}
     ball = made.polished.ball
     return store.StoredScene(
         name=name,
@@ -58,7 +61,7 @@ def scene_record(
             for row in made.report.rules
         ),
         ball=np.zeros((0, 3)) if ball is None else np.asarray(ball.positions, dtype=float),
-        report=report,
+        report={"rule_frames": frames, **measured},
     )
 
 

@@ -10,9 +10,9 @@ from functools import cached_property
 from importlib import resources
 from pathlib import Path
 
-from motiondb.database.scenes.scene_clips import ShownAction
 from motiondb.errors import SceneError, suggestion
 from motiondb.files.safe_files import is_file, read_bounded_text
+from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar

@@ -8,9 +8,9 @@ motion is then a capture, ``NAME/PLAYER``, with the origin of its frames.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,13 +21,8 @@ from motiondb.database.catalogue.cataloguing import check_name_free
 from motiondb.database.generated_files import keep_generated
 from motiondb.database.learn import updating
 from motiondb.database.scenes import scene_folder, scene_texts
-from motiondb.database.scenes.scene_clips import (
-    ShownAction,
-    find_actions,
-    find_with_words,
-    scene_clips,
-)
-from motiondb.database.scenes.scene_facts import action_captions, report_details
+from motiondb.database.scenes.scene_clips import find_actions, scene_clips
+from motiondb.database.scenes.scene_facts import action_captions, scene_details
 from motiondb.database.scenes.scene_folder import (
     fill_scene_folder,
     source_list,
@@ -44,6 +39,7 @@ from motiondb.database.scenes.scene_records import record_state, record_text, sc
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.errors import QueryError, suggestion
 from motiondb.files.safe_files import is_folder
+from motiondb.scene.clips.caption_actions import ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
@@ -76,6 +72,10 @@ class Scene:
     def broken(self) -> tuple[store.SceneRule, ...]:
         """The rules that do not hold."""
         return tuple(rule for rule in self.record.rules if not rule.kept)
+
+
+_CHANGING = ("add", "remove", "words", "events")
+"""Kinds of runs after which the same diagram, seed and settings may give another scene."""
 
 
 def _quiet(_what: str, _share: float, _error: float) -> None:
@@ -171,12 +171,9 @@ class Scenes:
             player.player: self._provenance(player, {n: i.capture_id for n, i in infos.items()})
             for player in made.polished.players
         }
-        facts: dict[str, Any] = {
-            **report_details(made),
-            "sources": source_list(list(provenance.values())),
-        }
+        details = scene_details(made, source_list(list(provenance.values())))
         digests = {n: info.sha256 for n, info in infos.items()}
-        return Scene(made, scene_record(made, name, digests, facts), provenance)
+        return Scene(made, scene_record(made, name, digests, details), provenance)
 
     def _provenance(self, player: Placed, numbers: Mapping[str, int]) -> store.Provenance:
         captures = np.array([numbers[capture] for capture in player.captures], dtype=np.int64)
@@ -205,7 +202,7 @@ class Scenes:
         scene : Scene
             The scene.
         folder : str | Path
-            The folder.
+            Its folder.
         progress : SceneProgress
             Called with the progress of drawing.
         drawn : bool
@@ -238,6 +235,8 @@ class Scenes:
         database, name = self._session.store, scene.record.name
         made = scene.made
         parameters = {"scene": name, "diagram": made.text.diagram.name, **scene.record.settings}
+        if made.cut_at[2] != made.settings.rounds:  # it began with an earlier scene
+            parameters["updated"] = True
         with store.transaction(database):
             if name in store.load_scene_names(database):
                 self.remove(name)
@@ -256,6 +255,41 @@ class Scenes:
             store.finish_run(database, run_id)
         return record
 
+    def check_new(self, name: str, text: SceneText, settings: SceneSettings) -> None:
+        """Refuse, before a scene is made, a name under which it could not be kept.
+
+        Parameters
+        ----------
+        name : str
+            The name.
+        text : SceneText
+            Its diagram.
+        settings : SceneSettings
+            Settings of the scene.
+
+        Raises
+        ------
+        QueryError
+            As for :meth:`check_name`, or this very scene is kept under another name.
+        """
+        self.check_name(name, text.diagram.player)
+        database = self._session.store
+        runs = {run.run_id: run for run in store.load_runs(database)}
+        changed = max((n for n, run in runs.items() if run.kind in _CHANGING), default=0)
+        asked = (text.diagram_text, text.grammar_text, asdict(settings))
+        for other in store.load_scene_names(database):
+            kept = store.load_scene(database, other)
+            same = asked == (kept.diagram, kept.grammar, dict(kept.settings))
+            if other == name or not same or kept.run_id < changed:
+                continue
+            if kept.report["cut_short"] or "updated" in runs[kept.run_id].parameters:
+                continue  # the seed alone does not determine it
+            raise QueryError(
+                f"{name}: expected a scene that is not kept yet, found the same diagram, seed and "
+                f"settings kept as {other}. Give another --seed, or remove that one first: motiondb"
+                f" scene remove {other}."
+            )
+
     def check_name(self, name: str, players: Iterable[str]) -> None:
         """Refuse a name under which a scene with these players cannot be kept.
 
@@ -268,11 +302,8 @@ class Scenes:
             raise QueryError("name: expected a name for the scene, found nothing. Give one.")
         store.check_new_name(name, "scene")
         database = self._session.store
-        replaced = (
-            store.load_scene_captures(database, name)
-            if name in store.load_scene_names(database)
-            else ()
-        )
+        is_kept = name in store.load_scene_names(database)
+        replaced = store.load_scene_captures(database, name) if is_kept else ()
         for player in players:
             if (capture := f"{name}/{player}") not in replaced:
                 check_name_free(database, capture)
@@ -290,7 +321,7 @@ class Scenes:
             Whether words that no caption holds match nothing rather than being taken as known ones.
         """
         with self._session.reading():
-            return find_actions(self._session, self.read_grammar(grammar), exact)
+            return dict(find_actions(self._session, self.read_grammar(grammar), exact).parts)
 
     def taken_words(self, grammar: str | Path | MotionGrammar) -> dict[str, Taking]:
         """What words of a grammar's phrases are taken as that no caption holds.
@@ -301,7 +332,7 @@ class Scenes:
             A motion grammar.
         """
         with self._session.reading():
-            return dict(find_with_words(self._session, self.read_grammar(grammar)).takings)
+            return dict(find_actions(self._session, self.read_grammar(grammar)).takings)
 
     def names(self) -> list[str]:
         """Return the names of the kept scenes."""
@@ -559,10 +590,8 @@ class Scenes:
     @staticmethod
     def remarks(scene: store.StoredScene) -> list[str]:
         """Return one line for a sampling that was cut short, and for every impossible motion."""
-        return [
-            *scene_folder.cut_short_lines(scene),
-            *scene_folder.impossible_lines(scene.report),
-        ]
+        facts = scene_folder.report_facts(scene)
+        return scene_folder.cut_short_lines(facts) + scene_folder.impossible_lines(facts)
 
 
 def _names(actions: str | Sequence[str]) -> list[str]:

@@ -8,9 +8,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from motiondb.answers.asking import WordsOverTime, words_over_time
 from motiondb.answers.catalogue import SymbolRow, SymbolSegment
 from motiondb.answers.plain import fields_of
+from motiondb.answers.questions import WordsOverTime, words_over_time
 from motiondb.page.refs import load_motion, read_ref
 from motiondb.page.replies import LikeReply, SearchReply, like_reply, search_reply
 from motiondb.page.routes.parameters import LONGEST_TEXT, End, Limit, RefText, Start, Where

@@ -118,7 +118,7 @@ def test_a_kept_sequence_is_a_capture_that_can_be_edited(dances: MotionDB, tmp_p
     assert dances.check() == []
     assert dances.export("new/dance", tmp_path / "a.bvh").stat().st_size > 1000
     facts = dances.show("new/dance")
-    assert (facts["grammar"], facts["string"]) == ("nested", " ".join(made.string))
+    assert (facts.grammar, facts.string) == ("nested", " ".join(made.string))
     at = len(made.tree.children[0].children)  # the first position of the middle part, C
     edited = dances.grammars.edit("nested", "new/dance", at, n=3, seed=2)
     assert edited.before == made.tree
@@ -239,7 +239,7 @@ def test_files_and_pictures(asked_dances: MotionDB, tmp_path: Path) -> None:
     made = asked_dances.grammars.generate("dance", 3)
     facts = asked_dances.grammars.write(made, tmp_path / "new.bvh", 3)
     written: dict[str, Any] = json.loads((tmp_path / "new.provenance.json").read_text())
-    assert written["string"] == facts["string"] == list(made.string)
+    assert written["string"] == list(facts.string) == list(made.string)
     assert written["frames"][0]["start"] == 0
     assert written["frames"][-1]["end"] == made.motion.n_frames
     edited = asked_dances.grammars.edit("dance", made, 0)

@@ -14,7 +14,7 @@ import pytest
 
 import motiondb
 from motiondb.database import MotionDB
-from motiondb.database.learn import knowledge as knowledge_verbs
+from motiondb.database.learn import start
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError
 from motiondb.learn.checking import NO_EXAMPLES_CHECKED
 from motiondb.learn.joining import start_weight
@@ -183,9 +183,9 @@ def test_own_words_join_the_vocabulary(bare: MotionDB, handed_on: Path) -> None:
         bare.set_words(name, f"zigzag {Path(name).name[:-2]}")
     bare.learn(start=handed_on)
     facts = bare.info().start
-    assert facts["own_captions"] == 8
-    assert facts["words_of_own_captions_alone"] == 1
-    assert facts["weight"] == pytest.approx(start_weight(8), abs=1e-4)
+    assert facts.own_captions == 8
+    assert facts.words_of_own_captions_alone == 1
+    assert facts.weight == pytest.approx(start_weight(8), abs=1e-4)
     assert bare.search("zigzag").matches
     sources = {s.word: s for s in bare.word_sources(["zigzag", "kick", "sit"])}
     assert sources["zigzag"].start_captions == 0
@@ -198,7 +198,7 @@ def test_learning_again_keeps_the_start_and_none_drops_it(started: MotionDB) -> 
     handed = started.start_facts()
     started.learn()
     assert started.start_facts() == handed
-    assert started.runs()[-1]["parameters"]["start"]["sha256"] == handed["sha256"]
+    assert started.runs()[-1]["parameters"]["start"]["sha256"] == handed.sha256
     started.learn(motiondb.LearnSettings(n_symbols=3), start="none")
     assert started.start_facts() is None
     with pytest.raises(NotLearnedError, match="captures with words"):
@@ -206,8 +206,8 @@ def test_learning_again_keeps_the_start_and_none_drops_it(started: MotionDB) -> 
 
 
 def test_the_shipped_start_is_sound_and_holds_lemmas_alone() -> None:
-    assert knowledge_verbs.shipped_names() == ["cmu"]
-    knowledge = knowledge_verbs.load_knowledge("cmu")
+    assert start.shipped_names() == ["cmu"]
+    knowledge = start.load_knowledge("cmu")
     assert "mocap.cs.cmu.edu" in knowledge.origin.credit
     assert knowledge.origin.licences == {"CMU": knowledge.origin.captures}
     assert {"walk", "run", "jump"} <= set(knowledge.taught.words)
@@ -220,7 +220,7 @@ def test_the_shipped_start_is_sound_and_holds_lemmas_alone() -> None:
 def test_the_shipped_start_finds_kicks_among_captures_that_a_program_made(bare: MotionDB) -> None:
     bare.learn(start="cmu")
     assert bare.search("walk", limit=1).matches[0].capture.endswith("walk_1")
-    assert bare.info().start["name"] == "cmu"
+    assert bare.info().start.name == "cmu"
 
 
 def test_what_cannot_be_started_from_is_refused(
@@ -303,7 +303,7 @@ def test_with_a_start_words_are_told_by_the_joint_word_map(started_file: Path) -
 
 
 def test_knowledge_names_its_origin(handed_on: Path) -> None:
-    origin = knowledge_verbs.load_knowledge(handed_on).origin
+    origin = start.load_knowledge(handed_on).origin
     assert (origin.name, origin.captures, origin.credit) == ("samples", 101, "Made by a program.")
     assert origin.runs[0]["kind"] == "learn"
     assert sum(origin.licences.values()) == 101

@@ -213,7 +213,7 @@ def stretches(base: motiondb.MotionDB, grammar: MotionGrammar) -> dict[str, str]
     """Of each action that a capture shows, which stretch of it."""
     return {
         name: part.stretch
-        for name, parts in find_actions(base.session, grammar).items()
+        for name, parts in find_actions(base.session, grammar).parts.items()
         for part in parts
         if part.capture == "goran/shoot_1"
     }

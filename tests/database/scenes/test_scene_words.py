@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import motiondb
-from motiondb.database.scenes.scene_clips import Phrases, take_phrases
 from motiondb.database.session import nearby_table
 from motiondb.grammar.terminals.terminals import TerminalSettings
 from motiondb.language.nearby.table import UNIT, read_table, write_table
+from motiondb.scene.clips.caption_actions import Phrases, take_phrases
 from motiondb.scene.language.grammar_file import read_motion_grammar
 
 STROLL = 'grammar odd\nstart S\nS -> amble\namble := "stroll"\n'

@@ -258,7 +258,8 @@ def test_folder_and_database_change_together(
     made: Made, writable: motiondb.MotionDB, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = store.count_rows(writable.store)
-    named = replace(made.scene, record=replace(made.scene.record, name="play"))
+    whole = {**made.scene.record.report, "cut_short": False}
+    named = replace(made.scene, record=replace(made.scene.record, name="play", report=whole))
 
     def lost(*_: object) -> None:
         raise QueryError("the database went away")
@@ -279,6 +280,14 @@ def test_folder_and_database_change_together(
         writable.scenes.check_name("ana", ["jump_1"])
     with pytest.raises(QueryError, match="expected a name for the scene"):
         writable.scenes.check_name(" ", ["A1"])
+
+    text = writable.scenes.read_diagram(made.diagram)
+    writable.scenes.check_new("play", text, QUICK)  # it is replaced
+    writable.scenes.check_new("new", text, replace(QUICK, seed=QUICK.seed + 1))
+    with pytest.raises(QueryError, match="new: expected a scene that is not kept yet, found the"):
+        writable.scenes.check_new("new", text, QUICK)
+    writable.set_words("ana/bow_1", "bow deeply")  # captions decide which clips there are
+    writable.scenes.check_new("new", text, QUICK)
 
 
 def test_a_scene_outlives_a_players_capture(made: Made, writable: motiondb.MotionDB) -> None:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.answers.asking import question_tree
 from motiondb.answers.plain import to_json
+from motiondb.answers.questions import question_tree
 from motiondb.errors import QueryError
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import say

@@ -774,10 +774,6 @@ export interface SceneAnswer {
   error: number;
   rules: number;
   broken: number;
-  settings: Record<string, unknown>;
-  ball: boolean;
-  actions: Record<string, string[]>;
-  by_rule: MeasuredRule[];
   collisions: Collision[];
   collisions_before: number;
   feet: Record<string, [number, number]>;
@@ -794,6 +790,10 @@ export interface SceneAnswer {
   cut_short: boolean;
   cut_at: Record<string, number> | null;
   sources: Source[];
+  settings: Record<string, unknown>;
+  ball: boolean;
+  actions: Record<string, string[]>;
+  by_rule: MeasuredRule[];
 }
 
 export interface SceneBody {
@@ -954,6 +954,29 @@ export interface SpaceReply {
   clusters: SymbolCluster[];
 }
 
+export interface StartAnswer {
+  name: string;
+  version: string;
+  captures: number;
+  captions: number;
+  performers: number;
+  seconds: number;
+  licences: Record<string, number>;
+  runs: Record<string, unknown>[];
+  credit: string;
+  sha256: string;
+  symbols: number;
+  words: number;
+  weight: number;
+  own_captions: number;
+  unchecked: string;
+  strange_motion: number;
+  fits: boolean;
+  words_of_start_alone: number;
+  words_of_both: number;
+  words_of_own_captions_alone: number;
+}
+
 export interface Status {
   database: string;
   bytes: number;
@@ -970,7 +993,7 @@ export interface Status {
   words: number | null;
   current: boolean | null;
   not_yet_learned: number | null;
-  start: Record<string, unknown> | null;
+  start: StartAnswer | null;
   version: string;
   read_only: boolean;
   revision: number;

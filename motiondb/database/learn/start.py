@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from motiondb import store
+from motiondb.answers.learning import StartAnswer, knowledge_answer
+from motiondb.answers.plain import extended
 from motiondb.errors import KnowledgeError, NotLearnedError, QueryError, suggestion
 from motiondb.files.knowledge_file import (
     from_bytes,
@@ -123,21 +125,23 @@ def start_knowledge(learned: Learned) -> Knowledge:
     return learned.started.knowledge
 
 
-def start_facts(learned: Learned) -> dict[str, Any] | None:
+def start_facts(learned: Learned) -> StartAnswer | None:
     """The origin of the start of a database and its share in the database; None without a start."""
     started = learned.started
     if started is None:
         return None
     counts = learned.counted.counts
     captioned = {w for w, n in zip(learned.association.words, counts.said.tolist()) if n > 0}
-    return {
-        **started.knowledge.facts(),
-        "weight": round(start_weight(counts.moments.n), 4),
-        "own_captions": int(counts.moments.n),
-        "unchecked": why_unchecked(learned_words(learned), ()),
-        "strange_motion": round(strange_share(learned.segments), 4),
-        "fits": fits(learned.segments),
-        "words_of_start_alone": len(set(started.names) - captioned),
-        "words_of_both": len(set(started.names) & captioned),
-        "words_of_own_captions_alone": len(captioned - set(started.names)),
-    }
+    alone, own = set(started.names) - captioned, captioned - set(started.names)
+    return extended(
+        StartAnswer,
+        knowledge_answer(started.knowledge),
+        weight=round(start_weight(counts.moments.n), 4),
+        own_captions=int(counts.moments.n),
+        unchecked=why_unchecked(learned_words(learned), ()),
+        strange_motion=round(strange_share(learned.segments), 4),
+        fits=fits(learned.segments),
+        words_of_start_alone=len(alone),
+        words_of_both=len(set(started.names) & captioned),
+        words_of_own_captions_alone=len(own),
+    )

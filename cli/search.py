@@ -7,31 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motiondb.cli.options import (
-    DEFAULT_DB,
-    Db,
-    Exact,
-    From,
-    Html,
-    Json,
-    Limit,
-    Png,
-    To,
-    Where,
-    database,
-)
-from motiondb.cli.printing import (
-    note_filter,
-    note_sources,
-    note_taken,
-    note_unchecked,
-    note_unlearned,
-    print_json,
-    print_question,
-    print_table,
-    say_word,
-    write_html,
-)
+from motiondb.cli import options, printing
 
 if TYPE_CHECKING:
     from motiondb import ExampleAnswer, ExplainedWord, Match, WordAnswer
@@ -47,9 +23,10 @@ def register(app: typer.Typer) -> None:
 
 
 def search(
+    shared: options.Shared,
     words: Annotated[str, typer.Argument(help='Actions to search for, such as "walk, turn left".')],
-    where: Where = "",
-    limit: Limit = 10,
+    where: options.Where = "",
+    limit: options.Limit = 10,
     by_symbols: Annotated[
         bool,
         typer.Option(
@@ -59,11 +36,9 @@ def search(
     explain: Annotated[
         bool, typer.Option("--explain", help="Show the contribution of every symbol to every word.")
     ] = False,
-    exact: Exact = False,
-    png: Png = None,
-    html: Html = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    exact: options.Exact = False,
+    png: options.Png = None,
+    html: options.Html = None,
 ) -> None:
     """Search for intervals that show actions, given by words, in their order.
 
@@ -86,10 +61,10 @@ def search(
         )
     from motiondb import search_answer
 
-    with database(db) as base:
+    with shared.database() as base:
         answer = base.search(words, where, limit, by_symbols, exact=exact)
-        note_filter(base, where, exact)
-        note_unlearned(base)
+        printing.note_filter(base, where, exact)
+        printing.note_unlearned(base)
         if png and explain and answer.reasons:
             base.draw_reasons(answer, png, words)
         elif png and answer.matches:
@@ -97,12 +72,11 @@ def search(
         if html:
             from motiondb import StandalonePage
 
-            write_html(html, StandalonePage.of_search(base, answer))
-    _note_words(answer, silent=explain and not json)
-    if json:
-        print_json(search_answer(answer, explain))
+            printing.write_html(html, StandalonePage.of_search(base, answer))
+    _note_words(answer, silent=explain and not shared.json)
+    if printing.as_json(shared, search_answer(answer, explain)):
         return
-    print_question(answer.question, answer.not_used, "search")
+    printing.print_question(answer.question, answer.not_used, "search")
     _print_answer(answer, reasons=True)
     if explain:
         _print_explanations(answer)
@@ -113,20 +87,21 @@ def _note_words(answer: WordAnswer, silent: bool) -> None:
 
     ``silent``: without the captions, which the explanation names.
     """
-    note_taken(answer.taken, answer.suggested, answer.unknown)
+    printing.note_taken(answer.taken, answer.suggested, answer.unknown)
     for written in answer.written:
-        typer.echo(written.sentence(), err=True)
+        printing.warn(written.sentence())
     if not silent:
-        note_sources(answer.sources)
-    note_unchecked(answer.unchecked)
+        printing.note_sources(answer.sources)
+    printing.note(answer.unchecked)
 
 
 def like(
+    shared: options.Shared,
     example: Example,
-    start: From = None,
-    end: To = None,
-    where: Where = "",
-    limit: Limit = 10,
+    start: options.From = None,
+    end: options.To = None,
+    where: options.Where = "",
+    limit: options.Limit = 10,
     meaning: Annotated[
         bool | None,
         typer.Option(
@@ -136,11 +111,9 @@ def like(
             show_default=False,
         ),
     ] = None,
-    exact: Exact = False,
-    png: Png = None,
-    html: Html = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    exact: options.Exact = False,
+    png: options.Png = None,
+    html: options.Html = None,
 ) -> None:
     """Search for intervals that move like an example.
 
@@ -149,20 +122,19 @@ def like(
     """
     from motiondb import like_answer
 
-    with database(db) as base:
+    with shared.database() as base:
         answer = base.like(example, start, end, where, limit, meaning, exact)
-        note_filter(base, where, exact)
-        note_unlearned(base)
+        printing.note_filter(base, where, exact)
+        printing.note_unlearned(base)
         if png and answer.matches:
             motion = base.motion(example, start, end)
             base.draw_matches(answer, png, f"like {example}", motion)
         if html:
             from motiondb import StandalonePage
 
-            write_html(html, StandalonePage.of_like(base, answer, example, start, end))
-    note_unchecked(answer.unchecked)
-    if json:
-        print_json(like_answer(answer))
+            printing.write_html(html, StandalonePage.of_like(base, answer, example, start, end))
+    printing.note(answer.unchecked)
+    if printing.as_json(shared, like_answer(answer)):
         return
     _print_answer(answer, reasons=any(m.reason for m in answer))
 
@@ -171,7 +143,7 @@ def _print_answer(answer: WordAnswer | ExampleAnswer, reasons: bool) -> None:
     """Print the matches, and whether any is good enough."""
     matches = answer.matches
     if answer.matches_anything is False:
-        typer.echo("nothing in this database matches" + ("; the nearest:" if matches else ""))
+        printing.say("nothing in this database matches" + ("; the nearest:" if matches else ""))
     if matches:
         _print_matches(matches, reasons, bool(answer.unchecked))
 
@@ -190,7 +162,7 @@ def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> 
     ]
     columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
     columns += ["interval"] * placed
-    print_table(
+    printing.print_table(
         "",
         [*columns, "words"] + (["found"] if reasons else []),
         [
@@ -215,50 +187,45 @@ def _two_digits(probability: float | None) -> str:
 
 
 def describe(
-    example: Example,
-    start: From = None,
-    end: To = None,
-    db: Db = DEFAULT_DB,
-    json: Json = False,
+    shared: options.Shared, example: Example, start: options.From = None, end: options.To = None
 ) -> None:
     """Describe a motion by words, with times and probabilities that captions have checked."""
     from motiondb import words_over_time
 
-    with database(db) as base:
+    with shared.database() as base:
         answer = base.describe(example, start, end)
         sources = base.word_sources(word for d in answer for word, _ in d.words[:3])
         unchecked = base.why_unchecked(word for d in answer for word, p in d.words if p is None)
-    note_sources(sources)
-    note_unchecked(unchecked)
-    if json:
-        print_json(words_over_time(answer))
+    printing.note_sources(sources)
+    printing.note(unchecked)
+    if printing.as_json(shared, words_over_time(answer)):
         return
     rows = [
-        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(say_word(w, p) for w, p in d.words)]
+        [f"{d.start:.2f}", f"{d.end:.2f}", "  ".join(printing.say_word(w, p) for w, p in d.words)]
         for d in answer
     ]
-    print_table("", ["start", "end", "words"], rows)
+    printing.print_table("", ["start", "end", "words"], rows)
 
 
 def _print_explanations(answer: WordAnswer) -> None:
     """Print the log-odds of every match, then one line for each word."""
     for source in answer.sources:
-        typer.echo(source.sentence())
+        printing.say(source.sentence())
     for match, why in zip(answer.matches, answer.explanations):
-        typer.echo(
+        printing.say(
             f"{match.rank} {match.capture}  log-odds {why.log_odds:+.3f}, score {match.score:.3f}"
         )
         for word in why.words:
-            typer.echo(f"    {_word_line(word)}")
+            printing.say(f"    {_word_line(word)}")
         if why.together:
-            typer.echo(f"    all of them together: {why.together:+.3f}")
+            printing.say(f"    all of them together: {why.together:+.3f}")
         for excluded in why.excluded:
-            typer.echo(
+            printing.say(
                 f"    not {' '.join(word.word for word in excluded.words)}: "
                 f"{excluded.amount:+.3f}, as its log-odds are {excluded.log_odds:+.3f}"
             )
             for word in excluded.words:
-                typer.echo(f"        {_word_line(word)}")
+                printing.say(f"        {_word_line(word)}")
 
 
 def _word_line(word: ExplainedWord) -> str:

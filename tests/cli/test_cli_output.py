@@ -1,0 +1,105 @@
+"""What commands print and write: nothing that a terminal obeys, no file of others overwritten."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import unicodedata
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motiondb
+
+PROGRAM = [sys.executable, "-c", "from motiondb.cli.main import main; main()"]
+
+
+HOSTILE = "bow \x1b]0;title\x07 \x9b2J\x7f\u202e\u2028 caf\u00e9 \u4e2d\nnext"
+
+
+def test_control_characters_are_printed_as_escapes(command: Any, some: Path) -> None:
+    Path("sheet.tsv").write_text(f'file\tperformer\tlicence\nana/bow_1\t"{HOSTILE}"\t"{HOSTILE}"\n')
+    command("add", some)
+    for words in (
+        ("words", "import", "sheet.tsv"), ("words", "set", "ana/bow_1", HOSTILE),
+        ("list",), ("show", "ana/bow_1"), ("show", HOSTILE), ("info",),
+    ):  # fmt: skip
+        for more in ((), ("--json",)):
+            ended = command(*words, *more)
+            text = (ended.out + ended.err).replace("\n", "")
+            assert not [c for c in text if unicodedata.category(c) in ("Cc", "Cf", "Zl", "Zp")]
+    shown = command("show", "ana/bow_1")
+    assert (
+        "words:        bow \\x1b]0;title\\x07 \\x9b2J\\x7f\\u202e\\u2028 café 中\\nnext"
+        in shown.out
+    )
+    assert json.loads(command("show", "ana/bow_1", "--json").out)["words"] == [HOSTILE]
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "ascii"])
+def test_output_in_another_encoding(command: Any, some: Path, encoding: str) -> None:
+    command("add", some)
+    command("words", "set", "ana/bow_1", "bow 中 café")
+    for words in (["list"], ["show", "ana/bow_1"], ["show", "ana/bow_1", "--json"]):
+        ended = subprocess.run(
+            [*PROGRAM, *words], capture_output=True, check=False,
+            env={**os.environ, "PYTHONIOENCODING": encoding},
+        )  # fmt: skip
+        assert (ended.returncode, ended.stderr) == (0, b"")
+        text = ended.stdout.decode(encoding)
+        assert "\\u4e2d" in text
+    assert json.loads(text)["words"] == ["bow 中 café"]
+
+
+def test_files_of_others_are_overwritten_only_by_force(
+    command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch, samples_folder: Path
+) -> None:
+    monkeypatch.setenv("MOTIONDB", str(learned_file))
+    writers: list[tuple[str, tuple[str, ...]]] = [
+        ("take.bvh", ("generate", "kick", "-o", "take.bvh")),
+        ("take.glb", ("export", "ana/walk_1", "-o", "take.glb")),
+        ("take.bvh", ("export", "ana/walk_1", "-o", "take.bvh", "--to", "1")),
+        ("take.png", ("symbols", "--png", "take.png")),
+        ("take.gif", ("show", "ana/walk_1", "--to", "0.2", "--gif", "take.gif")),
+        ("take.knowledge", ("knowledge", "export", "take.knowledge")),
+        ("take.png", ("scene", "draw", "give-and-go", "-o", "take.png")),
+    ]  # fmt: skip
+    capture = (samples_folder / "ana/bow_1.bvh").read_bytes()
+    for name, words in writers:
+        Path(name).write_bytes(capture)
+        ended = command(*words)
+        assert ended.code == 2, words
+        assert f"error: {name}: expected a new file, or one that motiondb wrote" in ended.err
+        assert Path(name).read_bytes() == capture
+        assert [path.name for path in Path().iterdir()] == [name]
+        assert command(*words, "--force").code == 0
+        assert command(*words).code == 0  # its own, written again
+        Path(name).unlink()
+        Path("take.provenance.json").unlink(missing_ok=True)
+    assert command("generate", "kick", "-o", "take.bvh").code == 0
+    assert command("generate", "kick", "-o", "take.bvh", "--seed", "1").code == 0
+    with Path("take.bvh").open("a") as file:
+        file.write("\n")  # edited by hand
+    assert command("generate", "kick", "-o", "take.bvh").code == 2
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        MemoryError(), RuntimeError("can't start new thread"),
+        motiondb.StoreError("found: Out of Memory Error: Failed to allocate block"),
+    ],
+)  # fmt: skip
+def test_memory_that_runs_out_is_told(
+    command: Any, monkeypatch: pytest.MonkeyPatch, fault: Exception
+) -> None:
+    def run_out() -> None:
+        raise fault
+
+    monkeypatch.setattr("motiondb.cli.main.app", run_out)
+    ended = command("list")
+    assert (ended.code, ended.out, ended.err.count("\n")) == (1, "", 1)
+    assert "memory: expected enough for this command, found that it ran out." in ended.err
