@@ -91,7 +91,10 @@ def run(seeds: Sequence[int], database: Path) -> Iterator[Outcome]:
 
 
 def prepared(folder: Path) -> Material:
-    """The material, and a learned database with a scene that is kept and one that is not."""
+    """The material, a learned database and a made scene; after changes of the code, make it anew.
+
+    The scene is a pickle, whose classes may have moved: remove the folder then.
+    """
     if not (folder / SCENE).exists():
         new = folder.with_name(f"{folder.name}-{os.getpid()}")
         material = tiny(new)
@@ -195,7 +198,7 @@ class Chain:
             then = str(self.rng.choice(["", "close"])) if harm.kind else ""
             by.begin(verb, given, then, harm)
             answer = by.end(harm)
-        step = Step(verb, given, answer.ended, by.name)
+        step = Step(verb, given, answer.ended, by.name, answer.message)
         faults = [*answer.faults, *self._told(verb, given, answer)]
         is_gone = harm.kind in ("kill", "late kill") or answer.ended == UNKNOWN
         found, more = self._compared([step], harm.kind != "full disk", is_gone or harm.kind != "")
@@ -244,7 +247,12 @@ class Chain:
         for worker, *request in zip(self.workers, (verb, other), (given, others)):
             worker.begin(*request, "close")
         answers = [worker.end() for worker in self.workers]
-        steps = [Step(verb, given, answers[0].ended, "one"), Step(other, others, answers[1].ended)]
+        steps = [
+            Step(what, with_what, answer.ended, worker.name, answer.message)
+            for what, with_what, answer, worker in zip(
+                (verb, other), (given, others), answers, self.workers
+            )
+        ]
         faults = [fault for answer in answers for fault in answer.faults]
         _, more = self._compared(steps, True, True)
         return verb, "both", "at once", answers[0].ended, False, faults + more
@@ -289,7 +297,9 @@ class Chain:
         faults = [*looked.faults, *looked.facts["wrong"]]
         worlds = list(futures(self.world, steps, is_undisturbed))
         if not worlds:
-            told = "; ".join(f"{step.verb} {dict(step.arguments)} {step.ended}" for step in steps)
+            told = "; ".join(
+                f"{s.verb} {dict(s.arguments)} {s.ended} {s.message}".strip() for s in steps
+            )
             faults.append(f"no world in which this can be: {told}")
         differences = [difference(world.facts(), seen) for world in worlds]
         if worlds and "" not in differences:
@@ -333,13 +343,12 @@ class Chain:
 
     def end(self) -> list[str]:
         """End all processes; what is left that should not be."""
-        faults = []
+        faults = self.server.kill()
         answer = self.holder.do("set synonyms", {"file": self._no_synonyms()}, "close")
         faults += [*answer.faults, *([answer.message] if answer.ended == REFUSED else [])]
         for worker in self.workers:
             worker.do("rest", {}, "close")
             worker.kill()
-        faults += self.server.kill()
         usual = {"given", "out", "tmp", DB, f"{DB}.cache", "boards"}
         left = sorted(path.name for path in self.place.iterdir() if path.name not in usual)
         return faults + [f"left over: {name}" for name in left]

@@ -112,6 +112,7 @@ class Step:
     arguments: Arguments
     ended: str
     by: str = ""  # who did it
+    message: str = ""  # why it was refused
 
 
 def futures(world: World, steps: Sequence[Step], undisturbed: bool) -> Iterator[World]:
@@ -273,8 +274,13 @@ def _save_sequence(world: World, given: Arguments, _by: str) -> None:
 
 
 def _keep_scene(world: World, given: Arguments, _by: str) -> None:
-    """A scene replaces that of its name, with the captures of its players."""
+    """A scene replaces that of its name, with the captures of its players.
+
+    There is one scene to keep, and no content is kept twice: not while it has another name.
+    """
     name = given["name"]
+    if any(any(players) for other, players in world.scenes.items() if other != name):
+        raise RefusedError
     if name in world.scenes:
         _remove_scene(world, given, "")
     captures = [f"{name}/{player}" for player in given["players"]]

@@ -22,15 +22,7 @@ def extended(kind: type[Answer], base: object, **more: object) -> Answer:
 
 
 def fields_of(value: object, kind: type | None = None) -> dict[str, Any]:
-    """Return the fields of an answer, from which one with more fields is made.
-
-    Parameters
-    ----------
-    value : object
-        A dataclass.
-    kind : type or None
-        The dataclass whose fields are wanted; None: that of the value.
-    """
+    """Return the fields of an answer, or those of the dataclass ``kind``, to make one with more."""
     return {field.name: getattr(value, field.name) for field in fields(cast(Any, kind or value))}
 
 

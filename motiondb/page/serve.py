@@ -22,8 +22,8 @@ from motiondb.page.settings import NO_BUNDLE, PageSettings, is_built
 
 try:
     import fcntl
-except ImportError:  # Windows has other locks
-    fcntl = None  # type: ignore[assignment]
+except ImportError:
+    fcntl = None  # type: ignore[assignment]  # Windows has other locks
 
 END = 2  # Seconds that the server waits for open streams when it ends
 _PREFIX = "motiondb-page-"  # Of the names of private folders

@@ -6,8 +6,8 @@ T = 1 has an error of about half a unit for every degree of freedom of the scene
 with scenes of their own and know nothing of one another. At the end the best scene of all is cooled
 to almost 0.
 
-Chains at several temperatures that exchange their scenes (parallel tempering) had larger errors in
-the same processor time (docs/decisions/chains-without-exchanges.md).
+Chains at several temperatures that exchange their scenes (parallel tempering) were no better in the
+same processor time (docs/decisions/chains-without-exchanges.md).
 
 Each chain has its own random numbers, spawned from one generator, and blocks have fixed numbers of
 steps: the same seed gives the same bytes, whatever the threads do. This module has no clock.

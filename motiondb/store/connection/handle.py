@@ -289,12 +289,14 @@ def _refuse_forked(path: Path) -> None:
             raise _forked(path, store._process)
 
 
-@atexit.register
 def _close_all() -> None:
     """Close what a program left open: DuckDB would do so, but leave the mark of the log."""
     for store in list(_OPENED):
         if not store.read_only:
             store.close()
+
+
+atexit.register(_close_all)
 
 
 def _leave_to_parent() -> None:

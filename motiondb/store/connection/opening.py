@@ -38,7 +38,7 @@ from motiondb.files.text import cut
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.turns import announced
+from motiondb.store.connection.turns import announced, somebody_waits
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -90,6 +90,7 @@ def _connect_current(
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _sweep_copies(path)
+            somebody_waits(path)  # removes the note of a process that was killed while it waited
     except duckdb.Error as error:
         connection.close()
         raise StoreError(_unreadable(path, error)) from error

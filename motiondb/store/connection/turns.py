@@ -15,8 +15,8 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows has other locks
-    fcntl = None  # type: ignore[assignment]
+except ImportError:
+    fcntl = None  # type: ignore[assignment]  # Windows has other locks
 
 _FLAGS = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)
 

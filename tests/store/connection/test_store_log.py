@@ -123,6 +123,14 @@ log_mark.keep_log = lambda *_of: os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+def test_the_note_of_a_process_that_was_killed_while_it_waited_goes(tmp_path: Path) -> None:
+    path = tmp_path / "m.duckdb"
+    store.open_store(path).close()
+    (tmp_path / ".m.duckdb.waits").touch()
+    store.open_store(path).close()
+    assert [file.name for file in tmp_path.iterdir()] == ["m.duckdb"]
+
+
 @pytest.mark.parametrize("program", [_REFUSED, _IN_BETWEEN], ids=["refused", "in between"])
 def test_a_kill_that_lost_nothing_is_not_told(tmp_path: Path, program: str) -> None:
     path = tmp_path / "m.duckdb"
