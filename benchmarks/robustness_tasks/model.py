@@ -344,6 +344,7 @@ class Chain:
     def end(self) -> list[str]:
         """End all processes; what is left that should not be."""
         faults = self.server.kill()
+        self.holder.do("rest", {}, "close")  # the next opening removes the note of one that waited
         answer = self.holder.do("set synonyms", {"file": self._no_synonyms()}, "close")
         faults += [*answer.faults, *([answer.message] if answer.ended == REFUSED else [])]
         for worker in self.workers:
