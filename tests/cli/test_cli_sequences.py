@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from command_answers import answer, string_of
 
 import motiondb
+from motiondb.answers.grammars import WrittenSequence
 from motiondb.cli import sequences
 from motiondb.database.grammars.grammar_sequences import Edit
 from motiondb.errors import QueryError
@@ -87,17 +89,20 @@ def test_alternatives_that_cannot_be_played_are_offered_with_the_reason(
 
     def written(
         _base: object, made: tuple[str, ...], _seed: int, _output: object
-    ) -> dict[str, Any]:
-        return {"string": list(made), "seconds": 2.0, "join_cost": 0.5}
+    ) -> WrittenSequence:
+        facts = dict.fromkeys((f.name for f in fields(WrittenSequence)), ())
+        return WrittenSequence(
+            **facts | {"string": made, "seconds": 2.0, "join_cost": 0.5, "output": None}
+        )
 
     gone = ["d"]
     base: Any = SimpleNamespace(grammars=SimpleNamespace(play=play))
     monkeypatch.setattr(sequences, "_written", written)
     facts = sequences._offer(base, "toy", edited, 0, None)
-    rows = {row["string"][1]: row for row in facts["alternatives"]}
-    assert rows["d"]["not_playable"].startswith("d: expected a capture")
-    assert rows["d"]["region"] == ["d"]
-    assert (rows["c"]["seconds"], "not_playable" in rows["c"]) == (2.0, False)
+    rows = {row.string[1]: row for row in facts.alternatives}
+    assert rows["d"].not_playable.startswith("d: expected a capture")
+    assert rows["d"].region == ("d",)
+    assert (rows["c"].seconds, hasattr(rows["c"], "not_playable")) == (2.0, False)
     sequences._say_offer(facts)
     out, err = capsys.readouterr()
     number = 1 + list(rows).index("d")
