@@ -244,8 +244,8 @@ class Chain:
         self._rest()
         again = Chooser(self.world, self.rng, self.place, self.material, chooser.number + 10**6)
         other, others = choose(again, self.workers[1].name)
-        for worker, *request in zip(self.workers, (verb, other), (given, others)):
-            worker.begin(*request, "close")
+        for worker, what, with_what in zip(self.workers, (verb, other), (given, others)):
+            worker.begin(what, with_what, "close")
         answers = [worker.end() for worker in self.workers]
         steps = [
             Step(what, with_what, answer.ended, worker.name, answer.message)
@@ -263,7 +263,7 @@ class Chain:
         facts, world = answer.facts, self.world
         if verb == "list":
             names = sorted(world.captures)
-            tags = {name: kept.tags for name, kept in world.captures.items()}
+            tags: dict[str, Any] = {name: kept.tags for name, kept in world.captures.items()}
             found = [n for n in names if dict(tags[n]).get("performer") == given["performer"]]
             expected = {"names": names, "found": found, "browsed": names[::-1]}
         elif verb == "remove":
@@ -273,8 +273,8 @@ class Chain:
             counts = [len(world.captures)]
             expected = {"said": said, "counts": counts, "events": [], "found": given["name"]}
         elif verb == "rescue" and facts:
-            said = {n: [k.digest, len(k.captions)] for n, k in world.captures.items()}
-            expected = {"rescued": said, "wrong": []}
+            rescued = {n: [k.digest, len(k.captions)] for n, k in world.captures.items()}
+            expected = {"rescued": rescued, "wrong": []}
         elif verb.startswith("ask") and "answer" in facts:
             known = self.answers.setdefault(f"{verb} {given}", facts["answer"])
             expected = {"answer": known}
@@ -364,9 +364,9 @@ def chain(seed: int, material: Material, steps: int = STEPS) -> Iterator[Outcome
     with tempfile.TemporaryDirectory(prefix="motiondb-model-") as folder:
         at = Chain(seed, material, Path(folder))
         for number in range(steps):
-            *facts, faults = at.step(number)
+            kind, by, harm, ended, happened, faults = at.step(number)
             if faults or number == steps - 1:
                 faults += at.end()
-            yield Outcome(seed, number, *facts, tuple(faults))
+            yield Outcome(seed, number, kind, by, harm, ended, happened, tuple(faults))
             if faults:
                 break

@@ -129,7 +129,8 @@ class Worker:
     def end(self, harm: Harm = Harm()) -> Answer:
         """Wait for the answer; a killed process has none."""
         assert self._process is not None
-        ready, _, _ = select.select([self._socket, self._process.sentinel], [], [], PATIENCE)
+        watched: list[Any] = [self._socket, self._process.sentinel]
+        ready, _, _ = select.select(watched, [], [], PATIENCE)
         answer = Answer(UNKNOWN, faults=() if ready else (f"no answer after {PATIENCE:g} s",))
         with contextlib.suppress(EOFError, ConnectionError):
             if self._socket in ready:

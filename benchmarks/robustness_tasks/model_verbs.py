@@ -135,7 +135,7 @@ def _unlike(one: object, other: object, where: str) -> str:
         told = (_unlike(getattr(one, f.name), getattr(other, f.name), f"{where}.{f.name}")
                 for f in fields(one))  # fmt: skip
         return next(filter(None, told), "")
-    if isinstance(one, np.ndarray):
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
         same = np.shape(one) == np.shape(other) and np.allclose(one, other, atol=1e-6)
         return "" if same else where
     if isinstance(one, dict) and isinstance(other, dict):
@@ -207,7 +207,7 @@ def _show(hand: Hand, given: Arguments) -> Any:
         ask(name)
     db.duplicates()
     said = tuple((c.words, c.start, c.end) for c in db.captions(name))
-    events = {event.name for event in db.events(name)} - {row["event"] for row in db.event_rows()}
+    events = {event.name for event in db.events(name)} - {row.event for row in db.event_rows()}
     counts = {f.missing + sum(n for _, n in f.values) for f in db.facets()}
     row = db.browsed(name)
     return {"said": said, "counts": [*counts], "events": [*events], "found": row and row.info.name}

@@ -51,7 +51,9 @@ class World:
     grammars: dict[str, str] = field(default_factory=dict)  # name -> digest
     sequences: dict[str, str] = field(default_factory=dict)  # capture -> grammar that derived it
     scenes: dict[str, list[str | None]] = field(default_factory=dict)  # name -> captures of players
-    edits: list[tuple[str, tuple[Words, ...], tuple[Words, ...]]] = field(default_factory=list)
+    edits: list[tuple[str, tuple[Words, ...] | str, tuple[Words, ...]]] = field(
+        default_factory=list
+    )
     files: dict[str, str] = field(default_factory=dict)  # file that was written -> digest
 
     def facts(self) -> dict[str, Any]:
@@ -99,8 +101,8 @@ def difference(expected: object, seen: object, where: str = "") -> str:
     if isinstance(expected, (list, tuple)) and isinstance(seen, (list, tuple)):
         if len(expected) != len(seen):
             return f"{where}: expected {expected!r}, found {seen!r}"
-        told = (difference(a, b, f"{where}/{n}") for n, (a, b) in enumerate(zip(expected, seen)))
-        return next(filter(None, told), "")
+        pairs = enumerate(zip(expected, seen))
+        return next(filter(None, (difference(a, b, f"{where}/{n}") for n, (a, b) in pairs)), "")
     return "" if expected == seen else f"{where}: expected {expected!r}, found {seen!r}"
 
 
@@ -200,7 +202,7 @@ def _set_captions(world: World, given: Arguments, by: str) -> None:
         if not words.strip() or (start or 0.0) >= (0.3 if end is None else end) or (end or 0) > 9.0:
             raise RefusedError
     if by == "server":
-        world.edits.append((given["name"], kept.captions, given["captions"]))
+        world.edits.append((given["name"], kept.captions, tuple(given["captions"])))
     kept.captions = tuple(given["captions"])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -45,14 +45,14 @@ class Chooser:
     material: Material
     number: int  # of the step
 
-    def one(self, values: object) -> Any:
+    def one(self, values: Iterable[Any]) -> Any:
         """One of the values."""
-        values = list(values)  # type: ignore[call-overload]
+        values = list(values)
         return values[self.rng.integers(len(values))]
 
-    def some(self, values: object, most: int) -> list[Any]:
+    def some(self, values: Iterable[Any], most: int) -> list[Any]:
         """One to ``most`` of the values, each at most once."""
-        values = list(values)  # type: ignore[call-overload]
+        values = list(values)
         n = int(self.rng.integers(1, min(most, len(values)) + 1))
         return [values[k] for k in self.rng.permutation(len(values))[:n]]
 

@@ -86,8 +86,11 @@ def is_own(path: Path) -> bool:
 
 def digest_of(path: Path) -> str:
     """Return the SHA-256 of a file."""
+    digest = hashlib.sha256()
     with open_file(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
 
 
 def _has_provenance(path: Path) -> bool:
