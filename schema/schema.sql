@@ -18,7 +18,7 @@
 -- schema (the version of the tables), created_by (motiondb's version), next_capture_id, revision (a
 -- number that every committed change raises), motion_revision and content_revision (random marks,
 -- new with every change of the motions, or of anything that can be learned from), log ('open' while
--- changes stand in the log beside the file, else empty or absent).
+-- changes stand in the log beside the file, else empty).
 CREATE TABLE meta (
     key VARCHAR PRIMARY KEY,
     value VARCHAR NOT NULL

@@ -92,6 +92,11 @@ def log_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.wal")
 
 
+def marking_of(path: Path) -> Path:
+    """Return the empty file that stands for a database's log until the log is written."""
+    return path.with_name(f".{path.name}.marking")
+
+
 def check_one_name(path: Path) -> None:
     """Raise OSError for a file with several names (hard links): only one would be replaced."""
     with suppress(FileNotFoundError):
@@ -140,13 +145,15 @@ def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     sweep_drafts(path.parent, re.escape(stem))
     draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
     try:
-        delete_all(draft, log_of(draft))  # of an earlier process of the same number
+        delete_all(
+            draft, log_of(draft), marking_of(draft)
+        )  # of an earlier process of the same number
         yield draft
         if not is_cache:
             check_replacing.get()(path, draft)
         draft.replace(path)
     finally:
-        delete_all(draft, log_of(draft))
+        delete_all(draft, log_of(draft), marking_of(draft))
 
 
 @contextmanager

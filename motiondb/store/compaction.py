@@ -7,7 +7,14 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import check_one_name, delete_all, link_target, log_of, plain_name
+from motiondb.files.safe_files import (
+    check_one_name,
+    delete_all,
+    link_target,
+    log_of,
+    marking_of,
+    plain_name,
+)
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
@@ -79,7 +86,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
         except OSError as error:
             raise StoreError(_no_room(path, error)) from error
         finally:
-            delete_all(new, log_of(new))
+            delete_all(new, log_of(new), marking_of(new))
     return before, path.stat().st_size
 
 

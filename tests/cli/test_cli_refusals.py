@@ -45,7 +45,6 @@ def test_a_missing_database_is_not_made(command: Any, words: tuple[str, ...]) ->
             "expected a name that ends in .png, found '.xyz'",
         ),
         (("describe", "nix.bvh"), "'nix.bvh': expected a file or the name of a capture, found no"),
-        (("generate", "walk", "-o", "a.bvh", "--save", ""), "expected a name for the capture"),
         (("generate", "walk"), "Missing option"),
         (("bogus",), "No such command 'bogus'"),
         (("list", "--db", ""), ".: expected a database of motiondb, found a folder"),

@@ -79,7 +79,7 @@ def test_what_is_packed_is_read_again() -> None:
     tracks = [
         motion.body_track("A1", "scene:s", shown, 0.5),
         Track("ball", "scene:s", np.arange(15.0).reshape(5, 3)),
-        Track("nobody", "capture:x", motion.no_points()),
+        Track("nobody", "capture:x", np.zeros((0, 3))),
     ]
     again = motion.read_tracks(motion.pack(tracks))
     assert [t.name for t in again] == ["A1", "ball", "nobody"]

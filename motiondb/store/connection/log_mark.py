@@ -19,7 +19,7 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import delete_all, log_of
+from motiondb.files.safe_files import delete_all, log_of, marking_of
 from motiondb.store.connection.faults import translate
 from motiondb.store.connection.statements import Connection
 
@@ -37,9 +37,9 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
     checkpoint; the connection that all others come from never does.
     """
     with suppress(OSError):  # a full disk, which the next sentences tell
-        _marking(path).touch()
+        marking_of(path).touch()
     try:
-        root.execute("INSERT OR REPLACE INTO meta VALUES ('log', 'open')")
+        root.execute(_OPEN)
         root.execute("CHECKPOINT")
     except duckdb.TransactionException:
         return False
@@ -55,7 +55,7 @@ def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:
         with suppress(duckdb.Error):  # the change itself is saved
             root.execute(_OPEN)
     if log_of(path).exists():
-        delete_all(_marking(path))
+        delete_all(marking_of(path))
 
 
 def clear_mark(root: duckdb.DuckDBPyConnection) -> None:
@@ -70,13 +70,8 @@ def is_log_missing(connection: Connection) -> bool:
         rows = connection.execute("SELECT value FROM meta WHERE key = 'log'").fetchall()
     except StoreError:  # a damaged file, which is told elsewhere
         return False
-    beside = (log_of(connection.path), _marking(connection.path))
+    beside = (log_of(connection.path), marking_of(connection.path))
     return bool(rows and rows[0][0]) and not any(path.exists() for path in beside)
-
-
-def _marking(path: Path) -> Path:
-    """The file that stands for the log while the mark is set."""
-    return path.with_name(f".{path.name}.marking")
 
 
 def missing_sentence(path: Path) -> str:

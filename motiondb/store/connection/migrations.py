@@ -86,7 +86,7 @@ def migrate(connection: duckdb.DuckDBPyConnection, version: int) -> None:
     if version == 0:
         marks = {f"{kind}_revision": uuid.uuid4().hex for kind in ("motion", "content")}
         text = present_schema()
-        _run(connection, text, newest_version(), next_capture_id="1", revision="0", **marks)
+        _run(connection, text, newest_version(), next_capture_id="1", revision="0", log="", **marks)
         return
     for number, text in enumerate(known_migrations()[version - 1 :], start=version + 1):
         _run(connection, text, number)
