@@ -130,7 +130,7 @@ Force = Annotated[
         "--force",
         is_eager=True,
         callback=protect,
-        help="Also overwrite files that motiondb did not write, or that were changed since.",
+        help="Also overwrite files that motiondb is not known to have written.",
     ),
 ]
 Seed = Annotated[

@@ -131,7 +131,7 @@ def _of_kind(kind: _Any, value: _Any, name: str) -> _Any:
             raise _fault(name, dict, value)
         return {key: _of_kind(arguments[1], v, _below(name, key)) for key, v in value.items()}
     if kind is float and type(value) is int:
-        return float(value)
+        return _to_float(value, name)
     if type(value) is not kind:
         raise _fault(name, kind, value)
     return value
@@ -149,10 +149,17 @@ def _to_tuple(kinds: tuple[Any, ...], value: object, name: str) -> tuple[Any, ..
     )
 
 
+def _to_float(value: int, name: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise JSONError(f"a number{_at(name)}", "one that is too large") from None
+
+
 def _to_array(value: object, name: str) -> FloatArray:
     try:
         return np.array(value, dtype=float)
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         raise JSONError(f"a table of numbers{_at(name)}", "something else") from None
 
 

@@ -18,13 +18,13 @@ from motiondb.files.safe_files import check_replacing, open_file, read_bounded
 
 WRITER = "motiondb"
 MARKS = (
-    b"tEXtSoftware\0motiondb",
-    b"\x21\xfe\x08motiondb\0",
-    b'"generator":"motiondb"',
-    b'<meta name="generator" content="motiondb">',
-    b"motiondb knowledge ",
-    b'{\n "written_by": "motiondb"',
-)
+    (b"\x89PNG", b"tEXtSoftware\0motiondb"),
+    (b"GIF8", b"\x21\xfe\x08motiondb\0"),
+    (b"glTF", b'"generator":"motiondb"'),
+    (b"<!doctype html>", b'<meta name="generator" content="motiondb">'),
+    (b"motiondb knowledge ", b""),
+    (b'{\n "written_by": "motiondb"', b""),
+)  # How files of a kind begin, and what stands in those of motiondb
 _HEAD = 4096  # Bytes in which a mark stands
 
 
@@ -64,8 +64,8 @@ def _refuse_others(path: Path, draft: Path) -> None:
     if is_own(path) or (draft != path and filecmp.cmp(path, draft, shallow=False)):
         return
     raise QueryError(
-        f"{path}: expected a new file, or one that motiondb wrote, found another, or one that was "
-        "changed since. It stays as it is; give another name, or --force to overwrite it."
+        f"{path}: expected a new file, or one that motiondb is known to have written, found "
+        "another. It stays as it is; give another name, or --force to overwrite it."
     )
 
 
@@ -81,7 +81,8 @@ def is_own(path: Path) -> bool:
             head = file.read(_HEAD)
     except OSError:
         return True  # nothing to lose, or the writer says what is wrong
-    return not head or any(mark in head for mark in MARKS) or _has_provenance(path)
+    is_marked = any(head.startswith(start) and mark in head for start, mark in MARKS)
+    return not head or is_marked or _has_provenance(path)
 
 
 def digest_of(path: Path) -> str:

@@ -87,6 +87,10 @@ def link_target(path: Path) -> Path:
     return Path(os.path.realpath(path)) if path.is_symlink() else path
 
 
+LOGS = (".wal", ".wal.checkpoint", ".wal.recovery")  # Endings of DuckDB's logs
+BESIDE = (".marking", ".waits", ".compact")  # Endings of motiondb's own files beside a database
+
+
 def log_of(path: Path) -> Path:
     """Return the log that DuckDB keeps beside a database."""
     return path.with_name(f"{path.name}.wal")
@@ -112,10 +116,15 @@ def check_one_name(path: Path) -> None:
 def check_output(path: Path) -> None:
     """Raise OSError for the name of an output that belongs to a database, or is no file."""
     if is_duckdb(path):
-        raise FileExistsError(errno.EEXIST, "a database of that name, which is never overwritten")
-    if ".wal" in path.suffixes:
+        raise FileExistsError(
+            errno.EEXIST, "a database of that name, which is never overwritten; choose another name"
+        )
+    if path.name.endswith(LOGS):
         raise FileExistsError(errno.EEXIST, "the name of a database's log; choose another name")
-    for folder in (path, *path.absolute().parents):
+    kept = path.with_name(path.stem.removeprefix("."))
+    if path.suffix in BESIDE and path.name.startswith(".") and is_duckdb(kept):
+        raise FileExistsError(errno.EEXIST, f"a file of the database {kept}; choose another name")
+    for folder in (path, *Path(os.path.realpath(path)).parents):
         if folder.suffix == ".cache" and is_duckdb(folder.with_suffix("")):
             raise FileExistsError(
                 errno.EEXIST, f"the cache of the database {folder.stem}; choose another name"
@@ -163,10 +172,9 @@ def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterat
         with whole_file(path) as draft:
             yield draft
     except OSError as error:
-        raise kind(
-            f"{path}: expected a file that can be written, found: {error.strerror or error}. "
-            "Check the folder and the room on its disk."
-        ) from None
+        reason = f"{path}: expected a file that can be written, found: {error.strerror or error}."
+        advice = "" if isinstance(error, FileExistsError) else " Check the folder and its disk."
+        raise kind(reason + advice) from None
 
 
 def delete_all(*files: Path) -> None:
@@ -271,7 +279,7 @@ def check_file_name(path: Path) -> None:
         raise StoreError(
             f"{path}: expected a database of motiondb, found a folder. Name another file with --db."
         )
-    if ".wal" in path.suffixes:
+    if path.name.endswith(LOGS):
         raise StoreError(
             f"{path}: expected the name of a database, found that of a database's log. "
             "Give another name."

@@ -55,7 +55,9 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     except OSError as error:
         raise StoreError(f"{path}: expected one name to replace, found {error.strerror}.") from None
     new = path.with_name(f".{path.name}.compact")
-    open_store(path, create=False, wait=wait).close()  # brings the log into the file
+    with open_store(path, create=False, wait=wait) as store:  # brings the log into the file
+        if store.lacked_log:  # the copy would no longer fit to the log
+            raise StoreError(store.log_note)
     before, identity = path.stat().st_size, _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():

@@ -72,7 +72,7 @@ def test_files_of_others_are_overwritten_only_by_force(
         Path(name).write_bytes(capture)
         ended = command(*words)
         assert ended.code == 2, words
-        assert f"error: {name}: expected a new file, or one that motiondb wrote" in ended.err
+        assert f"error: {name}: expected a new file, or one that motiondb is known" in ended.err
         assert Path(name).read_bytes() == capture
         assert [path.name for path in Path().iterdir()] == [name]
         assert command(*words, "--force").code == 0
@@ -84,6 +84,8 @@ def test_files_of_others_are_overwritten_only_by_force(
     with Path("take.bvh").open("a") as file:
         file.write("\n")  # edited by hand
     assert command("generate", "kick", "-o", "take.bvh").code == 2
+    Path("notes.txt").write_text("Now run:\nmotiondb knowledge export notes.txt\n")
+    assert command("knowledge", "export", "notes.txt").code == 2
 
 
 @pytest.mark.parametrize(

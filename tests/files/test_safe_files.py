@@ -110,6 +110,7 @@ def test_a_database_is_never_overwritten(tmp_path: Path) -> None:
         ("m.duckdb.wal", "the name of a database's log"),
         ("other.wal.checkpoint", "the name of a database's log"),
         ("m.duckdb.cache", "the cache of the database m.duckdb"),
+        (".m.duckdb.marking", "a file of the database .*m.duckdb"),
         ("m.duckdb.cache/walk.bvh", "the cache of the database m.duckdb"),
     ],
 )

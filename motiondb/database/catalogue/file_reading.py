@@ -31,6 +31,7 @@ from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.parent_process import end_with_parent, is_main_thread
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry
+from motiondb.files.text import quoted
 from motiondb.records import CaptureInfo, Clip, Motion
 
 if TYPE_CHECKING:
@@ -306,7 +307,7 @@ def read_joint_map(path: Path) -> dict[str, str]:
         text = line.split("#")[0].strip()
         role, equals, joint = (part.strip() for part in text.partition("="))
         if text and not (role and equals and joint):
-            faults.append(f"{path}:{number}: expected `role = joint`, found {text!r}.")
+            faults.append(f"{path}:{number}: expected `role = joint`, found {quoted(text)}.")
         elif text:
             pairs[role] = joint
     if faults:

@@ -66,12 +66,20 @@ def load_knowledge(what: str | Path) -> Knowledge:
     if str(what) in names:
         file = resources.files("motiondb.files").joinpath(f"{what}{ENDING}")
         return from_bytes(file.read_bytes(), file.name)
-    if not Path(what).exists():
+    if not _is_there(Path(what)):
         raise KnowledgeError(
             f"{what}: expected a file of knowledge or one of {', '.join([*names, NONE])}, found "
             f"neither.{suggestion(str(what), names)} motiondb knowledge export FILE writes one."
         )
     return read_knowledge(what)
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is a file, or something that may not be looked at."""
+    try:
+        return path.exists()
+    except PermissionError:
+        return True
 
 
 def find_start(

@@ -96,6 +96,7 @@ class Store:
         self._is_marked = False  # Whether the file says that there is a log beside it
         self._process = os.getpid()
         _refuse_forked(path)
+        self.lacked_log = False
         self._root: duckdb.DuckDBPyConnection | None = connect(read_only, None)
         _OPENED.add(self)
         self.lacked_log = log_mark.is_log_missing(self.connection)
@@ -227,8 +228,8 @@ class Store:
                 self._turn.notify_all()
 
     def _close_root(self, root: duckdb.DuckDBPyConnection) -> None:
-        if not self.read_only:
-            log_mark.clear_mark(root)
+        if not self.read_only and (self._is_marked or not self.lacked_log):
+            log_mark.clear_mark(root)  # the mark of a missing log stays, so that the log still fits
         self._is_marked = False
         _close(root)
 
@@ -283,9 +284,10 @@ def _forked(path: Path, process: int) -> StoreError:
 
 def _refuse_forked(path: Path) -> None:
     """Refuse a file that the process from which this one was forked had open: DuckDB shares it."""
+    real = os.path.realpath(path)  # DuckDB, too, knows the file by any spelling of its path
     for store in list(_OPENED):
         is_foreign = store._process != os.getpid() and not store._is_closed
-        if is_foreign and store.path.absolute() == path.absolute():
+        if is_foreign and os.path.realpath(store.path) == real:
             raise _forked(path, store._process)
 
 

@@ -70,6 +70,12 @@ def open_store(
                 f"Make one: motiondb add FOLDER --db {path}."
             )
         _create(path)
+    names = path.stat().st_nlink if path.is_file() else 1
+    if names > 1 and not read_only:
+        raise StoreError(
+            f"{path}: expected a database with one name, found a file with {names} (hard links), "
+            "each of which would have a log of its own. Copy the file, or remove the other names."
+        )
     return Store(path, partial(_connect_current, path, wait), read_only)
 
 

@@ -86,11 +86,37 @@ def test_a_database_that_came_without_its_log_says_so(tmp_path: Path) -> None:
             "ended by force, and the file moved or copied without the log, which holds the latest "
             "changes. Put the log beside the file; if it is gone, so are these changes."
         )
-    for file in (path, moved):  # a writer brings the log in, or ends the matter
-        store.open_store(file).close()
+    store.open_store(moved).close()  # changes nothing, so that the log still fits
+    with pytest.raises(StoreError, match=r"expected its log moved\.duckdb\.wal"):
+        store.compact(moved)
+    shutil.copy(opening.log_of(path), opening.log_of(moved))
+    for file in (path, moved):
+        store.open_store(file).close()  # brings the log in
         with store.open_store(file, read_only=True) as opened:
             assert store.check_store(opened) == []
+            assert store.load_synonyms(opened) == {"jog": "run"}
         assert opened.log_note == ""
+
+
+def test_a_change_of_a_file_without_its_log_ends_the_matter(tmp_path: Path) -> None:
+    path, moved = tmp_path / "m.duckdb", tmp_path / "moved.duckdb"
+    kill_after_a_change(path)
+    shutil.copy(path, moved)
+    with store.open_store(moved) as database:
+        assert "expected its log" in database.log_note
+        store.save_synonyms(database, {"dash": "run"})
+    with store.open_store(moved, read_only=True) as opened:
+        assert store.check_store(opened) == []
+        assert store.load_synonyms(opened) == {"dash": "run"}
+
+
+def test_a_file_with_several_names_is_not_opened_for_writing(tmp_path: Path) -> None:
+    path, other = tmp_path / "m.duckdb", tmp_path / "other.duckdb"
+    store.open_store(path).close()
+    other.hardlink_to(path)
+    with pytest.raises(StoreError, match=r"found a file with 2 \(hard links\)"):
+        store.open_store(other)
+    store.open_store(other, read_only=True).close()
 
 
 def test_there_is_a_log_from_the_first_change_on(tmp_path: Path) -> None:
@@ -161,11 +187,14 @@ database = store.open_store(path)
 store.save_synonyms(database, {"jog": "run"})
 child = os.fork()
 if not child:
-    for use in (lambda: store.save_synonyms(database, {}), lambda: store.open_store(path)):
+    folder, name = os.path.split(path)
+    spelled = os.path.join(folder, "..", os.path.basename(folder), name)
+    uses = [lambda: store.save_synonyms(database, {}), lambda: store.open_store(path)]
+    for use in [*uses, lambda: store.open_store(spelled)]:
         try:
             use()
         except StoreError as error:
-            said = str(error).replace(str(os.getpid()), "CHILD")
+            said = str(error).replace(spelled, path).replace(str(os.getpid()), "CHILD")
             print(said.replace(str(os.getppid()), "PARENT"))
     database.close()
     sys.exit(7)
@@ -195,7 +224,7 @@ def test_a_forked_process_is_refused_and_leaves_the_file_alone(tmp_path: Path) -
         "(CHILD) that was forked from it. Close the database before the fork and open it again in "
         "each process, or start processes by the method 'spawn'."
     )
-    assert ended.stdout.splitlines() == [said, said, "['dash', 'jog']"], ended.stderr
+    assert ended.stdout.splitlines() == [said] * 3 + ["['dash', 'jog']"], ended.stderr
 
 
 def test_a_file_that_may_not_be_read_is_not_called_damaged(
