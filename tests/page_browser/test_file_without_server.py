@@ -61,7 +61,7 @@ def test_generated_motion_keeps_its_sources(asked, open_file):
 def test_one_capture_has_its_timeline_and_licence(asked, open_file):
     page, _ = open_file(StandalonePage.of_capture(asked, "ana/long_1"))
     wait_for_figure(page)
-    assert page.locator(".lane-symbols .block").count() == len(asked.show("ana/long_1")["segments"])
+    assert page.locator(".lane-symbols .block").count() == len(asked.show("ana/long_1").segments)
     page.get_by_text("licence CC0-1.0").wait_for()
 
 
