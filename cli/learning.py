@@ -64,7 +64,7 @@ def learn(
             f"The start {start} is not used: its symbols do not fit these captures, and their "
             f"captions are enough to learn from. Words that only the start has are unknown."
         )
-    if drift and not (drift.captures_added or drift.captures_removed or drift.words):
+    if drift and not first and not (drift.captures_added or drift.captures_removed or drift.words):
         printing.say("No capture was added or removed since the last learning, and no word is new.")
     if not size.words:
         printing.say(
