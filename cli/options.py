@@ -117,11 +117,12 @@ Html = Annotated[
 Output = Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf."), WRITTEN]
 
 
-def protect(forced: bool) -> None:
-    """Protect files of others, unless --force is given; an eager option comes first."""
+def protect(context: typer.Context, forced: bool) -> None:
+    """Protect files of others until the command ends, unless --force; an eager option is first."""
     from motiondb import protect_others
 
     protect_others(not forced)
+    context.call_on_close(lambda: protect_others(False))
 
 
 Force = Annotated[
