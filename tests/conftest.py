@@ -6,7 +6,7 @@ import fcntl
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,8 +48,8 @@ def learned_file(
     worker_id: str,
     samples_folder: Path,
     samples_sheet: Path,
-) -> Path:
-    """A database with all sample data, learned. Only ask it: tests that write take a copy."""
+) -> Iterator[Path]:
+    """A database with all sample data, learned, and held open: to write, take a copy."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "learned"
     folder.mkdir(exist_ok=True)
@@ -63,7 +63,9 @@ def learned_file(
                 assert report.problems == ()
                 db.learn()
             (folder / "done").touch()
-    return path
+    with motiondb.open(path, read_only=True) as db:
+        db.info()  # opens it: from now on, a test that writes is refused whatever runs beside it
+        yield path
 
 
 @pytest.fixture

@@ -17,8 +17,7 @@ SPREAD = {"json": "spread"}  # Of a field with a mapping whose keys stand among 
 
 def extended(kind: type[Answer], base: object, **more: object) -> Answer:
     """Return an answer of a kind that has the fields of another dataclass, and more."""
-    known = {f.name: getattr(base, f.name) for f in fields(cast(Any, base))}
-    return kind(**known | more)
+    return kind(**fields_of(base) | more)
 
 
 def fields_of(value: object, kind: type | None = None) -> dict[str, Any]:

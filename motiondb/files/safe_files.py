@@ -88,7 +88,9 @@ def link_target(path: Path) -> Path:
 
 
 LOGS = (".wal", ".wal.checkpoint", ".wal.recovery")  # Endings of DuckDB's logs
-BESIDE = (".marking", ".waits", ".compact")  # Endings of motiondb's own files beside a database
+MARKING, WAITS, COPY = ".marking", ".waits", ".compact"
+"""Endings of the files that motiondb keeps beside a database (:func:`beside`)."""
+_BESIDE = re.compile(r"\.(.+)(?:" + "|".join(map(re.escape, (MARKING, WAITS, COPY))) + ")")
 
 
 def log_of(path: Path) -> Path:
@@ -96,19 +98,25 @@ def log_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.wal")
 
 
-def marking_of(path: Path) -> Path:
-    """Return the empty file that stands for a database's log until the log is written."""
-    return path.with_name(f".{path.name}.marking")
+def beside(path: Path, ending: str) -> Path:
+    """Return a hidden file that motiondb keeps beside a database."""
+    return path.with_name(f".{path.name}{ending}")
+
+
+def count_names(path: Path) -> int:
+    """Return how many names (hard links) a file has; 1 for what is no regular file."""
+    status = path.stat()
+    return status.st_nlink if stat.S_ISREG(status.st_mode) else 1
 
 
 def check_one_name(path: Path) -> None:
     """Raise OSError for a file with several names (hard links): only one would be replaced."""
     with suppress(FileNotFoundError):
-        status = path.stat()
-        if stat.S_ISREG(status.st_mode) and status.st_nlink > 1:
+        names = count_names(path)
+        if names > 1:
             raise OSError(
                 errno.EMLINK,
-                f"a file with {status.st_nlink} names (hard links), of which only one would be "
+                f"a file with {names} names (hard links), of which only one would be "
                 "replaced; remove names until it has one, or name another file",
             )
 
@@ -121,9 +129,11 @@ def check_output(path: Path) -> None:
         )
     if path.name.endswith(LOGS):
         raise FileExistsError(errno.EEXIST, "the name of a database's log; choose another name")
-    kept = path.with_name(path.stem.removeprefix("."))
-    if path.suffix in BESIDE and path.name.startswith(".") and is_duckdb(kept):
-        raise FileExistsError(errno.EEXIST, f"a file of the database {kept}; choose another name")
+    hidden = _BESIDE.fullmatch(path.name)
+    if hidden and is_duckdb(path.with_name(hidden[1])):
+        raise FileExistsError(
+            errno.EEXIST, f"a file of the database {path.with_name(hidden[1])}; choose another name"
+        )
     for folder in (path, *Path(os.path.realpath(path)).parents):
         if folder.suffix == ".cache" and is_duckdb(folder.with_suffix("")):
             raise FileExistsError(
@@ -154,15 +164,18 @@ def whole_file(path: Path, *, is_cache: bool = False) -> Iterator[Path]:
     sweep_drafts(path.parent, re.escape(stem))
     draft = path.with_name(f".{stem}.{os.getpid()}.{threading.get_ident()}.part")
     try:
-        delete_all(
-            draft, log_of(draft), marking_of(draft)
-        )  # of an earlier process of the same number
+        _delete_draft(draft)  # of an earlier process of the same number
         yield draft
         if not is_cache:
             check_replacing.get()(path, draft)
         draft.replace(path)
     finally:
-        delete_all(draft, log_of(draft), marking_of(draft))
+        _delete_draft(draft)
+
+
+def _delete_draft(draft: Path) -> None:
+    """Delete a draft; that of a database may have a log, and the mark of one."""
+    delete_all(draft, log_of(draft), beside(draft, MARKING))
 
 
 @contextmanager
@@ -209,9 +222,10 @@ def is_running(process: int) -> bool:
 def sweep_drafts(folder: Path, stem: str) -> None:
     """Delete drafts whose process has ended; those of this process may be of another thread.
 
-    `stem`: Pattern of the names that were to be written. A draft may have a log, and a draft.
+    `stem`: Pattern of the names that were to be written. A draft may have a draft of its own,
+    a log, and the mark of one.
     """
-    draft = re.compile(rf"\.+(?:{stem})(?:\.(\d+)\.\d+\.part)+(?:\.wal)?")
+    draft = re.compile(rf"\.+(?:{stem})(?:\.(\d+)\.\d+\.part)+(?:\.wal|\.marking)?")
     for left in folder.glob(".*.part*"):
         owner = draft.fullmatch(left.name)
         if owner is not None and not is_running(int(owner[1])):
@@ -293,7 +307,7 @@ def check_file_name(path: Path) -> None:
         ) from None
     try:
         path.exists()
-        path.with_name(f".{path.name}.compact.wal").exists()  # the longest name beside it
+        log_of(beside(path, COPY)).exists()  # the longest name beside it
     except PermissionError:
         raise StoreError(
             f"{path}: expected a file in a folder that this user may read, found: permission "

@@ -8,11 +8,12 @@ import duckdb
 
 from motiondb.errors import StoreError
 from motiondb.files.safe_files import (
+    COPY,
+    beside,
     check_one_name,
     delete_all,
     link_target,
     log_of,
-    marking_of,
     plain_name,
 )
 from motiondb.store.connection.faults import first_sentence, is_damage
@@ -54,7 +55,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
         check_one_name(path)
     except OSError as error:
         raise StoreError(f"{path}: expected one name to replace, found {error.strerror}.") from None
-    new = path.with_name(f".{path.name}.compact")
+    new = beside(path, COPY)
     with open_store(path, create=False, wait=wait) as store:  # brings the log into the file
         if store.lacked_log:  # the copy would no longer fit to the log
             raise StoreError(store.log_note)
@@ -88,7 +89,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
         except OSError as error:
             raise StoreError(_no_room(path, error)) from error
         finally:
-            delete_all(new, log_of(new), marking_of(new))
+            delete_all(new, log_of(new))
     return before, path.stat().st_size
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import delete_all, log_of, marking_of
+from motiondb.files.safe_files import MARKING, beside, delete_all, log_of
 from motiondb.store.connection.faults import translate
 from motiondb.store.connection.statements import Connection
 
@@ -37,7 +37,7 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
     checkpoint; the connection that all others come from never does.
     """
     with suppress(OSError):  # a full disk, which the next sentences tell
-        marking_of(path).touch()
+        beside(path, MARKING).touch()
     try:
         root.execute(_OPEN)
         root.execute("CHECKPOINT")
@@ -55,7 +55,7 @@ def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:
         with suppress(duckdb.Error):  # the change itself is saved
             root.execute(_OPEN)
     if log_of(path).exists():
-        delete_all(marking_of(path))
+        delete_all(beside(path, MARKING))
 
 
 def clear_mark(root: duckdb.DuckDBPyConnection) -> None:
@@ -70,8 +70,8 @@ def is_log_missing(connection: Connection) -> bool:
         rows = connection.execute("SELECT value FROM meta WHERE key = 'log'").fetchall()
     except StoreError:  # a damaged file, which is told elsewhere
         return False
-    beside = (log_of(connection.path), marking_of(connection.path))
-    return bool(rows and rows[0][0]) and not any(path.exists() for path in beside)
+    logs = (log_of(connection.path), beside(connection.path, MARKING))
+    return bool(rows and rows[0][0]) and not any(path.exists() for path in logs)
 
 
 def missing_sentence(path: Path) -> str:

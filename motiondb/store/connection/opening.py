@@ -24,7 +24,10 @@ import duckdb
 
 from motiondb.errors import HeldError, StoreError
 from motiondb.files.safe_files import (
+    COPY,
+    beside,
     check_file_name,
+    count_names,
     delete_all,
     draft_stem,
     is_duckdb,
@@ -70,7 +73,7 @@ def open_store(
                 f"Make one: motiondb add FOLDER --db {path}."
             )
         _create(path)
-    names = path.stat().st_nlink if path.is_file() else 1
+    names = count_names(path)
     if names > 1 and not read_only:
         raise StoreError(
             f"{path}: expected a database with one name, found a file with {names} (hard links), "
@@ -132,7 +135,7 @@ def _create(path: Path) -> None:
 
 def _sweep_copies(path: Path) -> None:
     """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
-    for left in path.parent.glob(f".{glob.escape(path.name)}.compact*"):
+    for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
         delete_all(left)
 
 

@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from motiondb.files.safe_files import WAITS, beside
+
 try:
     import fcntl
 except ImportError:
@@ -56,7 +58,7 @@ def somebody_waits(database: Path) -> bool:
 def _note(database: Path) -> Path:
     """Return the file by which waiting is announced, the same for all names of a database."""
     real = Path(os.path.realpath(database))
-    return real.with_name(f".{real.name}.waits")
+    return beside(real, WAITS)
 
 
 def _lock(note: Path) -> int | None:
