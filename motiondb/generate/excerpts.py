@@ -338,7 +338,8 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
     missing = wanted - (end - start)
     inside = edges[start : end + 1]
     is_least = action.seconds is not None and action.seconds.most is None
-    loop = _fitting_loop(inside, period, missing, 0.0 if is_least else TOLERANCE * wanted)
+    short = 0.0 if is_least else TOLERANCE * wanted
+    loop = _fitting_loop(inside, period, missing, short, action.seconds is not None)
     if loop is None:
         return Layout((span,))
     more = -(-missing // loop.length)
@@ -346,21 +347,24 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
         more = max(round(missing / loop.length), 0)
     parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
     excess = sum(b - a for a, b in parts) - wanted
-    if period is not None and excess > 0:
+    if period is not None and least and excess > TOLERANCE * wanted:
         parts[-1] = (parts[-1][0], max(parts[-1][1] - excess, parts[-1][0] + 1))
     often = "once" if more == 1 else f"{more} times"
     said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {often}" if more else ""
     return Layout(tuple(parts), said)
 
 
-def _fitting_loop(edges: FloatArray, period: int | None, missing: int, short: float) -> Loop | None:
+def _fitting_loop(
+    edges: FloatArray, period: int | None, missing: int, short: float, timed: bool
+) -> Loop | None:
     """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing.
 
     It may be shorter than that by ``short`` frames.
     """
-    if period is not None:
-        return best_loop(edges, period)
     more = TOLERANCE * (len(edges) - 1 + missing)
+    if period is not None:
+        fitting = best_loop(edges, period, (missing - short, missing + more)) if timed else None
+        return fitting or best_loop(edges, period)
     return best_loop(edges, SHORTEST_LOOP, (missing - short, missing + more)) or best_loop(
         edges, max(round(LEAST_LOOP * (len(edges) - 1)), 1)
     )

@@ -1,0 +1,162 @@
+"""Seams of generated motion: jumps of the root speed, sliding toes, floating, against captures.
+
+Measured on the motion alone, at 30 frames a second on the standard body, by what generation does
+not use:
+
+*jump*      largest change of the pelvis's speed over the ground from one frame to the next, m/s,
+*toe slip*  mean ground speed of both toes, weighted by their height as in Zhang, Starke, Komura and
+            Saito, "Mode-adaptive neural networks for quadruped motion control", TOG 37 (2018),
+            v max(2 - 2^(h / H), 0), over the frames with h < H = 2.5 cm, cm/s,
+*float*     mean height of the lower foot over the ground, cm; *depth*: greatest depth below it, cm,
+*lift*      greatest change of height between two rests of a seated pelvis with no standing between
+            them, m.
+
+The same is measured on windows of captures as long as those around the seams.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import motiondb
+from motiondb.body import body, retarget
+from motiondb.database import MotionDB
+from motiondb.database.generating import Generated
+from motiondb.records import MOTION_FPS, FloatArray, Motion
+from quality_protocol.confidence import mean_of
+from quality_protocol.learned_database import learned_database
+from quality_protocol.report import Measure, Picture, TaskReport, draw
+from quality_tasks.generation_page import page_figure
+from quality_tasks.generation_sentences import generate_or_none
+
+PAIRS = (
+    "walk then run", "run then walk", "walk then jog", "jog then stop", "run then stop",
+    "walk then stop", "walk then jump", "run then jump", "jump then run", "jump then walk",
+    "walk then turn left", "walk then turn right", "turn left then walk", "run then turn right",
+    "turn around then walk", "walk then sit down", "sit down then stand up", "stand up then walk",
+    "sit down then drink", "drink then stand up", "walk then kick", "kick then punch",
+    "punch then kick", "box then kick", "kick then walk", "walk then punch", "dance then walk",
+    "walk then dance", "dance then jump", "run then duck", "duck then run", "walk then wave",
+    "wave then walk", "wash windows then walk", "walk then wash windows", "mop then walk",
+    "dribble then walk", "walk then dribble", "dribble then run", "walk backward then walk forward",
+    "walk sideways then walk", "hop then walk", "walk then hop", "climb then jump",
+    "climb a ladder then walk", "laugh then walk", "walk then laugh", "stretch then jog",
+    "jumping jacks then run", "squat then jump", "twist then walk", "walk slowly then run fast",
+    "walk then pick up something",
+)  # fmt: skip
+TRIPLES = (
+    "walk, run, jump", "walk then sit down then stand up", "sit down, stand up, walk",
+    "run then stop then walk", "walk, turn around, walk", "run, jump, run", "walk, kick, punch",
+    "jog, walk, stop", "walk, wave, walk", "dance, walk, sit down", "jump, turn left, run",
+    "stand up, walk, run",
+)  # fmt: skip
+SENTENCES = (*PAIRS, *TRIPLES)
+"""Sentences of two and three actions that the captures of CMU show."""
+LONG = ("walk for ten seconds", "run for eight seconds", "dribble for ten seconds")
+AROUND = 15  # Frames before and after a boundary of two actions: windows of 1 s
+LOW = 0.025  # H, metres
+SEATED, STANDING = 0.65, 0.8  # Heights of the pelvis, metres
+RESTING = 0.15  # Speed of the pelvis at rest, m/s
+MOST_JUMP = 0.3  # Target, m/s a frame
+_TOES = [body.INDEX[f"{side}_toe"] for side in "lr"]
+_ANKLES = [body.INDEX[f"{side}_ankle"] for side in "lr"]
+_STANDING_TOE = float(body.LEG_LENGTH + body.ANKLE_HEIGHT + body.OFFSETS[body.INDEX["l_toe"]][1])
+_STANDING_TOE -= float(body.LEG_LENGTH)
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """Measures of the module's docstring of one motion or window; NaN where nothing is low."""
+
+    jump: float
+    slip: float
+    floating: float
+    depth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """One sentence's motion with its measures, as a whole and in the windows around its seams."""
+
+    sentence: str
+    made: Generated
+    whole: Smooth
+    windows: tuple[Smooth, ...]
+    lift: float
+
+
+def measure_smooth(positions: FloatArray) -> Smooth:
+    """Jump, toe slip, float and depth of positions (frames, 21, 3), metres."""
+    steps = np.diff(positions[:, 0][:, [0, 2]], axis=0) * MOTION_FPS
+    jumps = np.abs(np.diff(np.linalg.norm(steps, axis=1)))
+    heights = np.maximum(positions[:-1, _TOES, 1] - _STANDING_TOE, 0.0)
+    speeds = np.linalg.norm(np.diff(positions[:, _TOES][..., [0, 2]], axis=0), axis=2) * MOTION_FPS
+    weights = np.maximum(2.0 - 2.0 ** (heights / LOW), 0.0)
+    low = heights < LOW
+    slip = float(np.mean((speeds * weights)[low])) if low.any() else np.nan
+    feet = foot_heights(positions)
+    return Smooth(
+        float(jumps.max(initial=0.0)),
+        100.0 * slip,
+        100.0 * float(np.maximum(feet.min(axis=1), 0.0).mean()),
+        100.0 * float(np.maximum(-feet, 0.0).max()),
+    )
+
+
+def foot_heights(positions: FloatArray) -> FloatArray:
+    """Heights of the lower of ankle and toe over its place in standing: array (frames, 2), m."""
+    ankles = positions[:, _ANKLES, 1] - body.ANKLE_HEIGHT
+    return np.minimum(ankles, positions[:, _TOES, 1] - _STANDING_TOE)
+
+
+def seat_lift(pelvis: FloatArray) -> float:
+    """Greatest change of height between rests of a seated pelvis (frames, 3) that never stood."""
+    if len(pelvis) < 2:
+        return 0.0
+    speed = np.linalg.norm(np.gradient(pelvis, axis=0), axis=1) * MOTION_FPS
+    lift, last = 0.0, np.nan
+    for height, moving in zip(pelvis[:, 1], speed > RESTING):
+        if height > STANDING:
+            last = np.nan
+        elif height < SEATED and not moving:
+            lowest = height if np.isnan(last) else last
+            lift = max(lift, abs(float(height - lowest)))
+            last = lowest
+    return lift
+
+
+def run(data: Path, seed: int) -> TaskReport:
+    """All sentences on a database that has learned CMU, and its captures."""
+    return measure(learned_database(data, seed), seed)
+
+
+def measure(database: Path, seed: int) -> TaskReport:
+    """The same on a database that has learned."""
+    with motiondb.open(database, read_only=True) as db:
+        real = [_positions(db.motion(info.name)) for info in db.captures()]
+        made = {s: generate_or_none(db, s, seed) for s in (*SENTENCES, *LONG)}
+    seen = [see(s, made[s]) for s in SENTENCES if (one := made[s]) is not None]
+    return report(seen, real, {s: g for s in LONG if (g := made[s]) is not None}, seed)
+
+
+def see(sentence: str, made: Generated) -> Seen:
+    """The measures of a sentence's motion."""
+    positions = _positions(made.motion)
+    inner = [start for start, _ in made.spans[1:]]
+    windows = [positions[max(b - AROUND, 0) : b + AROUND] for b in inner]
+    return Seen(
+        sentence,
+        made,
+        measure_smooth(positions),
+        tuple(map(measure_smooth, windows)),
+        seat_lift(positions[:, 0]),
+    )
+
+
+def _positions(motion: Motion) -> FloatArray:
+    return retarget.motion_positions(motion)[0].astype(np.float64)
