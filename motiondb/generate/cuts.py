@@ -20,6 +20,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from motiondb.body import body, kinematics
+from motiondb.body.features import runs
 from motiondb.generate import stitching
 from motiondb.generate.action_sources import Source
 from motiondb.generate.contact import FEET
@@ -36,9 +37,10 @@ FINE = 4  # Frames by which chosen cuts are moved again, one by one
 LEAST_LEFT = 60  # Fewest frames (2 s) that moved cuts leave of an excerpt
 MARGIN_LEFT = 8  # Frames by which an excerpt of a measured word may be cut
 MOVED_COST = 0.02  # Cost of a frame by which a cut is moved, nats
-ROUGH, ROUGH_WEIGHT = 0.3, 4.0
+ROUGH, ROUGH_WEIGHT, MOST_ROUGH = 0.25, 10.0, 3.0
 """Change of the speed over the ground in a frame, m/s, from which on an excerpt costs more, and the
 nats of 1 m/s: captures may hold still for some frames, or skip some."""
+BREAK = 0.6  # Change of the speed over the ground in a frame, m/s, at which a capture breaks
 RESTLESS_WEIGHT = 1.5  # Cost of a cut in the quickest moment of a gesture, nats
 _LIMBS = [body.INDEX[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "wrist")]
 
@@ -147,10 +149,12 @@ def moved_cuts(
         take = takes[one.capture]
         period = find_period(take.poses[one.start : one.end])
         value = float(values[one.capture][one.start : one.end].mean())
-        for start, end in _spans(one, len(take.poses), period, position):
+        spans = _spans(one, len(take.poses), period, position)
+        for start, end in [*spans, *_unbroken(one, take.jumps)]:
             cost = MOVED_COST * (abs(start - one.start) + abs(end - one.end))
             cost += value - float(values[one.capture][start:end].mean())
-            cost += ROUGH_WEIGHT * max(float(take.jumps[start:end].max()) - ROUGH, 0.0)
+            rough = ROUGH_WEIGHT * (float(take.jumps[start:end].max()) - ROUGH)
+            cost += float(np.clip(rough, 0.0, MOST_ROUGH))
             if period is None:
                 cost += RESTLESS_WEIGHT * _unrest(take.restless, start, end)
             rows.append((one.capture, start, end))
@@ -180,10 +184,20 @@ def _spans(
     for a in moves if ahead else (0,):
         for b in moves if behind else (0,):
             start, end = one.start + a, one.end - b
-            fits = 0 <= start and end <= n_frames and end - start >= least
+            fits = start >= 0 and end <= n_frames and end - start >= least
             if fits and (a or b) and -outwards <= min(a, b) and max(a, b) <= inwards:
                 spans.append((start, end))
     return spans
+
+
+def _unbroken(one: Excerpt, jumps: FloatArray) -> list[tuple[int, int]]:
+    """The longest part of an excerpt without a break of its capture, if that is not all of it."""
+    parts = runs(jumps[one.start : one.end] <= BREAK)
+    first, behind = max(parts, key=lambda part: part[1] - part[0], default=(0, 0))
+    if LEAST_LEFT / 2 <= behind - first < one.end - one.start - 1:
+        # past the first frame after the jump, whose speed is not the capture's
+        return [(one.start + first + (first > 0), one.start + behind)]
+    return []
 
 
 def _unrest(restless: FloatArray, start: int, end: int) -> float:

@@ -51,6 +51,8 @@ from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
+MOST_JOIN = 10.0
+"""Join costs approach this, so that of seams that all do not fit, the better excerpts are taken."""
 OTHER_PLACE = 4.0
 """Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
 outweighs it."""
@@ -135,20 +137,29 @@ def excerpt_motion(
             for s in actions[k].sources
             if s.capture in material.takes
         }
-        candidates.append(cuts.moved_cuts(each, material.takes, of, preferred, position))
-    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT)
+        moved, owner = cuts.moved_cuts(each, material.takes, of, preferred, position)
+        words = directed[k][1]
+        candidates.append((_with_directions(material, moved, words, position), owner))
+    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT, MOST_JOIN)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
     picked = [
         replace(each[int(owner[i])], start=int(moved.starts[i]), end=int(moved.ends[i]))
         for i, each, (moved, owner) in zip(chosen, excerpts, candidates)
     ]
-    fixed = [one.action.seconds is not None for one in actions]
+    fixed = [
+        one.action.seconds is not None or bool(words) for one, (_, words) in zip(actions, directed)
+    ]
     picked = cuts.refine(picked, material.takes, fixed)
     for number, (i, (_, owner)) in enumerate(zip(chosen, candidates)):
         n, excerpt = int(owner[i]), picked[number]
         one = _lay_out(
-            material, actions[number].action, excerpt, speeds[number], directed[number][1]
+            material,
+            actions[number].action,
+            excerpt,
+            speeds[number],
+            directed[number][1],
+            number == len(actions) - 1,
         )
         numbers = int(places[number][n]), int(places[number].max()) + 1
         one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
@@ -221,6 +232,28 @@ def _does(
             for e in excerpts
         ]
     )
+
+
+def _with_directions(
+    material: _Material,
+    moved: stitching.Candidates,
+    directions: Sequence[str],
+    position: cuts.Position,
+) -> stitching.Candidates:
+    """Candidates that cost more where cuts leave too little of a measured word.
+
+    What seams bend does not count.
+    """
+    if not directions:
+        return moved
+    targets = moved.targets.copy()
+    bent = stitching.BLEND_FRAMES
+    ahead, behind = 0 if position.is_first else bent, 0 if position.is_last else bent
+    for n, (c, a, b) in enumerate(zip(moved.captures, moved.starts, moved.ends)):
+        track = material.tracks[int(c)][a + ahead : b - behind]
+        does = [gone(track, word) >= REACHED for word in directions]
+        targets[n] += NOT_DONE * (len(does) - sum(does))
+    return replace(moved, targets=targets)
 
 
 def _likely(of: ActionSources) -> list[Excerpt]:
@@ -300,6 +333,7 @@ def _lay_out(
     excerpt: Excerpt,
     speeds: FloatArray,
     directions: tuple[str, ...],
+    is_last: bool,
 ) -> ShownExcerpt:
     """Play an excerpt at the tempo, as often and as long as its action asks for."""
     rate, range_of = 1.0, None
@@ -322,6 +356,7 @@ def _lay_out(
         edges,
         any(word in ONCE for word in directions),
         occurrences_in(excerpt, action, material.tracks[excerpt.capture], rate),
+        is_last,
     )
     layout = lay_out(action, span, movement)
     return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)

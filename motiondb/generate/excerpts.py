@@ -278,6 +278,8 @@ class Movement:
     is_once: bool = False
     # First frame and last frame + 1 of every occurrence in the excerpt that was measured
     occurrences: tuple[tuple[int, int], ...] = ()
+    # Whether no action follows, so that its end may be cut anywhere
+    is_last: bool = True
 
 
 def counted_word(action: PlannedAction) -> str | None:
@@ -339,7 +341,7 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
     inside = edges[start : end + 1]
     is_least = action.seconds is not None and action.seconds.most is None
     short = 0.0 if is_least else TOLERANCE * wanted
-    loop = _fitting_loop(inside, period, missing, short, action.seconds is not None)
+    loop = _fitting_loop(inside, period, missing, short, bool(least) and not movement.is_last)
     if loop is None:
         return Layout((span,))
     more = -(-missing // loop.length)
@@ -347,7 +349,7 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
         more = max(round(missing / loop.length), 0)
     parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
     excess = sum(b - a for a, b in parts) - wanted
-    if period is not None and least and excess > TOLERANCE * wanted:
+    if period is not None and excess > 0 and (movement.is_last or excess > TOLERANCE * least > 0):
         parts[-1] = (parts[-1][0], max(parts[-1][1] - excess, parts[-1][0] + 1))
     often = "once" if more == 1 else f"{more} times"
     said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {often}" if more else ""

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import convolve1d
 
 from motiondb.body import rotation
 from motiondb.records import FloatArray, IntArray
@@ -35,8 +36,11 @@ from motiondb.records import FloatArray, IntArray
 BLEND_FRAMES = 10  # Frames (1/3 s) of a seam of similar poses
 MOST_BLEND_FRAMES = 30  # Frames (1 s) of a seam of poses that are far apart
 MOST_SPEEDING = 0.12
-"""Change of the speed over the ground that a seam makes in a frame, m/s; it grows longer instead."""
+"""Most that a seam changes the speed over the ground in a frame, m/s; it grows longer instead."""
 QUICK = 8  # Frames over which a difference of velocities fades
+CALMED = 6.0
+"""The speeds over the ground are smoothed over five frames where the other side of a seam has more
+than a sixth of the weight, and less and less towards its ends."""
 PEAK = 0.9375  # Steepest fall of s, at the seam
 AGAIN_COST = 10.0
 """Cost of playing frames of the previous segment again: larger than that of poses that do not
@@ -58,12 +62,18 @@ class Candidates:
     targets: FloatArray  # (n,): target costs
 
 
-def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[int]:
-    """One candidate for each position, with least sum of target and join costs (ties: first)."""
+def choose(
+    candidates: Sequence[Candidates], join_weight: float = 1.0, most_join: float = math.inf
+) -> list[int]:
+    """One candidate for each position, with least sum of target and join costs (ties: first).
+
+    Join costs j count as j / (1 + j / `most_join`).
+    """
     total = candidates[0].targets
     back: list[IntArray] = []
     for before, after in pairwise(candidates):
-        costs = total[:, None] + join_weight * join_costs(before, after)
+        joins = join_costs(before, after)
+        costs = total[:, None] + join_weight * joins / (1.0 + joins / most_join)
         best = np.argmin(costs, axis=0)
         back.append(best)
         total = costs[best, np.arange(len(best))] + after.targets
@@ -128,7 +138,17 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
         seam = _seam(before, after, sources)
         _bend(played[k], played[k + 1], seam, min(seam.half, longest))
     columns = zip(*(vars(one).values() for one in played))
-    return Stitched(*map(np.concatenate, columns))
+    whole = Stitched(*map(np.concatenate, columns))
+    _calm(whole)
+    return whole
+
+
+def _calm(whole: Stitched) -> None:
+    """Smooth the speeds within seams, so that those of both sides do not add up to a jump."""
+    speeds = whole.path[:, 1:]
+    share = np.clip(CALMED * (1.0 - whole.shares), 0.0, 1.0)[:, None]
+    calm = convolve1d(speeds, np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0, axis=0, mode="nearest")
+    speeds += share * (calm - speeds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +162,7 @@ class _Seam:
     half: int  # T, frames
 
 
-def _seam(
-    before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]
-) -> _Seam:
+def _seam(before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]) -> _Seam:
     """Offsets at a seam; a capture that ends there is continued at its last velocity."""
     (old, turned), (new, turned_new) = sources[before.capture], sources[after.capture]
     last, first = before.end - 1, after.start
