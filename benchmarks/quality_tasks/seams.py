@@ -166,7 +166,7 @@ def report(
         "*Jump*: largest change of the pelvis's speed over the ground from one frame to the next, "
         "m/s. *Toe slip*: mean ground speed of the toes, weighted by their height as Zhang et al. "
         "(2018) do, cm/s. *Float*: mean height of the lower foot over the ground, *depth*: "
-        "greatest depth of a foot below it, cm. Medians, and 95th percentiles after the stroke; *within*: "
+        "greatest depth of a foot below it, cm. Medians / 95th percentiles; *within*: "
         "share of jumps up to .3 m/s, and of slips up to the captures' 95th percentile. Generation "
         "uses none of these measures.",
         ("what", "jump", "within .3", "toe slip", "within", "float", "depth"),

@@ -37,7 +37,7 @@ FINE = 4  # Frames by which chosen cuts are moved again, one by one
 LEAST_LEFT = 60  # Fewest frames (2 s) that moved cuts leave of an excerpt
 MARGIN_LEFT = 8  # Frames by which an excerpt of a measured word may be cut
 MOVED_COST = 0.02  # Cost of a frame by which a cut is moved, nats
-ROUGH, ROUGH_WEIGHT, MOST_ROUGH = 0.25, 10.0, 3.0
+ROUGH, ROUGH_WEIGHT, MOST_ROUGH = 0.25, 10.0, 8.0
 """Change of the speed over the ground in a frame, m/s, from which on an excerpt costs more, and the
 nats of 1 m/s: captures may hold still for some frames, or skip some."""
 BREAK = 0.6  # Change of the speed over the ground in a frame, m/s, at which a capture breaks

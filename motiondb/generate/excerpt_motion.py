@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
 from motiondb.generate import contact, cuts, stitching
@@ -51,7 +52,7 @@ from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
-MOST_JOIN = 10.0
+MOST_JOIN = 30.0
 """Join costs approach this, so that of seams that all do not fit, the better excerpts are taken."""
 OTHER_PLACE = 4.0
 """Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
@@ -191,6 +192,8 @@ def _finish(
     leg_length: float,
 ) -> SequenceMotion:
     """A stitched motion with locked feet, and the origin of its frames in the captures."""
+    jumps = maximum_filter1d(cuts.jumps_of(stitched.path), 7) > cuts.ROUGH
+    stitching.smooth_speeds(stitched.path, jumps.astype(float))
     motion = pose_vectors.from_path(stitched.path, stitched.rotations, leg_length=leg_length)
     rates = np.array([origins[int(c)][1] for c in stitched.captures])
     edits = []

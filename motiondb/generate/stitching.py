@@ -139,16 +139,16 @@ def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatAr
         _bend(played[k], played[k + 1], seam, min(seam.half, longest))
     columns = zip(*(vars(one).values() for one in played))
     whole = Stitched(*map(np.concatenate, columns))
-    _calm(whole)
+    # the speeds of both sides must not add up to a jump
+    smooth_speeds(whole.path, np.clip(CALMED * (1.0 - whole.shares), 0.0, 1.0))
     return whole
 
 
-def _calm(whole: Stitched) -> None:
-    """Smooth the speeds within seams, so that those of both sides do not add up to a jump."""
-    speeds = whole.path[:, 1:]
-    share = np.clip(CALMED * (1.0 - whole.shares), 0.0, 1.0)[:, None]
-    calm = convolve1d(speeds, np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0, axis=0, mode="nearest")
-    speeds += share * (calm - speeds)
+def smooth_speeds(path: FloatArray, share: FloatArray) -> None:
+    """Replace a share (frames,) of the speeds of a path (frames, 4) by means of five frames."""
+    weights = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
+    smooth = convolve1d(path[:, 1:], weights, axis=0, mode="nearest")
+    path[:, 1:] += share[:, None] * (smooth - path[:, 1:])
 
 
 @dataclass(frozen=True, eq=False)
