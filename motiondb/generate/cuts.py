@@ -42,7 +42,7 @@ ROUGH, ROUGH_WEIGHT, MOST_ROUGH = 0.25, 10.0, 8.0
 nats of 1 m/s: captures may hold still for some frames, or skip some."""
 BREAK = 0.6  # Change of the speed over the ground in a frame, m/s, at which a capture breaks
 RESTLESS_WEIGHT = 1.5  # Cost of a cut in the quickest moment of a gesture, nats
-_LIMBS = [body.INDEX[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "wrist")]
+_ENDS = [0, *(body.INDEX[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "wrist"))]
 
 
 def edges_of(
@@ -93,9 +93,9 @@ def _held(values: FloatArray) -> FloatArray:
 
 
 def restlessness(positions: FloatArray) -> FloatArray:
-    """Speed of hands and feet relative to the pelvis: array (frames,), m/s; (frames, 21, 3)."""
-    relative = positions[:, _LIMBS] - positions[:, :1]
-    steps = np.linalg.norm(_changes(relative), axis=2).mean(axis=1) * MOTION_FPS
+    """Mean speed of pelvis, hands and feet: array (frames,), m/s; positions (frames, 21, 3)."""
+    moves = _changes(positions[:, _ENDS].reshape(len(positions), -1)).reshape(len(positions), -1, 3)
+    steps = np.linalg.norm(moves, axis=2).mean(axis=1) * MOTION_FPS
     return np.asarray(uniform_filter1d(steps, 5, mode="nearest"))
 
 
@@ -201,7 +201,7 @@ def _unbroken(one: Excerpt, jumps: FloatArray) -> list[tuple[int, int]]:
 
 
 def _unrest(restless: FloatArray, start: int, end: int) -> float:
-    """Speed of the limbs at both cuts as a share of the quickest in between: 0 to 2."""
+    """Speed at both cuts as a share of the quickest in between: 0 to 2."""
     most = float(restless[start:end].max()) + 1e-6
     return float(min(restless[start] / most, 1.0) + min(restless[end - 1] / most, 1.0))
 

@@ -347,12 +347,15 @@ def _lay_out(
         rate = natural_rate(speed, wanted, speeds, fast)
         rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
         range_of = (speed, float(speeds.min()), float(speeds.max()))
-    poses, edges = material.takes[excerpt.capture].poses, material.takes[excerpt.capture].edges
+    take = material.takes[excerpt.capture]
+    poses, edges, restless = take.poses, take.edges, take.restless
     span = excerpt.start, excerpt.end
     if rate != 1.0:
         path = resample(*material.paths[excerpt.capture], rate)
         vectors = pose_vectors_of(path, material.means)
         poses, edges = vectors[:, 4:], cuts.edges_of(*path, vectors, material.scale)
+        which = np.minimum(np.rint(np.arange(len(poses)) * rate), len(restless) - 1)
+        restless = restless[which.astype(np.int64)]
         span = round(span[0] / rate), min(round(span[1] / rate), len(vectors))
     movement = Movement(
         poses,
@@ -360,6 +363,7 @@ def _lay_out(
         any(word in ONCE for word in directions),
         occurrences_in(excerpt, action, material.tracks[excerpt.capture], rate),
         is_last,
+        restless,
     )
     layout = lay_out(action, span, movement)
     return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)
