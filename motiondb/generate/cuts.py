@@ -178,7 +178,7 @@ def _spans(
     step = COARSE_STEP if ahead and behind else STEP
     moves = range(-MOST_MOVED, MOST_MOVED + 1, step)
     inwards = MARGIN_LEFT if position.is_directed else MOST_MOVED
-    outwards = 0 if position.is_timed or position.is_directed else MOST_MOVED
+    outwards = 0 if position.is_timed else MOST_MOVED
     least = min(LEAST_LEFT, one.end - one.start)
     spans = [(one.start, one.end)]
     for a in moves if ahead else (0,):
