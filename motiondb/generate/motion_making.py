@@ -258,7 +258,7 @@ def _from_excerpts(
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)
-    captures = sorted({shown.excerpt.capture for shown in made_of_excerpts.shown})
+    captures = sorted(set(made_of_excerpts.made.captures.tolist()))
     judged = judge_motion(learned, made_of_excerpts.made.motion, asked, captures)
     return MadeMotion(
         made_of_excerpts.made,
