@@ -62,9 +62,8 @@ def vary(
     for length in TYPICAL:
         between = _insert(candidates, ends, frames, max(round(frames / length), 1), weights)
         missing = frames - sum(piece.end - piece.start for piece in between)
-        end = min(last[1] + missing, len(takes[capture].poses))
-        apart = abs(missing - (end - last[1]))
-        if end - last[0] >= 2 and apart <= TOLERANCE * layout.n_frames:
+        end = int(np.clip(last[1] + missing, last[0] + 1, len(takes[capture].poses)))
+        if abs(last[1] + missing - end) <= TOLERANCE * layout.n_frames:
             return Layout((first, (last[0], end)), said_of(between)), between
     return layout, ()
 
