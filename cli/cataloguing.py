@@ -234,7 +234,7 @@ def show(
         Path | None,
         typer.Option(
             "--gif",
-            callback=options.output_name,
+            callback=options.animation_name,
             help="Write an animation to this file (.gif).",
         ),
         options.WRITTEN,
@@ -296,7 +296,11 @@ def _flat(value: dict[str, object]) -> str:
 def export(
     shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    output: options.Output,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf, or as it was added."),
+        options.WRITTEN,
+    ],
     start: options.From = None,
     end: options.To = None,
     canonical: Annotated[

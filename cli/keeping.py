@@ -98,7 +98,11 @@ def compact(shared: options.Shared) -> None:
 
 def export_knowledge(
     shared: options.Shared,
-    file: Annotated[Path, typer.Argument(help="The file to write."), options.WRITTEN],
+    file: Annotated[
+        Path,
+        typer.Argument(callback=options.output_name, help="The file to write."),
+        options.WRITTEN,
+    ],
     name: Annotated[
         str, typer.Option("--name", help="Its name.  [default: name of the file]")
     ] = "",
