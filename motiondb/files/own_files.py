@@ -99,6 +99,13 @@ def sealed(data: bytes) -> bytes:
     return marked + checksum + data[end + _CHECKSUM :]
 
 
+def seal(draft: Path) -> None:
+    """Put its digest into the mark of a picture that was just written."""
+    with open_file(draft) as file:
+        data = file.read()
+    draft.write_bytes(sealed(data))
+
+
 def is_own(path: Path) -> bool:
     """Whether there is no file of this name, an empty one, or one that motiondb wrote."""
     try:

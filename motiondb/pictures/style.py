@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.own_files import SEAL, sealed
+from motiondb.files.own_files import SEAL, seal
 from motiondb.files.safe_files import output_file
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def save_png(figure: Figure, path: str | Path) -> Path:
         )
     with output_file(path) as draft, drawing():
         figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": SEAL})
-        draft.write_bytes(sealed(draft.read_bytes()))
+        seal(draft)
     return path
 
 
@@ -164,5 +164,5 @@ def save_gif(images: Sequence[Image], path: Path) -> Path:
             optimize=False,
             comment=SEAL.encode(),
         )
-        draft.write_bytes(sealed(draft.read_bytes()))
+        seal(draft)
     return path
