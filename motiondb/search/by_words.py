@@ -40,10 +40,9 @@ from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question, word_evidence
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK, WINDOW_MARGIN, upper_bounds
-from motiondb.meaning.word_map import usual
 from motiondb.records import MOTION_FPS, FloatArray, Match, MatchPart
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import AskedWords, Taking, WrittenWord, hints_of, understand
+from motiondb.search.asked_words import AskedWords, WrittenWord
 from motiondb.search.chances import (
     Chances,
     WordSource,
@@ -54,8 +53,11 @@ from motiondb.search.chances import (
     word_sources,
     words_of_reading,
 )
+from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, WordReason, explain
+from motiondb.search.takings import Taking, hints_of, say_not_understood, understand
 
+LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
@@ -104,6 +106,11 @@ class WordAnswer:
         captions have not checked them; "" where they have (``motiondb.learn.checking``).
     vocabulary : tuple of str
         The words by number: those learned, then the written and the taken ones.
+    missing : tuple of str
+        Words that name an action of the question and are not understood. The answers are for the
+        rest alone; they carry no probabilities, and whether any matches is not known.
+    doubtful : bool
+        Whether some action is more likely not shown than shown by each of the first answers.
     """
 
     matches: tuple[Match, ...]
@@ -120,6 +127,8 @@ class WordAnswer:
     written: tuple[WrittenWord, ...] = ()
     unchecked: str = ""
     vocabulary: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    doubtful: bool = False
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
@@ -132,18 +141,23 @@ class WordAnswer:
         return self.question.unknown
 
     @property
+    def not_understood(self) -> str:
+        """The words that are missing, and what is answered in place of the question."""
+        rest = f"; these are answers for {self.question.understood!r} alone"
+        return say_not_understood(self.missing) + (rest if self.missing else "")
+
+    @property
+    def nothing(self) -> str:
+        """That nothing matches, or probably nothing; "" if something may."""
+        if self.matches_anything is False:
+            return NOTHING
+        return f"probably {NOTHING}" if self.doubtful else ""
+
+    @property
     def matches_anything(self) -> bool | None:
         """Whether anything in the database shows the requested actions; None if unknown."""
-        return reaches(self.matches, self.strength, self.threshold)
-
-
-def reaches(
-    matches: Sequence[Match], strength: float | None, threshold: float | None
-) -> bool | None:
-    """Whether a best match is good enough; None if no threshold was learned."""
-    if not matches:
-        return False
-    return None if strength is None or threshold is None else strength >= threshold
+        reached = reaches(self.matches, self.strength, self.threshold)
+        return None if reached and self.doubtful else reached
 
 
 def search_words(
@@ -173,7 +187,8 @@ def search_words(
         undecided = WordAnswer((), question, actions, (*question.not_used, *not_decoded))
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
-    ranked, is_caption = find(asked, read, allowed, limit, written, as_caption)
+    found, is_caption = find(asked, read, allowed, max(limit, LOOKED_AT), written, as_caption)
+    ranked = found[:limit]
     if as_caption and not is_caption:
         not_searched = (*not_searched, NOT_A_CAPTION)
     matches = tuple(
@@ -190,10 +205,8 @@ def search_words(
         actions,
         (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
-        strength=max(
-            (strength(asked, each.why, threshold) for each in ranked),
-            default=None,
-        ),
+        strength=best_strength(asked, found, threshold),
+        doubtful=is_doubtful([each.sure for each in found]),
         threshold=threshold,
         vocabulary=asked.names,
         sources=word_sources(learned, words),
@@ -285,6 +298,16 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         taken=taken,
         suggested=suggested,
     )
+
+
+def without_chances(answer: WordAnswer, missing: tuple[str, ...]) -> WordAnswer:
+    """The answer to the rest of a question of which some words are missing."""
+    unknown = {"probability": None, "interval_probability": None}
+    matches = tuple(
+        replace(match, **unknown, parts=tuple(replace(part, **unknown) for part in match.parts))
+        for match in answer.matches
+    )
+    return replace(answer, matches=matches, threshold=None, missing=missing, doubtful=False)
 
 
 _Certain = TypeVar("_Certain", Match, MatchPart)
@@ -509,36 +532,6 @@ def explain_hit(
             place = reasons.WordPlace(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)
-
-
-def strength(
-    asked: AskedWords, why: Sequence[reasons.WordReason], threshold: float | None
-) -> float:
-    """Nats by which the least certain action of an answer is more probable than usual.
-
-    For an excluded action, the distance to the threshold changes its sign: a motion without the
-    action matches if the action itself would not.
-    """
-    usual_odds = usual(asked.word_map)
-
-    def usually(words: Sequence[reasons.WordReason]) -> float:
-        return float(np.mean([usual_odds[w.word] for w in words]))
-
-    requested = [w for w in why if w.exclusion < 0]
-    numbers = sorted({w.action for w in requested})
-    levels = [usually([w for w in requested if w.action == number]) for number in numbers]
-    clear = [odds - level for (odds, _), level in zip(reasons.by_action(why), levels)]
-    if threshold is None:
-        return min(clear, default=0.0)
-    for lowering in reasons.lowerings(why):
-        same_exclusion = [w for w in why if w.exclusion == lowering.exclusion]
-        numbers = sorted({w.action for w in same_exclusion})
-        over = min(
-            odds - usually([w for w in same_exclusion if w.action == number])
-            for number, (odds, _) in zip(numbers, lowering.actions)
-        )
-        clear.append(2.0 * threshold - over)
-    return min(clear, default=0.0)
 
 
 @dataclass(frozen=True, eq=False)
