@@ -54,8 +54,8 @@ def rescue(
 
     report = motiondb.rescue(file or shared.db, output, wait=shared.wait)
     if not printing.as_json(shared, report):
-        count = len(report.captures)
-        printing.say(f"{count} capture{'' if count == 1 else 's'} saved in {report.output}")
+        saved = printing.number(len(report.captures), "capture")
+        printing.say(f"{saved} saved in {report.output}")
         if report.was_learned:
             printing.say(f"Learn again: motiondb learn --db {report.output}")
     for sentence in (*report.mended, *report.lost):

@@ -281,6 +281,20 @@ def is_folder(name: str | os.PathLike[str]) -> bool:
         return False
 
 
+def odd_kind(name: str | os.PathLike[str]) -> str:
+    """Return what a name stands for that is there but no file, with advice; or "".
+
+    >>> odd_kind("."), odd_kind("n" * 300)
+    ('a folder; name a file', '')
+    """
+    try:
+        mode = Path(name).stat().st_mode
+    except (OSError, ValueError):
+        return ""
+    kinds = ((stat.S_ISDIR, "a folder; name a file"), *_OTHER_KINDS)
+    return next((reason for is_kind, reason in kinds if is_kind(mode)), "")
+
+
 def plain_name(path: Path) -> str:
     """Return the name of a file so that DuckDB takes it for no more than that.
 
