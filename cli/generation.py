@@ -54,7 +54,9 @@ def generate(
     ):
         tell("generating", 0.0, 1.0)
         names = _numbered(variants, output, save, png)
-        for _, name, _ in names:
+        for path, name, picture in names:
+            options.output_name(path)
+            options.output_name(picture)
             if name is not None:
                 base.check_name_free(name)
         motions = base.generate_variants(words, variants, seed, method, exact, anyway)

@@ -171,7 +171,7 @@ class Generated:
         )
 
     def write(self, path: str | Path) -> WrittenMotion:
-        """Write the motion, and beside it ``NAME.provenance.json`` with the origin of its frames.
+        """Write the motion, and beside it ``FILE.provenance.json`` with the origin of its frames.
 
         Parameters
         ----------
