@@ -5,7 +5,7 @@
     python benchmarks/robustness.py damage --out DIR [--cases 200]
     python benchmarks/robustness.py together --out DIR
     python benchmarks/robustness.py questions --out DIR
-    python benchmarks/robustness.py model --out DIR [--cases 20000] [--start 0] [--minutes 30]
+    python benchmarks/robustness.py model --out DIR [--cases 20000] [--processes 2]
     python benchmarks/robustness.py page --out DIR
 
 Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case. ``fuzz``,
@@ -13,9 +13,9 @@ Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case.
 further case after ``--minutes``: the same command, given again, goes on where it stopped.
 ``--start`` is the first seed. The databases that are attacked are learned from the sample data once
 and kept in DIR; every case has a copy of its own. ``model`` runs chains of 200 steps, a chain a
-seed; two commands with other values of ``--start`` may share DIR. It waits less with the
-environment variable TMPDIR in a file system in memory. ``page`` counts the cases of all pieces, and
-writes ``docs/measured/robustness.md`` anew; parts without cases in DIR stay as they are there.
+seed; it waits less with the environment variable TMPDIR in a file system in memory. ``page`` counts
+the cases of all pieces, and writes ``docs/measured/robustness.md`` anew; parts without cases in DIR
+stay as they are there.
 """
 
 from __future__ import annotations
@@ -92,7 +92,8 @@ def outcomes(asked: argparse.Namespace) -> Generator[Any, None, None]:
     each = CASES_OF_A_SEED.get(asked.part, 1)
     seeds = range(asked.start // each, (asked.start + count) // each)
     left = [seed for seed in seeds if times[seed] < each]
-    yield from task.run(left, small, *([asked.processes] if asked.part == "fuzz" else []))
+    several = [asked.processes] if asked.part in ("fuzz", "model") else []
+    yield from task.run(left, small, *several)
 
 
 if __name__ == "__main__":
