@@ -236,7 +236,7 @@ def _word_line(word: ExplainedWord) -> str:
         f"symbol {s.symbol} {s.share:+.3f} ({s.from_:.1f}-{s.to:.1f} s)" for s in word.strongest
     )
     written = f", written {word.written:+.3f}" if word.written else ""
-    if word.as_caption:
-        written += f", as part of the caption {word.as_caption:+.3f}"
+    if word.likeness:
+        written += f", likeness {word.likeness:+.3f}"
     usual = f"{word.word}: {word.contribution:+.3f} = usual {word.prior:+.3f}"
     return f"{usual}{written}, {shares}{others}"

@@ -6,8 +6,8 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
   gets the evidence of a written word, one whose captions or tag have other words that of a missing
   word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share of
   captures that hold it.
-* A *replaced* word stands for known words, see below. Its log-odds are
-  the means of theirs, weighted by its shares.
+* A *replaced* word stands for known words, see below. Its log-odds are the means of theirs,
+  weighted by its shares.
 
 An added word is a further column of every array over words, behind the learned ones, so that it may
 stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
@@ -97,6 +97,7 @@ class AddedColumns:
     shares: FloatArray  # (learned words, added): weights of the learned words; 0 for written words
     checked: NDArray[np.bool_]  # (added,): whether own captions have checked their probabilities
     evidence: TakeEvidence  # Of the learned words, then the added ones
+    likeness: FloatArray  # (captures, added): as ``Learned.likeness``; 0 for written words
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +142,14 @@ class AskedWords:
     def evidence(self) -> TakeEvidence:
         """Evidence of all words in all captures, from the motion, the captions and the tags."""
         return self.learned.evidence if self.columns is None else self.columns.evidence
+
+    @property
+    def likeness(self) -> FloatArray:
+        """Likeness of all words to what every capture suggests: array (captures, words), nats."""
+        own = self.learned.likeness
+        if self.columns is None:
+            return own
+        return np.concatenate([own, self.columns.likeness], axis=1)
 
     @cached_property
     def said_places(self) -> Mapping[int, FloatArray]:
@@ -251,6 +260,7 @@ def with_written(
             {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.evidence.odds.items()},
             _written_columns(learned, chosen),
         ),
+        np.zeros((len(learned.rows), len(chosen))),
     )
     names = (*learned.association.words, *(word.word for word in chosen))
     return AskedWords(learned, names, chosen, columns)
@@ -303,6 +313,7 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         {capture: odds @ shares for capture, odds in asked.evidence.odds.items()},
         {capture: said @ shares for capture, said in asked.evidence.written.items()},
     )
+    likeness = asked.likeness @ shares
     # a replaced word is checked if all words are that replace it
     checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
     weights = shares[:n_learned]
@@ -313,8 +324,9 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         counts = np.concatenate([before.counts, counts])
         weights = np.concatenate([before.shares, weights], axis=1)
         checked = np.concatenate([before.checked, checked])
+        likeness = np.concatenate([before.likeness, likeness], axis=1)
     word_map = with_virtual_words(asked.word_map, shares)
-    columns = AddedColumns(word_map, counts, weights, checked, evidence)
+    columns = AddedColumns(word_map, counts, weights, checked, evidence, likeness)
     return AskedWords(learned, (*asked.names, *taken), asked.written_words, columns)
 
 

@@ -64,7 +64,7 @@ test("the reasons add up to the log-odds", () => {
     contribution,
     prior: -1.6,
     written: 2,
-    as_caption: 0,
+    likeness: 0,
     symbols: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
     strongest: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
     others: 0,
@@ -94,7 +94,7 @@ test("every number of --explain is shown, and they add up", () => {
     contribution: 2.45,
     prior: -1.2,
     written: 0,
-    as_caption: 0.7,
+    likeness: 0.7,
     symbols: [],
     strongest: [
       { symbol: 2, from: 0, to: 1.5, share: 3 },

@@ -318,7 +318,7 @@ export interface ExplainedWord {
   contribution: number;
   prior: number;
   written: number;
-  as_caption: number;
+  likeness: number;
   symbols: SymbolShare[];
   strongest: SymbolShare[];
   others: number;

@@ -18,7 +18,7 @@ function partsOf(word: ExplainedWord): string {
   return [
     `usual ${nats(word.prior)}`,
     word.written === 0 ? "" : `written ${nats(word.written)}`,
-    word.as_caption === 0 ? "" : `as part of the caption ${nats(word.as_caption)}`,
+    word.likeness === 0 ? "" : `likeness ${nats(word.likeness)}`,
     ...word.strongest.map(
       ({ symbol, from, to, share }) =>
         `symbol ${symbol} ${nats(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
