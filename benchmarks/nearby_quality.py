@@ -17,7 +17,7 @@ import numpy as np
 from nearby_table import GENERAL, GENERAL_SHARE, OUTPUT, read_similarity
 
 from motiondb.language.nearby.table import NearbyTable, read_table
-from motiondb.search.asked_words import SUGGESTED, TAKEN, say_chance
+from motiondb.search.takings import SUGGESTED, TAKEN, say_chance
 from nearby_words.crossed import by_others
 from nearby_words.judge import MEASURES, Answer, ask_all, interval, reliability
 from nearby_words.key import read_key, read_pairs, read_vocabulary

@@ -107,7 +107,9 @@ def _print_generated(
     if printing.as_json(shared, facts[0] if asked == 1 else several):
         return
     not_used = {left: None for made in motions for left in made.not_used}
-    printing.print_question(first.question, list(not_used), "generation")
+    for why_not in dict.fromkeys(made.why_not for made in motions if made.why_not):
+        printing.say(why_not)
+    printing.print_question(first.question, list(not_used), "generation", first.taken)
     for made, one in zip(motions, facts):
         _print_one(made, one)
     if len(motions) < asked:
@@ -144,7 +146,7 @@ def _print_one(made: Generated, facts: WrittenMotion) -> None:
 def _say_shown(one: JudgedAction) -> str:
     """One action: its interval, whether it is shown, and the words that its motion resembles."""
     place = f"{one.start / FPS:.2f}-{one.end / FPS:.2f} s  " if one.end > one.start else ""
-    said = {True: "shown", False: "not shown", None: "not confirmed"}[one.shown]
+    said = {True: "shown", False: "not shown", None: "not sure"}[one.shown]
     sure = "" if one.probability is None else f" ({one.probability:.2f})"
     why = f": {one.reason}" if one.reason else ""
     looks = ", ".join(f"{word} {p:.2f}" for word, p in one.described)

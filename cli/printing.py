@@ -11,8 +11,9 @@ import codecs
 import io
 import json
 import math
+import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -86,26 +87,17 @@ def note_drift(drift: Drift | None) -> None:
         say(f"New words, counted at the next motiondb learn: {', '.join(drift.words)}.")
 
 
-def note_unknown(unknown: Mapping[str, Sequence[str]]) -> None:
-    """Print on standard error the unknown words of a query with the most similar known ones."""
-    for word, near in unknown.items():
-        hint = f"; the nearest known: {', '.join(near)}" if near else ""
-        warn(f"unknown word {word!r} left out{hint}")
-
-
 def note_taken(
     taken: Mapping[str, Taking],
     suggested: Mapping[str, Taking],
-    unknown: Mapping[str, Sequence[str]],
+    unknown: Iterable[str],
 ) -> None:
     """Print on standard error how the words of a question that no caption holds were replaced."""
     for taking in taken.values():
         warn(taking.sentence())
-    for word, taking in suggested.items():
-        if word in unknown and taking.words:
-            warn(f"{taking.sentence()}; left out")
-    listed = {word for word, taking in suggested.items() if taking.words}
-    note_unknown({word: near for word, near in unknown.items() if word not in listed})
+    for word in unknown:
+        if word in suggested:
+            warn(suggested[word].sentence())
 
 
 def note_filter(db: MotionDB, where: str, exact: bool) -> None:
@@ -122,12 +114,20 @@ def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -
             warn(taking.sentence())
 
 
-def print_question(question: KnownQuestion, not_used: Sequence[NotUsed], what: str) -> None:
+def print_question(
+    question: KnownQuestion,
+    not_used: Sequence[NotUsed],
+    what: str,
+    taken: Mapping[str, Taking],
+) -> None:
     """The interpretation of a question, and a line for every part that ``what`` does not use.
 
     Unknown words are printed separately, on standard error.
     """
-    say(f"understood: {question.understood}")
+    understood = question.understood
+    for word, taking in taken.items():
+        understood = re.sub(rf"\b{re.escape(word)}\b", taking.notation, understood)
+    say(f"understood: {understood}")
     for left in not_used:
         if left.text not in question.unknown:
             say(f"{left.text!r} is not used in {what}: {left.reason}")

@@ -12,6 +12,7 @@ from motiondb.cli import options, printing
 if TYPE_CHECKING:
     from motiondb import ExampleAnswer, ExplainedWord, Match, WordAnswer
 
+NOT_MEASURED = "-"  # Stands for a probability that was not measured
 Example = Annotated[str, typer.Argument(help="A file, or the name of a stored capture.")]
 
 
@@ -76,8 +77,10 @@ def search(
     _note_words(answer, silent=explain and not shared.json)
     if printing.as_json(shared, search_answer(answer, explain)):
         return
-    printing.print_question(answer.question, answer.not_used, "search")
-    _print_answer(answer, reasons=True)
+    if answer.missing:
+        printing.say(answer.not_understood)
+    printing.print_question(answer.question, answer.not_used, "search", answer.taken)
+    _print_answer(answer, reasons=True, unscored=bool(answer.missing))
     if explain:
         _print_explanations(answer)
 
@@ -139,51 +142,41 @@ def like(
     _print_answer(answer, reasons=any(m.reason for m in answer))
 
 
-def _print_answer(answer: WordAnswer | ExampleAnswer, reasons: bool) -> None:
+def _print_answer(
+    answer: WordAnswer | ExampleAnswer, reasons: bool, unscored: bool = False
+) -> None:
     """Print the matches, and whether any is good enough."""
     matches = answer.matches
-    if answer.matches_anything is False:
-        printing.say("nothing in this database matches" + ("; the nearest:" if matches else ""))
+    if answer.nothing:
+        printing.say(answer.nothing + ("; the nearest:" if matches else ""))
     if matches:
-        _print_matches(matches, reasons, bool(answer.unchecked))
+        _print_matches(matches, reasons, unscored)
 
 
-def _print_matches(matches: Sequence[Match], reasons: bool, unchecked: bool) -> None:
-    """Print a table; probabilities that no own caption has checked are printed as "-".
+def _print_matches(matches: Sequence[Match], reasons: bool, unscored: bool) -> None:
+    """Print a table; probabilities that were not measured are printed as "-", and explained.
 
-    So is the probability of an interval that is shown but was never checked for these words.
+    `unscored`: without scores, which are for less than what was asked.
     """
-    sure = unchecked or any(m.probability is not None for m in matches)
-    nothing = "-" if unchecked else ""
-    chances = [nothing or _two_digits(m.probability) for m in matches]
-    placed = any(m.interval_probability is not None or _is_place_unchecked(m) for m in matches)
-    intervals = [
-        "-" if _is_place_unchecked(m) else _two_digits(m.interval_probability) for m in matches
+    has_interval = any(m.parts for m in matches)  # neither an example nor symbols have one
+    rows = [
+        [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}"]
+        + [f"{m.score:.3f}"] * (not unscored)
+        + [_two_digits(m.probability)]
+        + [_two_digits(m.interval_probability)] * has_interval
+        + [" ".join(m.words)]
+        + ([m.reason] if reasons else [])
+        for m in matches
     ]
-    columns = ["rank", "capture", "start", "end", "score"] + ["probability"] * sure
-    columns += ["interval"] * placed
-    printing.print_table(
-        "",
-        [*columns, "words"] + (["found"] if reasons else []),
-        [
-            [str(m.rank), m.capture, f"{m.start:.2f}", f"{m.end:.2f}", f"{m.score:.3f}"]
-            + [chance] * sure
-            + [interval] * placed
-            + [" ".join(m.words) or nothing]
-            + ([m.reason] if reasons else [])
-            for m, chance, interval in zip(matches, chances, intervals)
-        ],
-    )
-
-
-def _is_place_unchecked(match: Match) -> bool:
-    """Whether an answer has a probability, but none that its interval is right."""
-    known = match.probability is not None and match.place == "known"
-    return bool(match.parts) and known and match.interval_probability is None
+    columns = ["rank", "capture", "start", "end"] + ["score"] * (not unscored) + ["probability"]
+    columns += ["interval"] * has_interval + ["words"] + ["found"] * reasons
+    printing.print_table("", columns, rows)
+    if any(NOT_MEASURED in row for row in rows):
+        printing.say(f"({NOT_MEASURED}: how often such an answer is right was not measured)")
 
 
 def _two_digits(probability: float | None) -> str:
-    return "" if probability is None else f"{probability:.2f}"
+    return NOT_MEASURED if probability is None else f"{probability:.2f}"
 
 
 def describe(

@@ -75,11 +75,12 @@ if TYPE_CHECKING:
     from motiondb.scene.clips.caption_actions import ShownAction
     from motiondb.scene.language.motion_grammar import MotionGrammar
     from motiondb.scene.services.services import GrammarReport, Suggestions, Validation
-    from motiondb.search.asked_words import Taking, WrittenWord
+    from motiondb.search.asked_words import WrittenWord
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.chances import WordSource
     from motiondb.search.reasons import ExplainedWord, Explanation
+    from motiondb.search.takings import Taking
     from motiondb.store import GrammarSize, StoredScene
 
 __all__ = [
@@ -213,7 +214,8 @@ _PLACES = {
     "motiondb.page.serve": "serve",
     "motiondb.page.settings": "PageSettings",
     "motiondb.page.standalone": "StandalonePage",
-    "motiondb.search.asked_words": "Taking WrittenWord",
+    "motiondb.search.asked_words": "WrittenWord",
+    "motiondb.search.takings": "Taking",
     "motiondb.records": "Caption CaptureInfo Clip Event Match Motion MotionSymbols Relation",
     "motiondb.scene.clips.caption_actions": "ShownAction",
     "motiondb.scene.language.motion_grammar": "MotionGrammar",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.search.asked_words import SUGGESTED, TAKEN
+from motiondb.search.takings import SUGGESTED, TAKEN
 from nearby_words.methods import Method
 from nearby_words.pairs import base
 

@@ -19,7 +19,8 @@ from motiondb.language import vocabulary
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.meaning.word_map import WordMap, fit_word_map
 from motiondb.records import FloatArray
-from motiondb.search.asked_words import Taking, mixture, take_word, with_virtual_words
+from motiondb.search.asked_words import mixture, with_virtual_words
+from motiondb.search.takings import Taking, take_word
 from quality_protocol.captures import Capture, load_cmu, performer_folds, without_copies
 from quality_protocol.recognition import recognise
 

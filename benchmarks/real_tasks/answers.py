@@ -17,7 +17,7 @@ from motiondb.database.generating import Generated
 from motiondb.generate.motion_making import METHODS
 from motiondb.generate.shown_actions import JudgedAction
 from motiondb.records import Match, Motion
-from motiondb.search.asked_words import understand
+from motiondb.search.takings import understand
 from real_tasks.measures import (
     Part,
     Smoothness,

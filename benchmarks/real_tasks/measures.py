@@ -16,7 +16,7 @@ from motiondb.language.question.readings import readings
 from motiondb.learn.learned import Learned
 from motiondb.meaning import by_question, score_vectors, word_evidence, word_map
 from motiondb.records import MOTION_FPS, CaptureInfo, Match, Motion
-from motiondb.search.asked_words import understand
+from motiondb.search.takings import understand
 
 Part = tuple[float, float, str]
 """start, end (seconds), label of a known part of a long take."""

@@ -319,7 +319,7 @@ def _made_section(result: MadeResult, notes: dict[str, Notes]) -> str:
 
 def _action_line(one: JudgedAction) -> str:
     """What was done for an action, and what the judge says of it."""
-    told = {True: "shown", False: "not shown", None: "not confirmed"}[one.shown]
+    told = {True: "shown", False: "not shown", None: "not sure"}[one.shown]
     sure = "" if one.probability is None else f" ({one.probability:.2f})"
     why = f", {one.reason}" if one.reason else ""
     like = ", ".join(f"{word} {p:.2f}" for word, p in one.described)

@@ -289,7 +289,7 @@ def _command(place: Path, commands_in_turn: tuple[tuple[str, ...], ...]) -> None
         except SystemExit as ended:
             code = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
         sys.stdout.flush()
-        if code == 1 and "not confirmed" in Path("printed.txt").read_text():
+        if code == 1 and "not sure" in Path("printed.txt").read_text():
             code = 0  # `generate` says by it that the small database has no judge of motion
         if code:
             break

@@ -37,6 +37,7 @@ from urllib.parse import urlencode
 import psutil
 
 from motiondb.errors import MotionDBError
+from motiondb.store.connection import opening
 from robustness_tasks.model_verbs import DB, Hand
 from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN, Arguments
 
@@ -99,21 +100,20 @@ class Tracer:
         assert self._strace.stderr is not None
         self._strace.stderr.readline()  # "Process N attached"
 
-    def end(self) -> None:
-        """Leave the process alone."""
-        self._strace.terminate()
-        try:
-            self._strace.communicate(timeout=2.0)
-        except subprocess.TimeoutExpired:  # it waits for threads of a process that was killed
-            self._strace.kill()
-            self._strace.communicate()
+    def end(self, *, is_killed: bool) -> None:
+        """Leave the process alone; one that was killed needs no care."""
+        if is_killed:
+            self._strace.kill()  # it would wait for threads of the process
+        else:
+            self._strace.terminate()
+        self._strace.communicate()
 
 
 class Worker:
     """A process that uses the class; it is started again where it was killed."""
 
-    def __init__(self, name: str, place: Path, material: Path) -> None:
-        self.name, self.place, self._material = name, place, material
+    def __init__(self, name: str, place: Path, material: Path, threads: int) -> None:
+        self.name, self.place, self._material, self._threads = name, place, material, threads
         self._process: BaseProcess | None = None
         self._tracer: Tracer | None = None
 
@@ -135,11 +135,12 @@ class Worker:
         with contextlib.suppress(EOFError, ConnectionError):
             if self._socket in ready:
                 answer = Answer(*_receive(self._socket))
-        if self._tracer is not None:
-            self._tracer.end()
-            self._tracer = None
         has_ended = answer.ended == UNKNOWN
-        if has_ended or harm.kind in ("kill", "late kill"):
+        is_killed = has_ended or harm.kind in ("kill", "late kill")
+        if self._tracer is not None:
+            self._tracer.end(is_killed=is_killed)
+            self._tracer = None
+        if is_killed:
             code = self.kill()
             died = -code in (signal.SIGKILL, getattr(signal, "SIGXFSZ", 0))
             if has_ended and not (died and harm.kind == "kill"):
@@ -164,7 +165,7 @@ class Worker:
 
     def _start(self) -> None:
         self._socket, theirs = socket.socketpair()
-        target = (theirs, self.place, self._material)
+        target = (theirs, self.place, self._material, self._threads)
         self._process = multiprocessing.get_context("fork").Process(target=_work, args=target)
         self._process.start()
         theirs.close()
@@ -188,8 +189,9 @@ def _receive(of: socket.socket) -> Any:
     return pickle.loads(data[4:])
 
 
-def _part(place: Path) -> None:
-    """Be another process: own temporary files, nothing printed, an end with the parent."""
+def _part(place: Path, threads: int) -> None:
+    """Be another process: own temporary files, nothing printed, so many threads of DuckDB."""
+    opening._CONFIG["threads"] = threads
     os.environ["TMPDIR"] = str(place / "tmp")
     tempfile.tempdir = None
     null = os.open(os.devnull, os.O_RDWR)
@@ -197,9 +199,9 @@ def _part(place: Path) -> None:
         os.dup2(null, number)
 
 
-def _work(requests: socket.socket, place: Path, material: Path) -> None:
+def _work(requests: socket.socket, place: Path, material: Path, threads: int) -> None:
     """Do what is asked for, until the other side ends."""
-    _part(place)
+    _part(place, threads)
     hand = Hand(place, material)
     with contextlib.suppress(EOFError, ConnectionError):
         while True:
@@ -287,8 +289,8 @@ class Server:
 
     name = "server"
 
-    def __init__(self, place: Path) -> None:
-        self.place = place
+    def __init__(self, place: Path, threads: int) -> None:
+        self.place, self._threads = place, threads
         self._process: BaseProcess | None = None
         self._port = 0
 
@@ -311,7 +313,7 @@ class Server:
         except (OSError, http.client.HTTPException) as error:
             answer = Answer(UNKNOWN, message=repr(error))
         if tracer is not None:
-            tracer.end()
+            tracer.end(is_killed=harm.kind == "kill" or answer.ended == UNKNOWN)
         if harm.kind in ("kill", "late kill"):
             answer = Answer(answer.ended, answer.facts, answer.message,
                             (*answer.faults, *self.kill(children)))  # fmt: skip
@@ -372,7 +374,7 @@ class Server:
     def _start(self) -> None:
         here, there = multiprocessing.get_context("fork").Pipe()
         self._process = multiprocessing.get_context("fork").Process(
-            target=_serve, args=(self.place, there)
+            target=_serve, args=(self.place, there, self._threads)
         )
         self._process.start()
         there.close()
@@ -380,11 +382,11 @@ class Server:
         here.close()
 
 
-def _serve(place: Path, told: Any) -> None:
+def _serve(place: Path, told: Any, threads: int) -> None:
     from motiondb.page.serve import serve
     from motiondb.page.settings import PageSettings
 
-    _part(place)
+    _part(place, threads)
     sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115, PTH123
     settings = PageSettings(place / DB, port=0, folders=(place / "given",), wait=60.0, warm=False)
     serve(settings, told.send, lambda _warning: None, open_browser=False)

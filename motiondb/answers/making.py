@@ -52,6 +52,7 @@ class GeneratedAnswer:
     method: str
     seconds: float
     shown: bool  # Whether it shows every action
+    why_not: str  # What is not understood, not shown, or not sure to be shown; "" if it shows all
     actions: tuple[tuple[str, ...], ...]
     shown_actions: tuple[ActionVerdict, ...]
     decided: tuple[str, ...]

@@ -17,10 +17,10 @@ from motiondb.search.reasons import Explanation
 
 if TYPE_CHECKING:
     from motiondb.language.question.readings import KnownQuestion
-    from motiondb.search.asked_words import Taking
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.described import Description
+    from motiondb.search.takings import Taking
 
 
 @dataclass(frozen=True)
@@ -170,6 +170,7 @@ class WordsOfQuestion:
     taken: dict[str, tuple[WordProbability, ...]]  # Known words that stand for unknown ones
     suggested: dict[str, tuple[WordProbability, ...]]
     unknown: dict[str, tuple[str, ...]]  # Unknown words, with similar known ones
+    missing: tuple[str, ...]  # Unknown words that name an action: the rest alone is answered
     sentences: tuple[str, ...]  # The same for people, with the captions that taught the words
 
 
@@ -253,7 +254,6 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         Whether every match carries its reasons.
     """
     why = answer.explanations if explain else ()
-    takings = (*answer.taken.values(), *answer.suggested.values())
     written = tuple(
         WrittenAnswer(word.word, word.tags, len(word.captures), word.in_captions)
         for word in answer.written
@@ -268,8 +268,10 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         taken=known_words(answer.taken),
         suggested=known_words(answer.suggested),
         unknown=dict(answer.unknown),
+        missing=answer.missing,
         sentences=(
-            *(taking.sentence() for taking in takings),
+            *filter(None, [answer.not_understood, answer.nothing if answer.doubtful else ""]),
+            *(taking.sentence() for taking in answer.taken.values()),
             *(word.sentence() for word in answer.written),
             *(source.sentence() for source in answer.sources),
         ),

@@ -17,7 +17,7 @@ from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file
 from motiondb.language.vocabulary import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
-from motiondb.search.asked_words import Taking
+from motiondb.search.takings import Taking
 from motiondb.store import Provenance, Store
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster

@@ -32,15 +32,18 @@ from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts
 from motiondb.language.translation import decoding
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
-from motiondb.search.asked_words import (
+from motiondb.search.chances import WordSource, word_sources
+from motiondb.search.takings import (
     Taking,
     hints_of,
     leave_unknown,
     nearest_suggested,
+    not_understood,
+    say_not_understood,
     unknown_words,
     with_likeliest,
+    write_otherwise,
 )
-from motiondb.search.chances import WordSource, word_sources
 
 MOST_VARIANTS = 100  # Motions of one sentence that are made at once
 MOST_TRIES = 2
@@ -94,6 +97,8 @@ class Generated:
     took_all_places : bool
         Whether no further variant follows because the places that show the sentence about as
         clearly were all tried.
+    missing : tuple of str
+        Words that name an action of the sentence and are not understood.
     """
 
     motion: Motion
@@ -115,6 +120,7 @@ class Generated:
     suggested: Mapping[str, Taking] = field(default_factory=dict)
     sources: tuple[WordSource, ...] = ()
     took_all_places: bool = False
+    missing: tuple[str, ...] = ()
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -126,6 +132,16 @@ class Generated:
         """Whether every requested action is shown, according to the judge."""
         return all(one.shown is True for one in self.shown)
 
+    @property
+    def why_not(self) -> str:
+        """What is not understood, not shown, or not sure to be shown; "" if everything is shown."""
+        said = [say_not_understood(self.missing)]
+        for verdict, shown in (("not shown", False), ("not sure", None)):
+            of = [one for one in self.shown if one.shown is shown and (one.end or not self.missing)]
+            listed = ", ".join(f"{' '.join(one.words)} ({one.reason})" for one in of)
+            said.append(f"{verdict}: {listed}" if of else "")
+        return "; ".join(filter(None, said))
+
     def facts(self) -> GeneratedAnswer:
         """The request, its decoding and the sources, for JSON; times in seconds."""
         return GeneratedAnswer(
@@ -134,6 +150,7 @@ class Generated:
             method=self.method,
             seconds=round(self.motion.n_frames / MOTION_FPS, 3),
             shown=self.shows_all,
+            why_not=self.why_not,
             actions=self.actions,
             shown_actions=tuple(map(_verdict, self.shown)),
             decided=self.decided,
@@ -205,15 +222,20 @@ def generate(
     motions: list[Generated] = []
     with session.reading():
         takes = Takes(session.features, session.motions.motion)
+        text, same = words, dict[str, Taking]()
         if exact:
             learned = session.learned
-            takings = leave_unknown(learned, words, nearby_table())
+            takings = leave_unknown(learned, text, nearby_table())
             instead: dict[str, str] = {}
         else:
-            learned, takings, instead = _replace_unknown(session.learned, words, anyway)
+            text, same = write_otherwise(session.learned, words)
+            learned, takings, instead = _replace_unknown(session.learned, text, anyway)
+        missing = not_understood(
+            session.learned, text, [w for w, t in takings.items() if t.is_taken]
+        )
         for variant in range(seed, seed + MOST_TRIES * number):
             rng = np.random.default_rng(variant)
-            motion = make_motion(learned, takes, words, rng, method, anyway, instead, variant)
+            motion = make_motion(learned, takes, text, rng, method, anyway, instead, variant)
             if not any(_is_from_same(motion, earlier) for earlier in made):
                 made.append(motion)
                 origin = motion.made
@@ -221,7 +243,16 @@ def generate(
                     session.store, origin.captures, origin.frames, edits=origin.edits
                 )
                 one = _to_generated(learned, motion, provenance, takings)
-                motions.append(replace(one, words=words, seed=variant, method=method))
+                one = replace(
+                    one,
+                    words=words,
+                    seed=variant,
+                    method=method,
+                    question=replace(one.question, text=words),
+                    taken={**same, **one.taken},
+                    missing=missing,
+                )
+                motions.append(one)
             if len(motions) == number:
                 break
             if _took_all_places(motion, variant + 1 - seed):
@@ -304,7 +335,7 @@ def _to_generated(
         recognised=tuple(int(s) for s in motion.recognised),
         provenance=provenance,
         question=with_hints(motion.question, hints),
-        shown=motion.shown,
+        shown=tuple(_with_notation(one, takings) for one in motion.shown),
         decided=motion.decided,
         taken={word: taking for word, taking in takings.items() if taking.is_taken},
         suggested=suggested,
@@ -312,6 +343,24 @@ def _to_generated(
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
     )
+
+
+def _with_notation(one: JudgedAction, takings: Mapping[str, Taking]) -> JudgedAction:
+    """A judged action whose taken words say so; at most it is not sure to show what was asked."""
+    taken = {t.words[0][0]: t for t in takings.values() if t.is_taken}
+    told = [taken[word] for word in one.words if word in taken]
+    if not told:
+        return one
+    words = tuple(
+        replace(taken[word], words=taken[word].words[:1]).notation if word in taken else word
+        for word in one.words
+    )
+    if one.shown is not True:
+        return replace(one, words=words)
+    why = "; ".join(taking.sentence() for taking in told)
+    share = math.prod(taking.probability for taking in told)
+    sure = None if one.probability is None else share * one.probability
+    return replace(one, words=words, shown=None, probability=sure, reason=why)
 
 
 def _verdict(one: JudgedAction) -> ActionVerdict:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,18 +13,21 @@ from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.session import Session, nearby_table
 from motiondb.errors import QueryError
 from motiondb.records import Match, Motion
-from motiondb.search.asked_words import (
-    find_written,
-    learned_words,
-    leave_unknown,
-    unknown_words,
-    with_likeliest,
-    with_replaced,
-    written_words_of,
-)
-from motiondb.search.by_words import WordAnswer, search_words, with_takings
+from motiondb.search.asked_words import find_written, learned_words, with_replaced, written_words_of
+from motiondb.search.by_words import WordAnswer, search_words, with_takings, without_chances
 from motiondb.search.chances import word_sources
 from motiondb.search.reasons import ExplainedWord
+from motiondb.search.takings import (
+    Taking,
+    check_known,
+    find_takings,
+    hear_by_meaning,
+    leave_unknown,
+    not_understood,
+    unknown_words,
+    with_likeliest,
+    write_otherwise,
+)
 
 if TYPE_CHECKING:
     from motiondb.pictures import Timeline
@@ -45,15 +49,19 @@ def search(
     with session.reading():
         allowed, learned = allowed_captures(session, where, exact), session.searchable
         table = nearby_table()
-        asked = learned_words(learned)
+        asked, text, same = learned_words(learned), words, dict[str, Taking]()
         if not by_symbols:  # captions hold words, not symbols
-            asked = written_words_of(
-                learned,
-                words,
-                lambda: session.kept("written_words", lambda: find_written(session.searchable)),
-                None if exact else table,
-            )
-        takings = (leave_unknown if exact else unknown_words)(learned, words, table, asked.added)
+            find = partial(session.kept, "written_words", lambda: find_written(session.searchable))
+            if not exact:
+                words, same = write_otherwise(learned, words, find)
+            asked = written_words_of(learned, words, find, None if exact else table)
+        if by_symbols or exact:
+            take = leave_unknown if exact else unknown_words
+            takings = take(learned, words, table, asked.added)
+        else:
+            takings = find_takings(learned, words, table, asked.added)
+            takings = hear_by_meaning(learned, takings, table)
+            check_known(learned, words, takings, asked.added)
         if by_symbols:
             asked = learned_words(with_likeliest(learned, takings))
         else:
@@ -69,7 +77,11 @@ def search(
         )
         answer = with_takings(answer, takings)
         behind = [word for taking in answer.taken.values() for word, _ in taking.words]
-        return replace(answer, sources=(*answer.sources, *word_sources(learned, behind)))
+        sources = (*answer.sources, *word_sources(learned, behind))
+        question = replace(answer.question, text=text)
+        answer = replace(answer, question=question, sources=sources, taken={**same, **answer.taken})
+        missing = not_understood(learned, words, {*asked.added, *answer.taken})
+        return without_chances(answer, missing) if missing else answer
 
 
 def allowed_captures(session: Session, where: str, exact: bool) -> list[int]:

@@ -32,7 +32,7 @@ up.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -46,8 +46,8 @@ from motiondb.generate.competing_words import (
 )
 from motiondb.generate.direction import ACTIONS, FULL, directions_of
 from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
-from motiondb.language.vocabulary import VERBS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written
 from motiondb.records import FloatArray, IntArray
@@ -130,13 +130,15 @@ class ActionSources:
     directions: tuple[str, ...] = ()
 
 
-def find_sources(learned: Learned, written: Written, action: PlannedAction) -> ActionSources:
-    """Find the captures that can show an action."""
+def find_sources(
+    learned: Learned, written: Written, action: PlannedAction, verbs: Collection[str]
+) -> ActionSources:
+    """Find the captures that can show an action of a sentence with these verbs."""
     listed = _listed(learned, written)
     groups, left_out = [], []
     directions = tuple(d for group in action.groups for d in directions_of(group))
     for group in action.groups:
-        kept = _said_together(listed, group, learned)
+        kept = _said_together(listed, group, learned, verbs)
         left_out += [
             NotUsed(word, f"no caption says it together with {' '.join(kept)!r}")
             for word in group
@@ -184,9 +186,12 @@ def _numbers(learned: Learned, words: Sequence[str]) -> frozenset[int]:
 
 
 def _said_together(
-    listed: dict[int, list[frozenset[int]]], group: tuple[str, ...], learned: Learned
+    listed: dict[int, list[frozenset[int]]],
+    group: tuple[str, ...],
+    learned: Learned,
+    verbs: Collection[str],
 ) -> tuple[str, ...]:
-    """The largest part of a group of words, with its first verb, that some caption says together.
+    """The largest part of a group of words, with its first head, that some caption says together.
 
     Of parts of equal size, the one without words of direction is preferred, then the one whose
     words come first. A side may occur in another action of the caption ("walk, veer left"), but the
@@ -195,7 +200,7 @@ def _said_together(
     """
     group = group[:MOST_WORDS]
     has_limb = bool(LIMBS.intersection(group))
-    verb = next((word for word in group if word in VERBS), None)
+    heads = heads_of(group, verbs)[:1]
     sides = _free_sides(learned, group)
     for size in range(len(group), 0, -1):
         parts = sorted(
@@ -204,14 +209,14 @@ def _said_together(
         )
         for part in parts:
             words = tuple(group[k] for k in part)
-            if verb is not None and verb not in words:
+            if not {*heads} <= {*words}:
                 continue
             if has_limb and SIDES.intersection(words) and not LIMBS & {*words}:
                 continue
             numbers = [_numbers(learned, words)]
             if any(_cost_of_saying(said, numbers, sides) is not None for said in listed.values()):
                 return words
-    return group[:1]
+    return heads or group[:1]
 
 
 def _free_sides(learned: Learned, words: Sequence[str]) -> frozenset[int]:

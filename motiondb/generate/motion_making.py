@@ -26,8 +26,9 @@ from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.symbol_motion import symbol_motion
+from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import KnownQuestion, hold_to_known
+from motiondb.language.question.readings import KnownQuestion, hold_to_known, reason_unknown
 from motiondb.language.question.tree import (
     Action,
     AnyOf,
@@ -39,7 +40,7 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import VERBS, nearest_words
+from motiondb.language.vocabulary import nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.place_fitting import Written
@@ -80,7 +81,8 @@ class _Wanted:
 
     question: KnownQuestion
     actions: tuple[PlannedAction, ...]
-    missing: tuple[JudgedAction, ...]
+    verbs: frozenset[str]  # Of the sentence
+    missing: tuple[JudgedAction, ...]  # What is asked for and not made
     decided: tuple[str, ...]
     not_used: tuple[NotUsed, ...]
 
@@ -109,7 +111,7 @@ def make_motion(
     with one_blas_thread():  # the same sums on any machine
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)
-        sources = _sources(learned, wanted.actions, anyway)
+        sources = _sources(learned, wanted, anyway)
         made_of_excerpts = excerpt_motion(takes, sources, rng, choice)
         return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
@@ -137,14 +139,21 @@ def _understand(
         )
     if missing and not anyway:
         raise UnknownWordsError(_nothing_shows(missing, learned))
-    lost = [
-        JudgedAction(words, 0, 0, False, 0.0, reason="it was not made: no caption says it")
-        for words in (*missing, *_lost_verbs(read, counts))
+    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    heads = missing_heads(read.tree, verbs, counts)
+    lost = dict.fromkeys((*missing, *(h for h in heads if not any({*h} <= {*m} for m in missing))))
+    judged = [
+        JudgedAction(words, 0, 0, False, 0.0, reason=f"it was not made: {reason_unknown(())}")
+        for words in lost
     ]
+    for words in _in_actions(read.tree, lambda one: tuple(w for w in one.words if w not in counts)):
+        if left_over := tuple(w for w in words if not any(w in of for of in lost)):
+            judged.append(JudgedAction(left_over, 0, 0, None, reason=reason_unknown(())))
     for word, near in instead.items():
-        why = f"no caption says it; {near!r}, the nearest known word, was made instead"
-        lost.append(JudgedAction((word,), 0, 0, False, 0.0, reason=why))
-    return _Wanted(question, actions, tuple(lost), decided, (*question.not_used, *left))
+        why = f"{reason_unknown(())}; {near!r}, the nearest known word, was made instead"
+        judged.append(JudgedAction((word,), 0, 0, False, 0.0, reason=why))
+    not_used = (*question.not_used, *left)
+    return _Wanted(question, actions, verbs, tuple(judged), decided, not_used)
 
 
 def _each_word_once(question: KnownQuestion) -> KnownQuestion:
@@ -160,17 +169,6 @@ def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
         return () if any(word in counts for word in action.words) else action.words
 
     return _in_actions(read.tree, missing)
-
-
-def _lost_verbs(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
-    """Verbs of the actions of which other words are known, but no verb ("throw a ball")."""
-
-    def lost(action: Action) -> tuple[str, ...]:
-        verbs = tuple(word for word in action.words if word in VERBS)
-        any_known = any(word in counts for word in action.words)
-        return verbs if any_known and not any(word in counts for word in verbs) else ()
-
-    return _in_actions(read.tree, lost)
 
 
 def _in_actions(node: Node, words_of: Callable[[Action], tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -190,17 +188,15 @@ def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
     near = [
         w for words in missing for word in words for w in nearest_words(word, learned.known_words)
     ]
-    hint = f"The nearest known: {', '.join(dict.fromkeys(near))}. " if near else ""
+    hint = f"Perhaps {' or '.join(dict.fromkeys(near))}. " if near else ""
     return (
-        f"generate: expected actions that the captures show, found {said}, which nothing in the "
+        f"generate: expected actions that are in the captions, found {said}, which nothing in the "
         f"database shows. {hint}Say it in other words (`motiondb words` lists them), or pass "
         "--anyway to make the rest."
     )
 
 
-def _sources(
-    learned: Learned, actions: Sequence[PlannedAction], anyway: bool
-) -> list[ActionSources]:
+def _sources(learned: Learned, wanted: _Wanted, anyway: bool) -> list[ActionSources]:
     """The captures that can show each action."""
     if not learned.has_words:
         raise QueryError(
@@ -209,12 +205,12 @@ def _sources(
         )
     written = Written(learned.captions, learned.synonyms, learned.lemmas, learned.word_numbers)
     sources_of: dict[PlannedAction, ActionSources] = {}
-    for action in dict.fromkeys(actions):
-        of = find_sources(learned, written, action)
+    for action in dict.fromkeys(wanted.actions):
+        of = find_sources(learned, written, action, wanted.verbs)
         if not of.sources and not anyway and not _is_from_start(learned, action):
             raise QueryError(_no_source(action))
         sources_of[action] = of if of.sources else all_sources(learned, of)
-    return [sources_of[action] for action in actions]
+    return [sources_of[action] for action in wanted.actions]
 
 
 def _is_from_start(learned: Learned, action: PlannedAction) -> bool:
@@ -252,9 +248,10 @@ def _from_excerpts(
         placed = place_probability(learned, shown)
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
-        asked.append(Asked(*part, done, shown.directions, placed, performer, name))
-        left += [one for one in of.not_used if one.text not in shown.directions]
-        left += [*not_done, *miscounted(shown, track[ends[n] : ends[n + 1]])]
+        not_done = [*not_done, *miscounted(shown, track[ends[n] : ends[n + 1]])]
+        not_done += [one for one in of.not_used if one.text not in shown.directions]
+        left += not_done
+        asked.append(Asked(*part, done, shown.directions, placed, performer, name, tuple(not_done)))
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)

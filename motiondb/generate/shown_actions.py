@@ -24,6 +24,7 @@ from motiondb.generate.direction import gone, say_not_gone
 from motiondb.generate.excerpts import REACHED
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
 from motiondb.meaning.motion_judge import (
     WithoutSources,
@@ -95,6 +96,7 @@ class Asked:
     placed: float | None = None
     performer: str = ""  # Performer of that capture
     capture: str = ""  # Name of that capture
+    not_done: tuple[NotUsed, ...] = ()  # What of the action the part takes no account of
 
 
 def judge_motion(
@@ -112,9 +114,19 @@ def judge_motion(
     features = learned.feature_space.project(recognition_features(motion))
     path = measured_track(motion)
     return tuple(
-        _against_direction(_judge_part(learned, judge, groups, features, one), one, path)
+        _against_direction(
+            _less_than_asked(_judge_part(learned, judge, groups, features, one), one), one, path
+        )
         for one in asked
     )
+
+
+def _less_than_asked(shown: JudgedAction, asked: Asked) -> JudgedAction:
+    """The judge's answer, or that it is not sure where the part leaves out what was asked for."""
+    if shown.shown is not True or not asked.not_done:
+        return shown
+    left = "; ".join(f"{one.text!r} is left out: {one.reason}" for one in asked.not_done)
+    return replace(shown, shown=None, reason=left)
 
 
 def _against_direction(shown: JudgedAction, asked: Asked, path: FloatArray) -> JudgedAction:

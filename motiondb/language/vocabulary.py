@@ -32,7 +32,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import lru_cache
 
@@ -75,6 +75,7 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
 _PHRASES = (
     (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
+    (re.compile(r"\b(?:break|brake)[\s-]*(?=danc)", re.IGNORECASE), "break "),
     (
         re.compile(
             r"\b(?:get|gets|getting|got)\s+(?:back\s+)?up\b(?!\s+(?:on|onto|to|speed)\b)",
@@ -83,6 +84,19 @@ _PHRASES = (
         "stand up",
     ),
 )
+SAME = (
+    ("forward roll", "somersault"),
+    ("stand still", "idle"),
+    ("martial art", "karate"),
+    ("push up", "pushup", "press up"),
+    ("sit up", "situp"),
+    ("pull up", "pullup", "chin up"),
+    ("jumping jack", "star jump"),
+)
+"""Phrases that name the same motion: one of which a database knows stands for the others."""
+_LEAST_PART = 3  # Letters of the shorter part of a compound: "as" and "in" begin many words
+_PARTICLES = frozenset(["under", "over", "out", "off", "down", "for", "with"])
+"""First parts that change the meaning of a verb: "understand" is not to stand."""
 _APOSTROPHES = str.maketrans({"’": "'", "`": "'"})
 
 
@@ -173,6 +187,75 @@ def forms_of(text: str) -> list[str]:
     return [token.lower().split("'")[0] for token in tokens]
 
 
+def written_otherwise(
+    text: str,
+    known: Collection[str],
+    synonyms: Mapping[str, str] | None = None,
+    lemmas: Mapping[str, str] | None = None,
+) -> tuple[str, dict[str, str]]:
+    """A text in which words that are not known are written as known ones; old to new spelling.
+
+    Tried in this order: another phrase for the same motion (``SAME``), a compound written apart
+    ("handstand"), and a compound written as one ("side step"). Words that are known stay.
+
+    >>> written_otherwise("idle, then a handstand", {"stand", "still", "hand"})
+    ('stand still, then a hand stand', {'idle': 'stand still', 'handstand': 'hand stand'})
+    >>> written_otherwise("cross-over", {"crossover", "over"})
+    ('crossover', {'cross-over': 'crossover'})
+    """
+    text = join_phrases(text)
+    tokens = list(_WORD.finditer(text))
+    words = [motion_word(token.group(), synonyms or {}, lemmas) for token in tokens]
+    changed: dict[str, str] = {}
+    pieces, at, k = [], 0, 0
+    while k < len(tokens):
+        number, phrase = _known_phrase(text, tokens[k:], words[k:], known)
+        if phrase:
+            start, end = tokens[k].start(), tokens[k + number - 1].end()
+            changed[text[start:end]] = phrase
+            pieces += [text[at:start], phrase]
+            at = end
+        k += max(number, 1)
+    return "".join([*pieces, text[at:]]), changed
+
+
+def _known_phrase(
+    text: str,
+    tokens: Sequence[re.Match[str]],
+    words: Sequence[str | None],
+    known: Collection[str],
+) -> tuple[int, str]:
+    """Number of the first words that another phrase of known words replaces, and the phrase."""
+    for group in SAME:
+        forms = {phrase: [motion_word(one, {}) for one in phrase.split()] for phrase in group}
+        asked = [phrase for phrase in group if list(words[: len(forms[phrase])]) == forms[phrase]]
+        stands = [phrase for phrase in group if known_all(forms[phrase], known)]
+        if asked and stands and asked[0] not in stands:
+            return len(forms[asked[0]]), stands[0]
+    first = words[0]
+    if first is not None and first not in known:
+        for cut in range(_LEAST_PART, len(first) - _LEAST_PART + 1):
+            parts = first[:cut], lemma(first[cut:])
+            has_verb = not VERBS.isdisjoint(parts) and parts[0] not in _PARTICLES
+            if has_verb and known_all(parts, known):
+                return 1, " ".join(parts)
+    if first is not None and _follows(text, tokens) and not known_all(words[:2], known):
+        whole = lemma(tokens[0].group().lower() + tokens[1].group().lower())
+        if whole in known:
+            return 2, whole
+    return 0, ""
+
+
+def _follows(text: str, tokens: Sequence[re.Match[str]]) -> bool:
+    """Whether the second word follows the first one after a space or a hyphen."""
+    return len(tokens) > 1 and text[tokens[0].end() : tokens[1].start()] in (" ", "-")
+
+
+def known_all(words: Iterable[str | None], known: Collection[str]) -> bool:
+    """Whether all words are known; ``None``, a word that describes no motion, is not."""
+    return all(word is not None and word in known for word in words)
+
+
 def nearest_words(word: str, known: Iterable[str], limit: int = 3) -> tuple[str, ...]:
     """Known words of similar spelling, the most similar first.
 
@@ -218,7 +301,7 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
     """Return the error for a question without any known word.
 
     >>> nothing_known("wlak", {"wlak": ("walk",)})
-    "query: expected a known word, found 'wlak'. Did you mean walk?"
+    "query: expected a word that is in the captions, found 'wlak'. Perhaps walk."
     """
     if not unknown:
         return (
@@ -227,11 +310,26 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
         )
     near = [word for words in unknown.values() for word in words]
     hint = (
-        f"Did you mean {' or '.join(dict.fromkeys(near))}?"
+        f"Perhaps {' or '.join(dict.fromkeys(near))}."
         if near
-        else ("`motiondb words` lists the words that are known.")
+        else "`motiondb words` lists the words that are known."
     )
-    return f"query: expected a known word, found {', '.join(map(repr, unknown))}. {hint}"
+    found = ", ".join(map(repr, unknown))
+    return f"query: expected a word that is in the captions, found {found}. {hint}"
+
+
+def say_unknown(word: str, near: Sequence[str] = (), where: str = "in the captions") -> str:
+    """The sentence for a word that is not known, with the known words that may be meant.
+
+    >>> say_unknown("wlak", ["walk"])
+    "'wlak' is not in the captions; left out; perhaps walk"
+    """
+    return f"{word!r} is not {where}; left out" + say_perhaps(near)
+
+
+def say_perhaps(near: Sequence[str]) -> str:
+    """The known words that may be meant by an unknown one, as the end of a sentence."""
+    return f"; perhaps {' or '.join(near)}" if near else ""
 
 
 _VERBS = """

@@ -156,7 +156,6 @@ def join_certainties(own_certainties: Certainties, first: Certainties, n_own: fl
         checked_certainty(own_certainties.example, first.example, n_own),
         without=kinds(own_certainties.without, first.without),
         either=kinds(own_certainties.either, first.either),
-        unheld=checked_certainty(own_certainties.unheld, first.unheld, n_own),
     )
 
 

@@ -30,12 +30,6 @@ how often they are right. For each kind two probabilities are learned from the s
 of the question holds, and that the action that the answer shows does (a; for "or" the alternative
 that the capture shows best).
 
-**Words that no caption holds.** Such a word is heard by the known words nearest to it in meaning
-(:mod:`motiondb.search.asked_words`) and by its own vector. How often that is right is learned from
-words that captions do hold: each is asked for as if none did, in a fold of performers. A line takes
-these log-odds to those of a known word that is as likely to be right, so that both can stand in one
-question.
-
 Cues: for "a but not b" the log-odds of a and those of b with reversed sign; for "a or b" the
 log-odds of the alternative that is shown best. The usual log-odds of the words as further cues made
 answers about unseen performers less certain.
@@ -45,7 +39,7 @@ answers about unseen performers less certain.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -53,9 +47,9 @@ from numpy.typing import NDArray
 
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.language.vocabulary import MODIFIERS
-from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.meaning import by_motion, by_question, score_vectors, word_evidence
-from motiondb.meaning.caption_map import CaptionMap, Suggested, solve_caption_map
+from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows
 from motiondb.meaning.regression import (
     Certainties,
@@ -169,7 +163,6 @@ class HeardFold:
     takes: list[TakeScores]  # Log-odds of all words in every capture, from its motion
     shown: NDArray[np.bool_]  # (captures, words): which words the captures' captions hold
     usual: FloatArray  # (words,): log-odds without evidence from motion
-    suggested: Suggested  # Captions that the motion of the captures suggests
 
 
 def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bool_]) -> HeardFold:
@@ -177,8 +170,8 @@ def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bo
     words, captures = written.without(inside), np.unique(written.captures[inside])
     rows = {int(capture): written.segments[int(capture)] for capture in captures}
     vectors = whole_vectors(written.standardised, written.table, rows)
-    suggested = written.captions_without(inside).suggest(vectors)
-    likeness, table = suggested.likeness(), written.table
+    likeness = written.captions_without(inside).suggest(vectors).likeness()
+    table = written.table
     odds = hear_takes(words, likeness, written.standardised, table, rows, written.margin)
     return HeardFold(
         known,
@@ -188,7 +181,6 @@ def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bo
         ],
         np.stack([written.presence[written.captures == c].any(axis=0) for c in captures]),
         usual(words),
-        suggested,
     )
 
 
@@ -216,32 +208,6 @@ def words_certainty(written: Written) -> Certainty | None:
             present.append(added.max())
             absent.append(added[~shown[:, word]].max())
     return _if_helpful(_fit(np.array(log_odds)[:, None], right, present, absent))
-
-
-def unheld_certainty(written: Written) -> Certainty | None:
-    """Certainty of an answer to a word that no caption holds; its cue is as that of a known word.
-
-    None if too little was written.
-    """
-    log_odds, right = [], []
-    for fold in written.folds:
-        shown = fold.shown
-        for word in np.flatnonzero(fold.known & shown.any(axis=0) & ~shown.all(axis=0)):
-            others = fold.known & (np.arange(len(fold.known)) != word)
-            meanings = np.where(others[:, None], written.meanings, 0.0)
-            shares = shares_by_meaning(meanings, written.meanings[word])
-            if not shares.any():
-                continue
-            takes = [
-                replace(t, windows=t.windows @ shares, whole=t.whole @ shares) for t in fold.takes
-            ]
-            odds = np.array([0.5 * t.windows.max() + 0.5 * t.whole for t in takes])
-            own = fold.suggested.likeness_unheld(int(word))
-            odds += own - fold.suggested.likeness_of(written.meanings) @ shares
-            best = _counting_answers(odds)
-            log_odds += odds[best].tolist()
-            right += shown[best, word].tolist()
-    return _if_helpful(_fit(np.array(log_odds)[:, None], right))
 
 
 def example_certainty(written: Written) -> Certainty | None:
@@ -489,5 +455,4 @@ def fit_certainties(written: Written) -> Certainties:
             example_certainty(written),
             without=without,
             either=either,
-            unheld=unheld_certainty(written),
         )

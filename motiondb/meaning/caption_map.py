@@ -86,12 +86,6 @@ class Suggested:
             alike = MEANING_WEIGHT * (self.meanings @ meanings.T)
         return np.asarray(alike - alike.mean(axis=0))
 
-    def likeness_unheld(self, word: int) -> FloatArray:
-        """Likeness of a word by its vector, as if no caption held the word: array (n,), nats."""
-        vector = self.of.meanings[word]
-        others = unit(self.shares @ self.of.meanings - np.outer(self.shares[:, word], vector))
-        return Suggested(self.of, self.shares, others).likeness_of(vector[None])[:, 0]
-
 
 def solve_caption_map(
     moments: WordMoments, meanings: FloatArray, ridge: float = CAPTION_RIDGE

@@ -262,8 +262,6 @@ class Certainties:
     single: Annotated[Certainty | None, Sizes({"cues": 6})] = None
     # Of an answer to one action but not another
     without: Annotated[KindCertainty, Sizes({"cues": 2})] = field(default_factory=KindCertainty)
-    # Of an answer to a word that no caption holds, as for a known word
-    unheld: Annotated[Certainty | None, Sizes({"cues": 1})] = None
     # Of an answer to one of several actions
     either: Annotated[KindCertainty, Sizes({"cues": 1})] = field(default_factory=KindCertainty)
 

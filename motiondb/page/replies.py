@@ -241,14 +241,14 @@ def made_reply(db: MotionDB, made: Generated, made_id: str, saved: str = "") -> 
 
 def generate_reply(made: Generated, variants: Sequence[MadeReply]) -> GenerateReply:
     """Return motions of one sentence; the words are those of one of them."""
-    takings = (*made.taken.values(), *made.suggested.values())
     return GenerateReply(
         question=understood_question(made.question, made.not_used),
         taken=known_words(made.taken),
         suggested=known_words(made.suggested),
         unknown=dict(made.unknown),
+        missing=made.missing,
         sentences=(
-            *(taking.sentence() for taking in takings),
+            *(taking.sentence() for taking in made.taken.values()),
             *(source.sentence() for source in made.sources),
         ),
         variants=tuple(variants),

@@ -6,47 +6,39 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
   gets the evidence of a written word, one whose captions or tag have other words that of a missing
   word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share of
   captures that hold it.
-* A *replaced* word stands for known words, see below. Its log-odds are the means of theirs,
-  weighted by its shares.
+* A *replaced* word stands for known words (:mod:`motiondb.search.takings`). Its log-odds are
+  the means of theirs, weighted by its shares. A word that is heard by its meaning has its own
+  likeness to the captions that motion suggests, in place of theirs by vectors; its probabilities
+  are never checked.
 
 An added word is a further column of every array over words, behind the learned ones, so that it may
 stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
-
-**Words of a question that no caption holds, and the known words that may replace them.**
-
-Notation: p_i the probability, from the table, that the known word i may replace the word. If the
-largest p_i is TAKEN or more, the word is replaced by all known words with p_i of SUGGESTED or more,
-with shares p_i / sum p, and with the probability max p. If the largest p_i is SUGGESTED or more,
-the known words are only suggested. Otherwise the word is unknown; if it is not an English word
-either, known words of similar spelling are suggested.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.errors import UnknownWordsError
 from motiondb.language.nearby.table import NearbyTable
-from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import KnownQuestion, hold_to_known
-from motiondb.language.vocabulary import (
-    STOP_WORDS,
-    forms_of,
-    lemma,
-    nearest_words,
-    split_actions,
-    words_of,
-)
+from motiondb.language.vocabulary import words_of
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written, interval_evidence
-from motiondb.meaning.word_evidence import UNWRITTEN, WRITTEN, TakeEvidence, caption_evidence
+from motiondb.meaning.word_evidence import (
+    UNWRITTEN,
+    WRITTEN,
+    TakeEvidence,
+    caption_evidence,
+    with_likeness,
+)
 from motiondb.meaning.word_map import WordMap, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
+from motiondb.search.takings import Taking, asked_forms, take_word
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
@@ -301,7 +293,7 @@ def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:
 
 def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWords:
     """The same words, and every unknown word that known ones replace."""
-    taken = {w: taking for w, taking in takings.items() if taking.is_taken}
+    taken = {w: taking for w, taking in takings.items() if taking.heard}
     taken = {w: taking for w, taking in taken.items() if w not in asked.numbers}
     learned = asked.learned
     if not taken or learned.fitted_word_map is None:
@@ -309,13 +301,18 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     shares = mixture(list(taken.values()), asked.names)
     n_learned = len(learned.association.words)
     # written words say nothing of the motion: their share adds 0
+    alike = _own_likeness(learned, taken, shares[:n_learned])
     evidence = asked.evidence.with_columns(
-        {capture: odds @ shares for capture, odds in asked.evidence.odds.items()},
+        {
+            capture: with_likeness(odds @ shares, more)
+            for (capture, odds), more in zip(asked.evidence.odds.items(), alike)
+        },
         {capture: said @ shares for capture, said in asked.evidence.written.items()},
     )
-    likeness = asked.likeness @ shares
+    likeness = asked.likeness @ shares + alike
     # a replaced word is checked if all words are that replace it
     checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
+    checked &= [not taking.nearest for taking in taken.values()]
     weights = shares[:n_learned]
     counts = np.append(learned.association.counts, list(asked.added.values()))
     counts = np.maximum(np.rint(counts @ shares), 1).astype(np.int64)
@@ -330,6 +327,17 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     return AskedWords(learned, (*asked.names, *taken), asked.written_words, columns)
 
 
+def _own_likeness(learned: Learned, taken: Mapping[str, Taking], shares: FloatArray) -> FloatArray:
+    """What the likeness of words heard by meaning adds to that of their words: (captures, words).
+
+    0 for words that are replaced. Shapes: `shares` (learned words, words).
+    """
+    suggested = learned.suggested
+    own = suggested.likeness_of(word_vectors().of(list(taken)))
+    added = own - suggested.likeness_of(suggested.of.meanings) @ shares
+    return np.where([bool(taking.nearest) for taking in taken.values()], added, 0.0)
+
+
 def mixture(takings: Collection[Taking], vocabulary: Collection[str]) -> FloatArray:
     """Shares of the known words in replaced words: array (vocabulary, takings), columns sum to 1.
 
@@ -339,7 +347,7 @@ def mixture(takings: Collection[Taking], vocabulary: Collection[str]) -> FloatAr
     number = {word: n for n, word in enumerate(vocabulary)}
     shares = np.zeros((len(vocabulary), len(takings)))
     for column, taking in enumerate(takings):
-        for (word, _), share in zip(taking.words, taking.shares):
+        for word, share in zip(taking.heard, taking.shares):
             shares[number[word], column] = share
     return shares
 
@@ -360,211 +368,3 @@ def with_virtual_words(word_map: WordMap, shares: FloatArray) -> WordMap:
         word_map.calibration,
         ridge=word_map.ridge,
     )
-
-
-TAKEN = 0.5
-SUGGESTED = 0.3
-"""Smallest probability of a replacement, and of a suggestion: docs/measured/nearby-words.md shows
-how often each range of probabilities is right."""
-
-
-@dataclass(frozen=True)
-class Taking:
-    """The replacement or the suggestions for a word that is in no caption.
-
-    Attributes
-    ----------
-    word : str
-        As it was written.
-    words : tuple of (str, float)
-        Known words, most likely first, each with the probability that it may replace the word; only
-        those of SUGGESTED or more.
-    spelling : tuple of str
-        Known words of similar spelling, if the word is not English and ``words`` is empty.
-    """
-
-    word: str
-    words: tuple[tuple[str, float], ...]
-    spelling: tuple[str, ...] = ()
-
-    @property
-    def probability(self) -> float:
-        """Probability that the most likely known word is right; 0 if there is none."""
-        return self.words[0][1] if self.words else 0.0
-
-    @property
-    def is_taken(self) -> bool:
-        """Whether the known words replace the word; otherwise they are only suggested."""
-        return self.probability >= TAKEN
-
-    @property
-    def shares(self) -> tuple[float, ...]:
-        """Weights of the known words in the virtual word; their sum is 1."""
-        total = sum(p for _, p in self.words)
-        return tuple(p / total for _, p in self.words)
-
-    def sentence(self, where: str = "in the captions") -> str:
-        """The sentence for the user.
-
-        Probabilities are rounded down, so that none is printed as 1.
-
-        Parameters
-        ----------
-        where : str
-            Place where the word was searched.
-
-        >>> Taking("stroll", (("walk", 0.995),)).sentence()
-        "'stroll' is not in the captions; taken as walk (0.9)"
-        """
-        start = f"{self.word!r} is not {where}"
-        said = " or ".join(f"{word} ({say_chance(p)})" for word, p in self.words)
-        if self.is_taken:
-            return f"{start}; taken as {said}"
-        if self.words:
-            return f"{start}; perhaps {said}"
-        if self.spelling:
-            return f"{start}; did you mean {' or '.join(self.spelling)}?"
-        return start
-
-
-def say_chance(probability: float) -> str:
-    """A probability with one decimal, rounded down.
-
-    >>> say_chance(0.995), say_chance(0.3), say_chance(0.06)
-    ('0.9', '0.3', '0.0')
-    """
-    return f"{int(probability * 10.0 + 1e-6) / 10.0:.1f}"
-
-
-def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
-    """The known words that may replace a word."""
-    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
-        word = lemma(word)
-    forms = list(dict.fromkeys((word.lower(), lemma(word))))
-    chances: dict[str, float] = {}
-    for form in forms:
-        for target, chance in table.entry(form):
-            if target in known and target not in forms:
-                chances[target] = max(chance, chances.get(target, 0.0))
-    ordered = sorted(chances.items(), key=lambda pair: (-pair[1], pair[0]))
-    likely = tuple((target, chance) for target, chance in ordered if chance >= SUGGESTED)
-    if likely or any(table.is_english(form) for form in forms):
-        return Taking(word, likely)
-    return Taking(word, (), nearest_words(word, known))
-
-
-def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
-    """Unknown words that are not taken -> known words that may be meant, by sense or spelling.
-
-    >>> hints_of({"circle": Taking("circle", ()), "hurl": Taking("hurl", (("shoot", 0.4),))})
-    {'circle': (), 'hurl': ('shoot',)}
-    """
-    return {
-        word: tuple(near for near, _ in taking.words) or taking.spelling
-        for word, taking in suggested.items()
-    }
-
-
-def asked_forms(learned: Learned, text: str) -> dict[str, str]:
-    """Words of a question: lemma -> word as written."""
-    asked = split_actions(text, learned.synonyms, learned.lemmas)
-    forms = [form for form in reversed(forms_of(text)) if form not in STOP_WORDS]  # no lemma needed
-    written = {lemma(form, learned.lemmas): form for form in forms}
-    return {word: written.get(word, word) for action in asked for word in action}
-
-
-def find_takings(
-    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
-) -> dict[str, Taking]:
-    """Lemma of every word that is in no caption -> its replacement or suggestions.
-
-    `added`: words that are known to the question although they were not learned.
-    """
-    if learned.fitted_word_map is None:
-        _ = learned.word_map  # raises NotLearnedError if no words were learned
-    known = frozenset((*learned.known_words, *added))
-    return {
-        word: take_word(form, known, table)
-        for word, form in asked_forms(learned, text).items()
-        if word not in known and word not in learned.word_numbers
-    }
-
-
-def unknown_words(
-    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
-) -> dict[str, Taking]:
-    """As :func:`find_takings`; a question without any known or replaced word is refused."""
-    takings = find_takings(learned, text, table, added)
-    _check_known(learned, text, takings, added)
-    return takings
-
-
-def leave_unknown(
-    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
-) -> dict[str, Taking]:
-    """As :func:`unknown_words`, but nothing is replaced.
-
-    Known words of similar spelling are suggested, only for words that are not English.
-    """
-    found = find_takings(learned, text, table, added)
-    takings = {word: replace(taking, words=()) for word, taking in found.items()}
-    _check_known(learned, text, takings, added)
-    return takings
-
-
-def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
-    """The learned model, with the likeliest known words as synonyms of the words they replace.
-
-    For requests of one sequence of symbols, which a mean of several words does not have.
-    """
-    likeliest = {word: taking.words[0][0] for word, taking in takings.items() if taking.is_taken}
-    return replace(learned, synonyms={**learned.synonyms, **likeliest}) if likeliest else learned
-
-
-def nearest_suggested(learned: Learned, text: str, table: NearbyTable) -> dict[str, str]:
-    """The likeliest suggestion for every word that no caption holds, where there is one.
-
-    Known words of like spelling are suggested only where the table has none.
-    """
-    suggested = {}
-    for word, taking in find_takings(learned, text, table).items():
-        known = [*(near for near, _ in taking.words), *taking.spelling]
-        if known:
-            suggested[word] = known[0]
-    return suggested
-
-
-def _check_known(
-    learned: Learned, text: str, takings: Mapping[str, Taking], added: Collection[str]
-) -> None:
-    """Refuse a question without any known or replaced word."""
-    known = frozenset((*learned.known_words, *added))
-    if not takings or not known.isdisjoint(asked_forms(learned, text)):
-        return
-    if any(taking.is_taken for taking in takings.values()):
-        return
-    near = dict.fromkeys(
-        word
-        for taking in takings.values()
-        for word in (*(w for w, _ in taking.words), *taking.spelling)
-    )
-    hint = (
-        f"Did you mean {' or '.join(near)}?"
-        if near
-        else "`motiondb words` lists the words that are known."
-    )
-    raise UnknownWordsError(
-        f"query: expected a known word, found {', '.join(map(repr, takings))}. {hint}"
-    )
-
-
-def understand(
-    learned: Learned, text: str, added: Mapping[str, int] | None = None
-) -> KnownQuestion:
-    """Understand a question in the words that the database knows.
-
-    `added`: words that are known to this question although they were not learned -> their counts.
-    """
-    counted = zip(learned.association.words, learned.association.counts)
-    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
-    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

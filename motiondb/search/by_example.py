@@ -18,8 +18,9 @@ from motiondb.meaning.resemblance import emphasis_of
 from motiondb.meaning.word_map import clearest
 from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
-from motiondb.search.by_words import mark_generated, reaches, to_seconds
+from motiondb.search.by_words import mark_generated, to_seconds
 from motiondb.search.chances import why_unchecked
+from motiondb.search.nothing_matches import NOTHING, reaches
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 
@@ -50,6 +51,11 @@ class ExampleAnswer(Sequence[Match]):
     def matches_anything(self) -> bool | None:
         """Whether anything in the database moves like the example; None if this is not known."""
         return reaches(self.matches, self.strength, self.threshold)
+
+    @property
+    def nothing(self) -> str:
+        """That nothing matches; "" if something may."""
+        return NOTHING if self.matches_anything is False else ""
 
     def __len__(self) -> int:
         return len(self.matches)

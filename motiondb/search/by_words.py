@@ -10,7 +10,7 @@ motion of the capture suggests (:mod:`motiondb.meaning.caption_map`).
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
@@ -19,6 +19,7 @@ import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import manner_of
+from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.readings import (
     KnownQuestion,
     Reading,
@@ -34,10 +35,9 @@ from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question, word_evidence
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK, WINDOW_MARGIN, upper_bounds
-from motiondb.meaning.word_map import usual
 from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import AskedWords, Taking, WrittenWord, hints_of, understand
+from motiondb.search.asked_words import AskedWords, WrittenWord
 from motiondb.search.chances import (
     Chances,
     WordSource,
@@ -47,8 +47,11 @@ from motiondb.search.chances import (
     word_sources,
     words_of_reading,
 )
+from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, explain
+from motiondb.search.takings import Taking, hints_of, say_not_understood, understand
 
+LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 MOST_DECODED = 50
 """Largest number of words that are decoded to symbols at once: 200 words need 2 GB, and
 sequences are short."""
@@ -97,6 +100,11 @@ class WordAnswer:
         captions have not checked them; "" where they have (``motiondb.learn.checking``).
     vocabulary : tuple of str
         The words by number: those learned, then the written and the taken ones.
+    missing : tuple of str
+        Words that name an action of the question and are not understood. The answers are for the
+        rest alone; they carry no probabilities, and whether any matches is not known.
+    doubtful : bool
+        Whether some action is more likely not shown than shown by each of the first answers.
     """
 
     matches: tuple[Match, ...]
@@ -113,6 +121,8 @@ class WordAnswer:
     written: tuple[WrittenWord, ...] = ()
     unchecked: str = ""
     vocabulary: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    doubtful: bool = False
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
@@ -125,18 +135,23 @@ class WordAnswer:
         return self.question.unknown
 
     @property
+    def not_understood(self) -> str:
+        """The words that are missing, and what is answered in place of the question."""
+        rest = f"; these are answers for {self.question.understood!r} alone"
+        return say_not_understood(self.missing) + (rest if self.missing else "")
+
+    @property
+    def nothing(self) -> str:
+        """That nothing matches, or probably nothing; "" if something may."""
+        if self.matches_anything is False:
+            return NOTHING
+        return f"probably {NOTHING}" if self.doubtful else ""
+
+    @property
     def matches_anything(self) -> bool | None:
         """Whether anything in the database shows the requested actions; None if unknown."""
-        return reaches(self.matches, self.strength, self.threshold)
-
-
-def reaches(
-    matches: Sequence[Match], strength: float | None, threshold: float | None
-) -> bool | None:
-    """Whether a best match is good enough; None if no threshold was learned."""
-    if not matches:
-        return False
-    return None if strength is None or threshold is None else strength >= threshold
+        reached = reaches(self.matches, self.strength, self.threshold)
+        return None if reached and self.doubtful else reached
 
 
 def search_words(
@@ -165,7 +180,9 @@ def search_words(
         undecided = WordAnswer((), question, actions, (*question.not_used, *not_decoded))
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
-    ranked = find(asked, read, allowed, limit, written)
+    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    found = find(asked, read, allowed, max(limit, LOOKED_AT), written, verbs)
+    ranked = found[:limit]
     matches = tuple(
         _match(asked, rank, each, read[each.hit.reading], words, written, features)
         for rank, each in enumerate(ranked, start=1)
@@ -180,10 +197,8 @@ def search_words(
         actions,
         (*question.not_used, *not_searched),
         reasons=tuple(each.why for each in ranked),
-        strength=max(
-            (strength(asked, each.why, threshold) for each in ranked),
-            default=None,
-        ),
+        strength=best_strength(asked, found, threshold),
+        doubtful=is_doubtful([each.sure for each in found]),
         threshold=threshold,
         vocabulary=asked.names,
         sources=word_sources(learned, words),
@@ -254,8 +269,8 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     """
     if not takings:
         return answer
-    taken = {word: taking for word, taking in takings.items() if taking.is_taken}
-    share = float(np.prod([taking.probability for taking in taken.values()]))
+    taken = {word: taking for word, taking in takings.items() if taking.heard}
+    share = float(np.prod([each.probability for each in taken.values() if each.is_taken]))
     matches = tuple(
         match
         if match.probability is None
@@ -264,7 +279,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         )
         for match in answer.matches
     )
-    suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
+    suggested = {word: taking for word, taking in takings.items() if not taking.heard}
     hints = hints_of(suggested)
     question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
@@ -275,6 +290,16 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         taken=taken,
         suggested=suggested,
     )
+
+
+def without_chances(answer: WordAnswer, missing: tuple[str, ...]) -> WordAnswer:
+    """The answer to the rest of a question of which some words are missing."""
+    unknown = {"probability": None, "interval_probability": None}
+    matches = tuple(
+        replace(match, **unknown, parts=tuple(replace(part, **unknown) for part in match.parts))
+        for match in answer.matches
+    )
+    return replace(answer, matches=matches, threshold=None, missing=missing, doubtful=False)
 
 
 _Certain = TypeVar("_Certain", Match, MatchPart)
@@ -404,13 +429,15 @@ def find(
     allowed: Sequence[int],
     limit: int,
     written: bool = True,
+    verbs: Collection[str] = (),
 ) -> list[Found]:
     """The best answers to the readings of a question, best first.
 
     `written`: Whether the captions of the captures count as evidence, in addition to the motion.
+    `verbs`: The words of the question that are verbs.
     """
     number = asked.numbers
-    certainty = question_certainty(asked, read)
+    certainty = question_certainty(asked, read, verbs)
     evidence = asked.evidence
     takes = evidence.takes if written else evidence.seen
     extremes = evidence.extremes if written else evidence.seen_extremes
@@ -484,33 +511,3 @@ def explain_hit(
             place = reasons.WordPlace(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)
-
-
-def strength(
-    asked: AskedWords, why: Sequence[reasons.WordReason], threshold: float | None
-) -> float:
-    """Nats by which the least certain action of an answer is more probable than usual.
-
-    For an excluded action, the distance to the threshold changes its sign: a motion without the
-    action matches if the action itself would not.
-    """
-    usual_odds = usual(asked.word_map)
-
-    def usually(words: Sequence[reasons.WordReason]) -> float:
-        return float(np.mean([usual_odds[w.word] for w in words]))
-
-    requested = [w for w in why if w.exclusion < 0]
-    numbers = sorted({w.action for w in requested})
-    levels = [usually([w for w in requested if w.action == number]) for number in numbers]
-    clear = [odds - level for (odds, _), level in zip(reasons.by_action(why), levels)]
-    if threshold is None:
-        return min(clear, default=0.0)
-    for lowering in reasons.lowerings(why):
-        same_exclusion = [w for w in why if w.exclusion == lowering.exclusion]
-        numbers = sorted({w.action for w in same_exclusion})
-        over = min(
-            odds - usually([w for w in same_exclusion if w.action == number])
-            for number, (odds, _) in zip(numbers, lowering.actions)
-        )
-        clear.append(2.0 * threshold - over)
-    return min(clear, default=0.0)

@@ -73,7 +73,7 @@ def test_generate_writes_motion_and_origin(command: Any, learned_copy: Path) -> 
     assert (ended.code, Path("three.bvh").exists()) == (2, False)
     assert "made/one: expected a name that is free" in ended.err
     ended = command(*sentence, "-o", "picture.glb", "--method", "trajectory", "--png", "p.png")
-    missing = "not shown" in ended.out or "not confirmed" in ended.out
+    missing = "not shown" in ended.out or "not sure" in ended.out
     assert ended.code == int(missing), ended.err
     assert Path("picture.glb").read_bytes()[:4] == b"glTF"
     assert Path("p.png").exists()
@@ -193,5 +193,5 @@ def test_show_tells_activities_and_plays(command: Any, learned_file: Path) -> No
 
 def test_unknown_words_are_named(command: Any, learned_file: Path) -> None:
     ended = command("search", "wlak, kick", "--limit", 1, "--json", "--db", learned_file)
-    assert ended.err == "unknown word 'wlak' left out; the nearest known: walk\n"
+    assert ended.err == "'wlak' is not in the captions; left out; perhaps walk\n"
     assert answer(ended)["matches"][0]["words"] == ["kick"]

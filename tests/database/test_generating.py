@@ -119,8 +119,8 @@ def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
     with pytest.raises(QueryError) as error:
         db.generate("walk, then moonwlak", exact=True)
     assert str(error.value).startswith(
-        "generate: expected actions that the captures show, found 'moonwlak', which nothing in the "
-        "database shows. "
+        "generate: expected actions that are in the captions, found 'moonwlak', which nothing in "
+        "the database shows. "
     )
     assert "--anyway" in str(error.value)
     made = db.generate("walk, then moonwlak", exact=True, anyway=True)
@@ -135,7 +135,7 @@ def test_an_action_that_lost_its_verb_is_made_but_not_shown(db: MotionDB) -> Non
     assert made.actions == (("ball",),)
     lost = made.shown[-1]
     assert (lost.words, lost.shown) == (("swim",), False)
-    assert lost.reason == "it was not made: no caption says it"
+    assert lost.reason == "it was not made: not in the captions"
     assert not made.shows_all
     assert [one.words for one in db.generate("kick the ball", exact=True).shown][1:] == []
     assert [one.words for one in db.generate("swim with a ball, or kick", exact=True).shown][
@@ -144,17 +144,17 @@ def test_an_action_that_lost_its_verb_is_made_but_not_shown(db: MotionDB) -> Non
 
 
 def test_the_nearest_known_word_is_made_anyway_and_shows_nothing(db: MotionDB) -> None:
-    with pytest.raises(QueryError, match=r"found 'wlak'\. Did you mean walk\?"):
+    with pytest.raises(QueryError, match=r"found 'wlak'\. Perhaps walk\."):
         db.generate("wlak")
     made = db.generate("wlak", anyway=True)
     assert [(one.words, one.shown) for one in made.shown] == [
         (("walk",), True), (("wlak",), False)
     ]  # fmt: skip
     assert made.shown[1].reason == (
-        "no caption says it; 'walk', the nearest known word, was made instead"
+        "not in the captions; 'walk', the nearest known word, was made instead"
     )
     assert not made.shows_all
-    with pytest.raises(QueryError, match="expected a known word, found 'zzzzzzzzzz'"):
+    with pytest.raises(QueryError, match="in the captions, found 'zzzzzzzzzz'"):
         db.generate("zzzzzzzzzz", anyway=True)
 
 

@@ -62,7 +62,7 @@ def test_unknown_words_are_named_and_the_rest_answered(db: MotionDB) -> None:
     answer = db.search("wlak, kick", limit=2)
     assert dict(answer.unknown) == {"wlak": ("walk",)}
     assert [m.words for m in answer.matches] == [("kick",), ("kick",)]
-    with pytest.raises(QueryError, match="expected a known word, found 'xyzzy'"):
+    with pytest.raises(QueryError, match="in the captions, found 'xyzzy'"):
         db.search("xyzzy")
     with pytest.raises(QueryError, match="Say what to look for"):
         db.search("  ")

@@ -64,14 +64,6 @@ def test_likeness_by_hand() -> None:
         np.testing.assert_allclose(other, by_vector - by_vector.mean(), atol=1e-9)
 
 
-def test_a_word_is_unheld_where_its_own_captions_do_not_count() -> None:
-    vectors, presence = made_captions(40)
-    suggested = solved(word_moments(vectors, presence)).suggest(vectors)
-    others = np.delete(suggested.shares, 2, axis=1) @ np.delete(MEANINGS, 2, axis=0)
-    cosines = MEANING_WEIGHT * unit(others) @ MEANINGS[2]
-    np.testing.assert_allclose(suggested.likeness_unheld(2), cosines - cosines.mean(), atol=1e-9)
-
-
 def test_words_of_short_captions_have_larger_shares() -> None:
     """Two takes that move alike: what one says alone is told before what the other lists."""
     vectors = unit(np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))

@@ -83,7 +83,7 @@ def test_nothing_matching_is_said_plainly(asked_server, new_page):
 
 def test_an_unknown_word_is_named_and_can_be_replaced(asked_server, new_page):
     page = _open(new_page, asked_server, "#/search?q=wlak,+wave&limit=5")
-    page.get_by_text("“wlak” is not known here").wait_for()
+    page.get_by_text("'wlak' is not in the captions").wait_for()
     page.get_by_role("button", name="walk", exact=True).click()
     wait_for(page, "() => document.querySelector('#question').value === 'walk, wave'")
     page.locator(".answer").first.wait_for()

@@ -14,8 +14,9 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.score_vectors import interval_vectors
 from motiondb.meaning.word_evidence import WINDOW_MARGIN
 from motiondb.records import Caption
-from motiondb.search.asked_words import learned_words, unknown_words, with_replaced
+from motiondb.search.asked_words import learned_words, with_replaced
 from motiondb.search.described import segment_words, word_probabilities
+from motiondb.search.takings import unknown_words
 
 
 @pytest.fixture

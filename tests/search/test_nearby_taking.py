@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from test_nearby_table import table
 
 from motiondb.meaning.word_map import WordMap
-from motiondb.search.asked_words import Taking, mixture, take_word, with_virtual_words
+from motiondb.search.asked_words import mixture, with_virtual_words
+from motiondb.search.takings import Taking, take_word
 
 SMALL = table(
     {
@@ -33,19 +34,19 @@ def test_a_word_is_taken_as_all_that_is_likely_enough() -> None:
 def test_an_unlikely_word_is_suggested_and_not_taken() -> None:
     taking = take_word("hurl", {"shoot", "walk"}, SMALL)
     assert not taking.is_taken
-    assert taking.sentence() == "'hurl' is not in the captions; perhaps shoot (0.4)"
+    assert taking.sentence() == "'hurl' is not in the captions; left out; perhaps shoot (0.4)"
 
 
 def test_nothing_is_said_of_an_english_word_without_an_answer() -> None:
     taking = take_word("tax", {"taxi", "walk"}, SMALL)
     assert (taking.words, taking.spelling, taking.is_taken) == ((), (), False)
-    assert taking.sentence() == "'tax' is not in the captions"
+    assert taking.sentence() == "'tax' is not in the captions; left out"
 
 
 def test_spelling_is_a_hint_for_what_is_not_english() -> None:
     taking = take_word("wlak", {"walk", "jump"}, SMALL)
     assert taking.spelling == ("walk",)
-    assert taking.sentence() == "'wlak' is not in the captions; did you mean walk?"
+    assert taking.sentence() == "'wlak' is not in the captions; left out; perhaps walk"
 
 
 def test_a_form_finds_the_entry_of_its_lemma_or_its_own() -> None:

@@ -11,13 +11,8 @@ import pytest
 import motiondb
 from motiondb.database.session import nearby_table
 from motiondb.errors import QueryError
-from motiondb.search.asked_words import (
-    Taking,
-    learned_words,
-    unknown_words,
-    with_likeliest,
-    with_replaced,
-)
+from motiondb.search.asked_words import learned_words, with_replaced
+from motiondb.search.takings import Taking, unknown_words, with_likeliest
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +63,7 @@ def test_exact_leaves_words_out(db: motiondb.MotionDB) -> None:
     assert answer.taken == {}
     assert answer.actions == (("kick",),)
     assert "stroll" in answer.unknown
-    with pytest.raises(QueryError, match="expected a known word, found 'stroll'"):
+    with pytest.raises(QueryError, match="in the captions, found 'stroll'"):
         db.search("stroll", exact=True)
 
 

@@ -2,7 +2,7 @@
 
 No capture fulfils a condition ``caption ~ word``, ``tag = word`` or ``tag ~ word`` with an unknown
 word. If the word may be taken as words that captions, or the values of this tag, do hold
-(:mod:`motiondb.search.asked_words`), the condition asks for these instead. Conditions with ``!=``
+(:mod:`motiondb.search.takings`), the condition asks for these instead. Conditions with ``!=``
 and ``!~``, and those within ``not``, are not changed: an unknown word excludes nothing.
 """
 
@@ -14,7 +14,7 @@ from motiondb import store
 from motiondb.database.session import nearby_table
 from motiondb.language.vocabulary import forms_of, lemma
 from motiondb.records import CaptureInfo
-from motiondb.search.asked_words import TAKEN, Taking, take_word
+from motiondb.search.takings import TAKEN, Taking, take_word
 from motiondb.store import CAPTION, COLUMNS, Condition, Filter, OneOf, matches, parse_where
 
 

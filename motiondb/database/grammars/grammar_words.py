@@ -14,7 +14,7 @@ of motion symbols.
 
 A pattern is a text of terminals, words, ``?`` for any one terminal and ``...`` for any number of
 them. A word means one segment, with one of the terminals that show the word. A word that no
-caption holds may be replaced by known ones (:mod:`motiondb.search.asked_words`), and is shown
+caption holds may be replaced by known ones (:mod:`motiondb.search.takings`), and is shown
 where these are.
 A text without ``?`` and ``...`` that does not consist of terminals is a sentence in words: its
 words follow each other in this order, with anything between, before and after. The steps are from
@@ -47,15 +47,9 @@ from motiondb.language.question.readings import plain_actions
 from motiondb.language.vocabulary import motion_word, nearest_words, nothing_known
 from motiondb.learn.learned import Learned
 from motiondb.records import FloatArray
-from motiondb.search.asked_words import (
-    AskedWords,
-    Taking,
-    find_takings,
-    learned_words,
-    understand,
-    with_replaced,
-)
+from motiondb.search.asked_words import AskedWords, learned_words, with_replaced
 from motiondb.search.described import segment_words
+from motiondb.search.takings import Taking, find_takings, understand
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

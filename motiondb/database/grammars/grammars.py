@@ -39,7 +39,7 @@ from motiondb.grammar.derivation.complete import Completions
 from motiondb.grammar.derivation.derive import derive
 from motiondb.grammar.derivation.plan import Plan, plan
 from motiondb.records import CaptureInfo, Motion
-from motiondb.search.asked_words import Taking
+from motiondb.search.takings import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

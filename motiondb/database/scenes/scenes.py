@@ -44,7 +44,7 @@ from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.services import services
-from motiondb.search.asked_words import Taking
+from motiondb.search.takings import Taking
 
 if TYPE_CHECKING:
     from motiondb.database.session import Session

@@ -48,7 +48,7 @@ from motiondb.language.question.tree import (
     walk,
     without,
 )
-from motiondb.language.vocabulary import nearest_words, nothing_known
+from motiondb.language.vocabulary import nearest_words, nothing_known, say_perhaps
 
 MOST_READINGS = 64  # Largest number of readings of a question: each is searched in every capture
 MOST_PARTS = 128  # Largest number of parts of a reading, counting repeats
@@ -304,7 +304,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
             if said is not None and (words or not action.words):
                 manners.append(said)
             else:
-                reason = "no caption says it" if said is None else "its action is not known"
+                reason = reason_unknown(()) if said is None else "its action is not known"
                 not_used.append(NotUsed(adverb_of(manner), reason))
         return Action(words, tuple(manners)) if words or manners else None
 
@@ -317,7 +317,7 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
 
 def reason_unknown(near: tuple[str, ...]) -> str:
     """Why an unknown word is not used, with the known words that may be meant."""
-    return "no caption says it" + (f"; the nearest known: {', '.join(near)}" if near else "")
+    return f"not in the captions{say_perhaps(near)}"
 
 
 def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:

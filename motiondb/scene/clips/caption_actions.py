@@ -23,7 +23,7 @@ from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import split_actions, words_of
 from motiondb.records import Caption
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.search.asked_words import TAKEN, Taking, take_word
+from motiondb.search.takings import TAKEN, Taking, take_word
 
 Phrases = tuple[frozenset[str], ...]
 MOST_PHRASES = 50  # Phrases that one phrase may become. Chosen by hand, to bound the time
@@ -47,7 +47,7 @@ def take_phrases(
 
     If no caption shows a terminal, the captures are searched again with replaced words. Words of
     its phrases that are in no caption are replaced by known ones
-    (:mod:`motiondb.search.asked_words`): by every known word whose probability is ``TAKEN`` or
+    (:mod:`motiondb.search.takings`): by every known word whose probability is ``TAKEN`` or
     more, the bound that holds for questions and for generated motion too. The commands name every
     word that was taken, since a scene plays its clips without a probability. A word is not replaced
     by one in a phrase of another terminal, because a grammar with both distinguishes them.

@@ -94,7 +94,7 @@ def test_nothing_matches_where_what_is_asked_is_excluded(asked: MotionDB) -> Non
 def test_a_word_that_is_like_none_is_left_out_beside_a_known_one(asked: MotionDB) -> None:
     answer = asked.search("xqzzyqv and walk")
     assert [(left.text, left.reason) for left in answer.not_used] == [
-        ("xqzzyqv", "no caption says it")
+        ("xqzzyqv", "not in the captions")
     ]
     assert answer.matches[0].capture == asked.search("walk").matches[0].capture
 
@@ -108,7 +108,7 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_p
     assert facts["question"]["understood"] == "(walk for 2 s), not turn"
     assert facts["question"]["tree"]["kind"] == "without"
     assert facts["question"]["not_used"] == [
-        {"text": "wlak", "reason": "no caption says it; the nearest known: walk"},
+        {"text": "wlak", "reason": "not in the captions; perhaps walk"},
         {"text": "for at most 2 s", "reason": "search cannot tell that it ends by then"},
     ]
     assert {"words", "together", "excluded", "log_odds"} <= set(facts["matches"][0]["explain"])

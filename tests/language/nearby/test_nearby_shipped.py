@@ -9,7 +9,7 @@ import pytest
 import motiondb
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.language.vocabulary import lemma
-from motiondb.search.asked_words import take_word
+from motiondb.search.takings import take_word
 from nearby_words.judge import MEASURES, ask_all
 from nearby_words.key import read_key, read_pairs, read_vocabulary
 from nearby_words.methods import by_table

@@ -165,9 +165,9 @@ def test_the_form_of_a_manner_that_captions_have_is_taken() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("wlak, jmup", "query: expected a known word, found 'wlak', 'jmup'. "
-         "Did you mean walk or jump?"),
-        ("not zzz", "query: expected a known word, found 'zzz'. "
+        ("wlak, jmup", "query: expected a word that is in the captions, found 'wlak', 'jmup'. "
+         "Perhaps walk or jump."),
+        ("not zzz", "query: expected a word that is in the captions, found 'zzz'. "
          "`motiondb words` lists the words that are known."),
     ],
 )  # fmt: skip

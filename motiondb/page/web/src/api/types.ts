@@ -375,6 +375,7 @@ export interface GenerateReply {
   taken: Record<string, WordProbability[]>;
   suggested: Record<string, WordProbability[]>;
   unknown: Record<string, string[]>;
+  missing: string[];
   sentences: string[];
   variants: MadeReply[];
 }
@@ -572,6 +573,7 @@ export interface MadeReply {
   method: string;
   seconds: number;
   shown: boolean;
+  why_not: string;
   actions: string[][];
   shown_actions: ActionVerdict[];
   decided: string[];
@@ -847,6 +849,7 @@ export interface SearchReply {
   taken: Record<string, WordProbability[]>;
   suggested: Record<string, WordProbability[]>;
   unknown: Record<string, string[]>;
+  missing: string[];
   sentences: string[];
   decoding: Decoding | null;
   sources: WordSource[];

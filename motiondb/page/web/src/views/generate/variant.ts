@@ -55,7 +55,7 @@ function shownList(made: MadeReply, seek: (time: number) => void): HTMLElement {
           "span",
           {},
           h("b", {}, words.join(" ")),
-          shown ? " is shown" : shown === null ? " is not confirmed" : " is not shown",
+          shown ? " is shown" : shown === null ? " is not sure" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
           reason && reason !== shared ? `: ${reason}` : "",
           " ",
@@ -75,7 +75,7 @@ function shownList(made: MadeReply, seek: (time: number) => void): HTMLElement {
         h("span", {}, h("b", {}, text), " is not shown: ", reason),
       ),
     ),
-    shared ? h("li", { class: "muted shared-reason" }, `Not confirmed: ${shared}.`) : null,
+    shared ? h("li", { class: "muted shared-reason" }, `Not sure: ${shared}.`) : null,
   );
 }
 

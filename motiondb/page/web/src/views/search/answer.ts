@@ -15,6 +15,8 @@ import { reasonsElement } from "./reasons.ts";
 export interface AnswerOptions {
   /** false: nothing in the database matches, this is only the nearest. */
   matches: boolean;
+  /** false: the scores are for less than what was asked. */
+  scored: boolean;
   /** Absent in a file without a server: nothing can be selected, opened or asked. */
   actions?: { select(match: ShownMatch, selected: boolean): void };
 }
@@ -33,7 +35,9 @@ function litParts(match: ShownMatch): Interval[] {
 }
 
 function meter(name: string, value: number | null | undefined, hint: string): Child {
-  if (value === null || value === undefined) return null;
+  if (value === null || value === undefined) {
+    return h("div", { class: "meter", title: hint }, h("span", { class: "meter-name" }, name), h("span", { class: "muted" }, "not measured"));
+  }
   const bar = h("span", { class: "meter-fill" });
   bar.style.width = `${Math.round(value * 100)}%`;
   return h(
@@ -50,10 +54,9 @@ function lanesOf(match: ShownMatch): Lane[] {
   return [symbolLane(match.timeline.segments), captionLane(match.timeline.words, match.duration)];
 }
 
-/** How sure the place of a part is; said too where it was not measured for these words. */
+/** How sure the place of a part is. */
 function saidHere(part: MatchPart): string {
-  if (part.interval_probability !== null) return `here ${probability(part.interval_probability)}`;
-  return part.probability !== null && part.place === "known" ? "place not measured" : "";
+  return `here ${part.interval_probability === null ? "not measured" : probability(part.interval_probability)}`;
 }
 
 function foundList(match: ShownMatch, seek: (time: number) => void): Child {
@@ -64,7 +67,7 @@ function foundList(match: ShownMatch, seek: (time: number) => void): Child {
     { class: "plain found" },
     parts.map((part) => {
       const certain = [
-        part.probability === null ? "" : `shown ${probability(part.probability)}`,
+        `shown ${part.probability === null ? "not measured" : probability(part.probability)}`,
         saidHere(part),
       ]
         .filter(Boolean)
@@ -171,8 +174,10 @@ export function makeAnswer(
       "div",
       { class: "meters" },
       meter("shown", match.probability, "The probability that this take shows what was asked."),
-      meter("here", match.interval_probability, "The probability that this interval shows it."),
-      match.probability === null
+      match.parts.length > 0
+        ? meter("here", match.interval_probability, "The probability that this interval shows it.")
+        : null,
+      match.probability === null && options.scored
         ? meter(
             "score",
             match.score,

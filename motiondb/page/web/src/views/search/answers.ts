@@ -68,6 +68,7 @@ export function makeAnswers(
       cards = answer.matches.map((match: ShownMatch) =>
         makeAnswer(context, match, {
           matches,
+          scored: !("missing" in answer) || answer.missing.length === 0,
           ...(selection
             ? { actions: { select: (one: ShownMatch, on: boolean) => selection.set(one, on) } }
             : {}),

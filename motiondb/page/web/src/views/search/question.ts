@@ -114,14 +114,13 @@ export function questionElement(
 ): HTMLElement {
   const suggestion = (word: string, known: readonly string[]): Child =>
     known.length === 0
-      ? `“${word}” is not known here and was left out.`
+      ? `'${word}' is not in the captions; left out`
       : [
-          `“${word}” is not known here and was left out. Did you mean `,
+          `'${word}' is not in the captions; left out; perhaps `,
           known.map((one, i) => [
             i > 0 ? " or " : "",
             h("button", { class: "link", type: "button", on: { click: () => replace(word, one) } }, one),
           ]),
-          "?",
         ];
   const near = Object.entries(suggested).filter(([, words]) => words.length > 0);
   return h(
@@ -143,7 +142,9 @@ export function questionElement(
     h(
       "ul",
       { class: "plain remarks" },
-      question.not_used.map(({ text, reason }) => h("li", {}, `“${text}” is not used: ${reason}`)),
+      question.not_used
+        .filter(({ text }) => !(text in unknown))
+        .map(({ text, reason }) => h("li", {}, `“${text}” is not used: ${reason}`)),
       sentences.map((sentence) => h("li", {}, sentence)),
       Object.entries(unknown).map(([word, known]) => h("li", {}, suggestion(word, known))),
       near

@@ -1,0 +1,337 @@
+"""Words of a question that no caption holds, and the known words that may replace them.
+
+Notation: p_i the probability, from the table, that the known word i may replace the word. If the
+largest p_i is TAKEN or more, the word is replaced by all known words with p_i of SUGGESTED or more,
+with shares p_i / sum p, and with the probability max p. If the largest p_i is SUGGESTED or more,
+the known words are only suggested. Otherwise the word is unknown; if it is not an English word
+either, known words of similar spelling are suggested.
+
+Before this, words are tried as another phrase for the same motion, as a compound that the captions
+write apart, and as parts of one that they write as one (:func:`write_otherwise`).
+
+What is left is heard by its meaning, if it is an English word (:func:`hear_by_meaning`): by the
+known words nearest to its vector (:mod:`motiondb.language.word_vectors`), and by its own likeness
+to the captions that motion suggests. This ranks answers, and never gives them a probability.
+
+Otherwise the word is not understood. A question of
+whose actions a head stays unknown is not understood (:func:`not_understood`): its answers are for
+the rest alone, and carry no probabilities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiondb.errors import UnknownWordsError
+from motiondb.language.nearby.table import NearbyTable
+from motiondb.language.question.heads import missing_heads, verbs_in
+from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import KnownQuestion, hold_to_known
+from motiondb.language.vocabulary import (
+    MODIFIERS,
+    STOP_WORDS,
+    forms_of,
+    lemma,
+    nearest_words,
+    nothing_known,
+    say_unknown,
+    split_actions,
+    written_otherwise,
+)
+from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
+from motiondb.learn.learned import Learned
+
+TAKEN = 0.5
+SUGGESTED = 0.3
+"""Smallest probability of a replacement, and of a suggestion: docs/measured/nearby-words.md shows
+how often each range of probabilities is right."""
+
+LEAST_NEAR = 0.5
+"""Smallest cosine of a word that is heard by its meaning and the nearest known word. Of words that
+were hidden from the captions of CMU performers, those above it were found with an average precision
+of .40 (chance .16), those below it with .16 (chance .07)."""
+
+
+@dataclass(frozen=True)
+class Taking:
+    """The replacement or the suggestions for a word that is in no caption.
+
+    Attributes
+    ----------
+    word : str
+        As it was written.
+    words : tuple of (str, float)
+        Known words, most likely first, each with the probability that it may replace the word; only
+        those of SUGGESTED or more.
+    spelling : tuple of str
+        Known words of similar spelling, if the word is not English and ``words`` is empty.
+    is_same : bool
+        Whether the known words are the word itself, written otherwise, or another phrase for it.
+    """
+
+    word: str
+    words: tuple[tuple[str, float], ...]
+    spelling: tuple[str, ...] = ()
+    is_same: bool = False
+    # Known words nearest in meaning, with shares, if the word is heard by its meaning
+    nearest: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def probability(self) -> float:
+        """Probability that the most likely known word is right; 0 if there is none."""
+        return self.words[0][1] if self.words else 0.0
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether the known words replace the word; otherwise they are only suggested."""
+        return self.probability >= TAKEN
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Weights of the known words in the virtual word; their sum is 1."""
+        if self.nearest:
+            return tuple(share for _, share in self.nearest)
+        total = sum(p for _, p in self.words)
+        return tuple(p / total for _, p in self.words)
+
+    def sentence(self, where: str = "in the captions") -> str:
+        """The sentence for the user.
+
+        Probabilities are rounded down, so that none is printed as 1.
+
+        Parameters
+        ----------
+        where : str
+            Place where the word was searched.
+
+        >>> Taking("stroll", (("walk", 0.995),)).sentence()
+        "'stroll' is not in the captions; taken as walk (0.9)"
+        """
+        said = [w if self.is_same else f"{w} ({say_chance(p)})" for w, p in self.words]
+        if self.is_taken:
+            return f"{self.word!r} is not {where}; taken as {' or '.join(said)}"
+        if self.nearest:
+            near = ", ".join(word for word, _ in self.nearest)
+            return f"{self.word!r} is not {where}; ranked by its meaning, nearest: {near}"
+        return say_unknown(self.word, said or self.spelling, where)
+
+    @property
+    def heard(self) -> tuple[str, ...]:
+        """The known words that stand for the word; () if none do."""
+        if self.nearest:
+            return tuple(word for word, _ in self.nearest)
+        return tuple(word for word, _ in self.words) if self.is_taken else ()
+
+    @property
+    def notation(self) -> str:
+        """The known words in place of a word that is taken.
+
+        >>> Taking("stroll", (("walk", 0.995),)).notation
+        'walk (for stroll)'
+        """
+        if self.nearest:
+            return f"{self.word} (by its meaning)"
+        return f"{' or '.join(word for word, _ in self.words)} (for {self.word})"
+
+
+def say_chance(probability: float) -> str:
+    """A probability with one decimal, rounded down.
+
+    >>> say_chance(0.995), say_chance(0.3), say_chance(0.06)
+    ('0.9', '0.3', '0.0')
+    """
+    return f"{int(probability * 10.0 + 1e-6) / 10.0:.1f}"
+
+
+def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
+    """The known words that may replace a word.
+
+    This is the only place where the meaning of a word that no caption holds is found.
+    """
+    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
+        word = lemma(word)
+    forms = list(dict.fromkeys((word.lower(), lemma(word))))
+    chances: dict[str, float] = {}
+    for form in forms:
+        for target, chance in table.entry(form):
+            if target in known and target not in forms:
+                chances[target] = max(chance, chances.get(target, 0.0))
+    ordered = sorted(chances.items(), key=lambda pair: (-pair[1], pair[0]))
+    likely = tuple((target, chance) for target, chance in ordered if chance >= SUGGESTED)
+    if likely or any(table.is_english(form) for form in forms):
+        return Taking(word, likely)
+    return Taking(word, (), nearest_words(word, known))
+
+
+def hear_by_meaning(
+    learned: Learned, takings: Mapping[str, Taking], table: NearbyTable
+) -> dict[str, Taking]:
+    """The same, and every English word that is not replaced with the known words nearest to it.
+
+    A known word must be as near as LEAST_NEAR. Directions and parts of the body are neither heard
+    nor among the known words.
+    """
+    heard = dict(takings)
+    known = [word for word in learned.known_words if word not in MODIFIERS]
+    for word, taking in takings.items():
+        english = table.is_english(word) or table.is_english(taking.word.lower())
+        if taking.is_taken or not english or word in MODIFIERS or not known:
+            continue
+        vectors, vector = word_vectors().of(known), word_vectors().of([word])[0]
+        if (vectors @ vector).max() < LEAST_NEAR:
+            continue
+        shares = shares_by_meaning(vectors, vector)
+        nearest = [(known[n], float(shares[n])) for n in np.argsort(-shares, kind="stable")]
+        nearest = [pair for pair in nearest if pair[1] > 0.0]
+        heard[word] = replace(taking, nearest=tuple(nearest))
+    return heard
+
+
+def hints_of(suggested: Mapping[str, Taking]) -> dict[str, tuple[str, ...]]:
+    """Unknown words that are not taken -> known words that may be meant, by sense or spelling.
+
+    >>> hints_of({"circle": Taking("circle", ()), "hurl": Taking("hurl", (("shoot", 0.4),))})
+    {'circle': (), 'hurl': ('shoot',)}
+    """
+    return {
+        word: tuple(near for near, _ in taking.words) or taking.spelling
+        for word, taking in suggested.items()
+    }
+
+
+def asked_forms(learned: Learned, text: str) -> dict[str, str]:
+    """Words of a question: lemma -> word as written."""
+    asked = split_actions(text, learned.synonyms, learned.lemmas)
+    forms = [form for form in reversed(forms_of(text)) if form not in STOP_WORDS]  # no lemma needed
+    written = {lemma(form, learned.lemmas): form for form in forms}
+    return {word: written.get(word, word) for action in asked for word in action}
+
+
+def find_takings(
+    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+) -> dict[str, Taking]:
+    """Lemma of every word that is in no caption -> its replacement or suggestions.
+
+    `added`: words that are known to the question although they were not learned.
+    """
+    if learned.fitted_word_map is None:
+        _ = learned.word_map  # raises NotLearnedError if no words were learned
+    known = frozenset((*learned.known_words, *added))
+    return {
+        word: take_word(form, known, table)
+        for word, form in asked_forms(learned, text).items()
+        if word not in known and word not in learned.word_numbers
+    }
+
+
+def unknown_words(
+    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+) -> dict[str, Taking]:
+    """As :func:`find_takings`; a question without any known or replaced word is refused."""
+    takings = find_takings(learned, text, table, added)
+    check_known(learned, text, takings, added)
+    return takings
+
+
+def leave_unknown(
+    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+) -> dict[str, Taking]:
+    """As :func:`unknown_words`, but nothing is replaced.
+
+    Known words of similar spelling are suggested, only for words that are not English.
+    """
+    found = find_takings(learned, text, table, added)
+    takings = {word: replace(taking, words=()) for word, taking in found.items()}
+    check_known(learned, text, takings, added)
+    return takings
+
+
+def with_likeliest(learned: Learned, takings: Mapping[str, Taking]) -> Learned:
+    """The learned model, with the likeliest known words as synonyms of the words they replace.
+
+    For requests of one sequence of symbols, which a mean of several words does not have.
+    """
+    likeliest = {word: taking.words[0][0] for word, taking in takings.items() if taking.is_taken}
+    return replace(learned, synonyms={**learned.synonyms, **likeliest}) if likeliest else learned
+
+
+def nearest_suggested(learned: Learned, text: str, table: NearbyTable) -> dict[str, str]:
+    """The likeliest suggestion for every word that no caption holds, where there is one.
+
+    Known words of like spelling are suggested only where the table has none.
+    """
+    suggested = {}
+    for word, taking in find_takings(learned, text, table).items():
+        known = [*(near for near, _ in taking.words), *taking.spelling]
+        if known:
+            suggested[word] = known[0]
+    return suggested
+
+
+def check_known(
+    learned: Learned, text: str, takings: Mapping[str, Taking], added: Collection[str]
+) -> None:
+    """Refuse a question without any known or replaced word."""
+    known = frozenset((*learned.known_words, *added))
+    if not takings or not known.isdisjoint(asked_forms(learned, text)):
+        return
+    if any(taking.heard for taking in takings.values()):
+        return
+    raise UnknownWordsError(nothing_known(text, hints_of(takings)))
+
+
+def write_otherwise(
+    learned: Learned, text: str, find: Callable[[], Collection[str]] = tuple
+) -> tuple[str, dict[str, Taking]]:
+    """A question with unknown words written as known ones; and these, as they were written.
+
+    `find` returns further known words. It is called only if a word of the question is not known.
+    """
+    known = frozenset(learned.known_words)
+    if known.issuperset(asked_forms(learned, text)):
+        return text, {}
+    known = known.union(find())
+    changed, phrases = written_otherwise(text, known, learned.synonyms, learned.lemmas)
+    takings = {
+        word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()
+    }
+    return (changed if phrases else text), takings
+
+
+def not_understood(learned: Learned, text: str, added: Collection[str] = ()) -> tuple[str, ...]:
+    """The heads of a question's actions that are not known, as they were written.
+
+    `added`: words that are known to the question although they were not learned: those that are
+    written somewhere, and those that known words replace.
+    """
+    known = frozenset((*learned.known_words, *added))
+    written = asked_forms(learned, text)
+    if known.issuperset(written):
+        return ()
+    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    missing = missing_heads(parse(text, learned.synonyms, learned.lemmas).tree, verbs, known)
+    return tuple(dict.fromkeys(written.get(word, word) for heads in missing for word in heads))
+
+
+def say_not_understood(missing: Collection[str]) -> str:
+    """The first words of an answer to a question of which a head is not understood; "" if all are.
+
+    >>> say_not_understood(["clapping"])
+    "not understood: 'clapping'"
+    """
+    return f"not understood: {', '.join(map(repr, missing))}" if missing else ""
+
+
+def understand(
+    learned: Learned, text: str, added: Mapping[str, int] | None = None
+) -> KnownQuestion:
+    """Understand a question in the words that the database knows.
+
+    `added`: words that are known to this question although they were not learned -> their counts.
+    """
+    counted = zip(learned.association.words, learned.association.counts)
+    counts = {word: int(count) for word, count in counted if count > 0} | dict(added or {})
+    return hold_to_known(parse(text, learned.synonyms, learned.lemmas), counts)

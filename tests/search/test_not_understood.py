@@ -1,0 +1,85 @@
+"""Questions of which a head is not understood, and words that are written otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motiondb
+from motiondb.answers.questions import search_answer
+from motiondb.language.vocabulary import written_otherwise
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+@pytest.mark.parametrize(
+    ("text", "known", "becomes"),
+    [
+        ("brake-dancing", "break dance", "break dancing"),
+        ("breakdances", "break dance", "break dances"),
+        ("a somersault", "forward roll", "a forward roll"),
+        ("forward rolls", "forward somersault", "somersault"),
+        ("idles", "stand still", "stand still"),
+        ("karate, then idle", "martial art", "martial art, then idle"),
+        ("handstands", "hand stand", "hand stand"),
+        ("side-step", "sidestep", "sidestep"),
+        ("side step", "side step sidestep", "side step"),
+        ("understand", "under stand", "understand"),
+    ],
+)
+def test_words_written_otherwise(text: str, known: str, becomes: str) -> None:
+    assert written_otherwise(text, set(known.split()))[0] == becomes
+
+
+def test_the_rest_of_a_question_carries_no_probability(db: motiondb.MotionDB) -> None:
+    answer = db.search("crawling on hands", limit=3)
+    assert answer.missing == ("crawling",)
+    assert answer.not_understood == (
+        "not understood: 'crawling'; these are answers for 'hand' alone"
+    )
+    assert answer.matches_anything is None
+    chances = [part for match in answer.matches for part in (match, *match.parts)]
+    assert chances
+    assert {one.probability for one in chances} == {None}
+    assert {one.interval_probability for one in chances} == {None}
+    told = search_answer(answer)
+    assert (told.missing, told.sentences[0]) == (("crawling",), answer.not_understood)
+
+
+def test_a_word_that_names_no_action_may_be_missing(db: motiondb.MotionDB) -> None:
+    answer = db.search("zombie walk", limit=1)
+    assert (answer.missing, answer.unknown) == ((), {"zombie": ()})
+    assert answer.matches[0].probability == db.search("walk", limit=1).matches[0].probability
+
+
+def test_what_is_missing_stands_first_and_without_scores(command: Any, learned_file: Path) -> None:
+    lines = command("search", "crawling on hands", "--limit", 1, "--db", learned_file).out.split(
+        "\n"
+    )
+    assert lines[0] == "not understood: 'crawling'; these are answers for 'hand' alone"
+    assert "score" not in lines[2]
+    assert lines[-2] == "(-: how often such an answer is right was not measured)"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "why_not"),
+    [
+        ("crawl to a ball", "not understood: 'crawl'"),
+        ("zombie walk", "not sure: zombie (not in the captions)"),
+        ("stroll", "not sure: walk (for stroll) ('stroll' is not in the captions; taken as walk ("),
+    ],
+)
+def test_a_motion_of_the_rest_is_not_called_shown(
+    db: motiondb.MotionDB, sentence: str, why_not: str
+) -> None:
+    made = db.generate(sentence)
+    assert made.why_not.startswith(why_not)
+    assert not made.shows_all
+    assert db.generate("walk").why_not == ""
