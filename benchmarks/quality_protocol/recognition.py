@@ -106,10 +106,12 @@ def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
     n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm
         (``motiondb.meaning.score_vectors``).
     """
-    n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
-    table = replace(seen.table, movement=seen.table.movement[:, :n_columns])
-    known = np.ones(len(seen.whitened), dtype=bool)
-    return _standardised(seen.symbols, table, seen.whitened, known)
+    sizes = block_sizes(seen.table.movement.shape[1])
+    rows = seen.rows.copy()
+    rows[:, seen.table.scores.shape[1] + sum(sizes[:n_blocks]) :] = 0.0
+    parts = {capture: seen.part(capture) for capture in range(len(seen.whitened))}
+    vectors = score_vectors.whole_vectors(rows, seen.table, parts)
+    return replace(seen, rows=rows, vectors=vectors)
 
 
 def _standardised(

@@ -17,12 +17,14 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
 from motiondb.language.translation import explanation, transition
+from motiondb.language.vocabulary import words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.checking import checked_words
 from motiondb.learn.joining import join_moments
@@ -223,6 +225,27 @@ class Learned(LearnedModel):
     def likeness(self) -> FloatArray:
         """Likeness of every word to what every capture suggests: array (captures, words), nats."""
         return self.suggested.likeness()
+
+    @cached_property
+    def _caption_meanings(self) -> tuple[list[tuple[int, str]], FloatArray]:
+        """Captions of captures with their capture, and their vectors (captions, axes)."""
+        said = {
+            (capture, row.words): words_of(row.words, self.synonyms, self.lemmas)
+            for capture, rows in self.captions.items()
+            for row in rows
+        }
+        words = sorted({word for each in said.values() for word in each})
+        vectors, number = word_vectors().of(words), {word: n for n, word in enumerate(words)}
+        means = [vectors[[number[w] for w in each]].sum(axis=0) for each in said.values()]
+        return list(said), score_vectors.unit(np.array(means).reshape(len(said), -1))
+
+    def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
+        """Captions of other captures nearest in meaning to what the motion of one suggests."""
+        captions, meanings = self._caption_meanings
+        suggested = self.suggested.meanings[list(self.rows).index(capture)]
+        nearest = np.argsort(-(meanings @ suggested), kind="stable") if captions else ()
+        texts = (captions[n][1] for n in nearest if captions[n][0] != capture)
+        return tuple(islice(dict.fromkeys(texts), limit))
 
     @cached_property
     def description_map(self) -> DescriptionMap | None:

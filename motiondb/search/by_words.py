@@ -12,7 +12,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
@@ -123,11 +123,14 @@ class WordAnswer:
     vocabulary: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     doubtful: bool = False
+    # For each match, finds the captions that its motion suggests
+    suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
         """Per match the parts of the log-odds that rank it; none for a search by symbols."""
-        return tuple(explain(why, self.vocabulary) for why in self.reasons)
+        pairs = zip(self.reasons, self.suggests)
+        return tuple(explain(why, self.vocabulary, suggests()) for why, suggests in pairs)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -199,6 +202,7 @@ def search_words(
         reasons=tuple(each.why for each in ranked),
         strength=best_strength(asked, found, threshold),
         doubtful=is_doubtful([each.sure for each in found]),
+        suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,
         sources=word_sources(learned, words),

@@ -299,15 +299,21 @@ class Explanation:
         The requested words.
     excluded : tuple of ExplainedExclusion
         What every exclusion adds.
+    suggests : tuple of str
+        Captions of other captures nearest in meaning to what the motion of this one suggests: what
+        the likeness of the words is to.
     """
 
     log_odds: float
     together: float
     words: tuple[ExplainedWord, ...]
     excluded: tuple[ExplainedExclusion, ...]
+    suggests: tuple[str, ...] = ()
 
 
-def explain(why: Sequence[WordReason], vocabulary: Sequence[str]) -> Explanation:
+def explain(
+    why: Sequence[WordReason], vocabulary: Sequence[str], suggests: tuple[str, ...] = ()
+) -> Explanation:
     """Explain one answer."""
     excluded = tuple(
         ExplainedExclusion(
@@ -318,7 +324,7 @@ def explain(why: Sequence[WordReason], vocabulary: Sequence[str]) -> Explanation
         for lowering in lowerings(why)
     )
     asked = tuple(_word(w, vocabulary) for w in why if w.exclusion < 0)
-    return Explanation(total(why), together(why), asked, excluded)
+    return Explanation(total(why), together(why), asked, excluded, suggests)
 
 
 def _word(reason: WordReason, vocabulary: Sequence[str]) -> ExplainedWord:

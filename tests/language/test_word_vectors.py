@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from motiondb.language.word_vectors.word_vectors import (
     NEAREST,
@@ -35,5 +36,5 @@ def test_shares_are_those_of_the_nearest_words() -> None:
     shares = shares_by_meaning(known, word_vectors().of(["stroll"])[0])
     assert np.argmax(shares) == 0
     assert np.count_nonzero(shares) == NEAREST
-    assert shares.sum() == 1.0
+    assert shares.sum() == pytest.approx(1.0)
     assert not shares_by_meaning(np.zeros((4, 128)), known[0]).any()

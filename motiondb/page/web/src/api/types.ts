@@ -329,6 +329,7 @@ export interface Explanation {
   together: number;
   words: ExplainedWord[];
   excluded: ExplainedExclusion[];
+  suggests: string[];
 }
 
 export interface FacetRow {
