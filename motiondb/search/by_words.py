@@ -300,17 +300,19 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     )
 
 
+_Certain = TypeVar("_Certain", Match, MatchPart)
+
+
 def without_chances(answer: WordAnswer, missing: tuple[str, ...]) -> WordAnswer:
     """The answer to the rest of a question of which some words are missing."""
-    unknown = {"probability": None, "interval_probability": None}
+
+    def unknown(one: _Certain) -> _Certain:
+        return replace(one, probability=None, interval_probability=None)
+
     matches = tuple(
-        replace(match, **unknown, parts=tuple(replace(part, **unknown) for part in match.parts))
-        for match in answer.matches
+        replace(unknown(match), parts=tuple(map(unknown, match.parts))) for match in answer.matches
     )
     return replace(answer, matches=matches, threshold=None, missing=missing, doubtful=False)
-
-
-_Certain = TypeVar("_Certain", Match, MatchPart)
 
 
 def _less_certain(answer: _Certain, share: float) -> _Certain:
