@@ -55,7 +55,7 @@ from motiondb.search.chances import (
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, WordReason, explain
-from motiondb.search.takings import Taking, hints_of, say_not_understood, understand
+from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 MOST_DECODED = 50
@@ -139,6 +139,11 @@ class WordAnswer:
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
         """Word of the question that is not known -> nearest known words."""
         return self.question.unknown
+
+    @property
+    def understood(self) -> str:
+        """How the question is understood; words that are taken say so."""
+        return with_notation(self.question.understood, self.taken)
 
     @property
     def not_understood(self) -> str:
@@ -292,7 +297,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
         answer,
-        matches=matches,
+        matches=tuple(replace(m, reason=with_notation(m.reason, taken)) for m in matches),
         question=question,
         not_used=not_used,
         taken=taken,

@@ -14,6 +14,7 @@ the rest alone, and carry no probabilities.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 
@@ -104,6 +105,17 @@ class Taking:
         'walk (for stroll)'
         """
         return f"{' or '.join(word for word, _ in self.words)} (for {self.word})"
+
+
+def with_notation(text: str, taken: Mapping[str, Taking]) -> str:
+    """A text in known words, in which the words that are taken say so.
+
+    >>> with_notation("moonwalk 0-3 s", {"moonwalk": Taking("moonwalk", (("walk", 0.8),))})
+    'walk (for moonwalk) 0-3 s'
+    """
+    for word, taking in taken.items():
+        text = re.sub(rf"\b{re.escape(word)}\b", taking.notation, text)
+    return text
 
 
 def say_chance(probability: float) -> str:
