@@ -50,6 +50,15 @@ def visible(text: str) -> str:
     return text.translate(_VISIBLE)
 
 
+def number(count: int, noun: str) -> str:
+    """Return a number of things.
+
+    >>> number(1, "capture"), number(2, "capture")
+    ('1 capture', '2 captures')
+    """
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def say(*lines: str) -> None:
     """Print lines on standard output."""
     for line in lines:
