@@ -19,7 +19,7 @@ from quality_protocol.targets import write_targets
 
 TASKS = (
     "words", "hidden", "question", "order", "example", "absent", "interval", "interval_certainty",
-    "boundaries", "labelled", "segmentation", "analogy", "generation", "errors",
+    "boundaries", "labelled", "segmentation", "analogy", "generation", "seams", "errors",
 )  # fmt: skip
 HEAD = """# Are the answers right?
 

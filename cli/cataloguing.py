@@ -90,10 +90,17 @@ def add(
     ] = 2,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
-    from motiondb import AddSettings, ReadLimits, read_joint_map, unit_from_name
+    from motiondb import (
+        AddSettings,
+        ReadLimits,
+        check_captures,
+        read_joint_map,
+        unit_from_name,
+    )
     from motiondb.answers.catalogue import AddAnswer
     from motiondb.answers.plain import extended
 
+    check_captures(folder)
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
         fps=fps,
@@ -113,14 +120,15 @@ def add(
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
         printing.say(
-            f"{len(report.added)} captures added ({report.seconds:.0f} s of motion), "
-            f"{len(report.known)} already there, {len(report.problems)} problems; "
-            f"{total} captures in {shared.db}."
+            f"{printing.number(len(report.added), 'capture')} added ({report.seconds:.0f} s of "
+            f"motion), {len(report.known)} already there, "
+            f"{printing.number(len(report.problems), 'problem')}; "
+            f"{printing.number(total, 'capture')} in {shared.db}."
         )
         if report.counted:
             printing.say(f"  {report.counted} of them can be searched now")
         if report.events:
-            printing.say(f"  {report.events} events added with them")
+            printing.say(f"  {printing.number(report.events, 'event')} added with them")
         _note_performers(report.without_performer)
         for relation in report.relations:
             printing.say(f"  {_relation(relation)}")
@@ -234,7 +242,7 @@ def show(
         Path | None,
         typer.Option(
             "--gif",
-            callback=options.output_name,
+            callback=options.animation_name,
             help="Write an animation to this file (.gif).",
         ),
         options.WRITTEN,
@@ -296,7 +304,11 @@ def _flat(value: dict[str, object]) -> str:
 def export(
     shared: options.Shared,
     name: Annotated[str, typer.Argument(metavar="CAPTURE", help="A capture's name.")],
-    output: options.Output,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf, or as it was added."),
+        options.WRITTEN,
+    ],
     start: options.From = None,
     end: options.To = None,
     canonical: Annotated[
@@ -323,6 +335,18 @@ def remove(
         gone = base.remove(names)
     if not printing.as_json(shared, Removed(gone)):
         printing.say(f"removed {', '.join(gone)}")
+
+
+def _accepts() -> bool:
+    """Ask whether the user accepts the terms."""
+    from motiondb import QueryError
+
+    try:
+        return typer.confirm("Do you accept these terms?", err=True)
+    except typer.Abort:  # the end of the input, or Ctrl-C
+        raise QueryError(
+            "terms: expected yes or no, found no answer. Accept them with --yes."
+        ) from None
 
 
 def fetch_cmu(
@@ -356,7 +380,7 @@ def fetch_cmu(
     from motiondb import CMU_TERMS, CMU_URL, FetchLimits, FetchSettings
 
     printing.warn(*CMU_TERMS.split("\n"))
-    if not yes and not typer.confirm("Do you accept these terms?", err=True):
+    if not yes and not _accepts():
         raise typer.Exit(2)
     wanted = [s.strip() for s in subjects.split(",") if s.strip()]
     with printing.progress(shared) as tell:

@@ -54,8 +54,8 @@ def rescue(
 
     report = motiondb.rescue(file or shared.db, output, wait=shared.wait)
     if not printing.as_json(shared, report):
-        count = len(report.captures)
-        printing.say(f"{count} capture{'' if count == 1 else 's'} saved in {report.output}")
+        saved = printing.number(len(report.captures), "capture")
+        printing.say(f"{saved} saved in {report.output}")
         if report.was_learned:
             printing.say(f"Learn again: motiondb learn --db {report.output}")
     for sentence in (*report.mended, *report.lost):
@@ -98,7 +98,11 @@ def compact(shared: options.Shared) -> None:
 
 def export_knowledge(
     shared: options.Shared,
-    file: Annotated[Path, typer.Argument(help="The file to write."), options.WRITTEN],
+    file: Annotated[
+        Path,
+        typer.Argument(callback=options.output_name, help="The file to write."),
+        options.WRITTEN,
+    ],
     name: Annotated[
         str, typer.Option("--name", help="Its name.  [default: name of the file]")
     ] = "",

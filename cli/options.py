@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -63,20 +63,39 @@ def numbered(path: Path, number: int) -> Path:
     return path.with_name(f"{path.stem}-{number}{path.suffix}")
 
 
-def picture_name(path: Path | None) -> Path | None:
-    """Check that the name of a picture ends in .png, before anything is computed."""
-    if path is not None and path.suffix.lower() != ".png":
+def check_ending(path: Path | None, endings: Sequence[str], advice: str = "") -> None:
+    """Check how the name of an output ends, before anything is computed."""
+    if path is not None and path.suffix.lower() not in endings:
         from motiondb import QueryError
 
+        *most, last = endings
+        expected = f"{', '.join(most)} or {last}" if most else last
         raise QueryError(
-            f"{path}: expected a name that ends in .png, found {path.suffix or 'no ending'!r}. "
-            "Pictures are written as PNG."
+            f"{path}: expected a name that ends in {expected}, "
+            f"found {path.suffix or 'no ending'!r}.{advice}"
         )
+
+
+def picture_name(path: Path | None) -> Path | None:
+    """Check the name of a picture."""
+    check_ending(path, (".png",), " Pictures are written as PNG.")
     return output_name(path)
 
 
+def animation_name(path: Path | None) -> Path | None:
+    """Check the name of an animation."""
+    check_ending(path, (".gif",), " Animations are written as GIF.")
+    return output_name(path)
+
+
+def motion_name(path: Path | None) -> Path | None:
+    """Check how the name of a generated motion ends; what it is, is checked by the command."""
+    check_ending(path, (".bvh", ".glb", ".gltf"))
+    return path
+
+
 def output_name(path: Path | None) -> Path | None:
-    """Check that a file of others would not be overwritten, before anything is computed."""
+    """Check that the name of an output may be written, before anything is computed."""
     if path is not None:
         from motiondb import check_overwriting
 
@@ -95,12 +114,9 @@ def html_name(path: Path | None) -> Path | None:
     """Check ending of the file name, and that the page was built, before anything is computed."""
     if path is None:
         return None
-    from motiondb import QueryError, StandalonePage
+    from motiondb import StandalonePage
 
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise QueryError(
-            f"{path}: expected a name that ends in .html, found {path.suffix or 'no ending'!r}."
-        )
+    check_ending(path, (".html", ".htm"))
     StandalonePage.check()
     return output_name(path)
 
@@ -114,15 +130,18 @@ Html = Annotated[
     ),
     WRITTEN,
 ]
-Output = Annotated[Path, typer.Option("-o", "--output", help="File: .bvh, .glb or .gltf."), WRITTEN]
+Output = Annotated[
+    Path,
+    typer.Option("-o", "--output", callback=motion_name, help="File: .bvh, .glb or .gltf."),
+    WRITTEN,
+]
 
 
-def protect(context: typer.Context, forced: bool) -> None:
-    """Protect files of others until the command ends, unless --force; an eager option is first."""
+def protect(forced: bool) -> None:
+    """Protect files of others in this context, unless --force; an eager option is first."""
     from motiondb import protect_others
 
     protect_others(not forced)
-    context.call_on_close(lambda: protect_others(False))
 
 
 Force = Annotated[

@@ -79,7 +79,7 @@ def search(
         return
     if answer.missing:
         printing.say(answer.not_understood)
-    printing.print_question(answer.question, answer.not_used, "search", answer.taken)
+    printing.print_question(answer.understood, answer.unknown, answer.not_used, "search")
     _print_answer(answer, reasons=True, unscored=bool(answer.missing))
     if explain:
         _print_explanations(answer)

@@ -74,6 +74,7 @@ def generate(
         printing.progress(shared) as tell,
     ):
         tell("generating", 0.0, 1.0)
+        options.output_name(output)
         if save is not None:
             base.check_name_free(save)
         printing.note_pattern(base.grammars, name, like, exact)
@@ -122,7 +123,10 @@ def edit(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", help="File for the chosen alternative; without --choose one for each."
+            "-o",
+            "--output",
+            callback=options.motion_name,
+            help="File for the chosen alternative; without --choose one for each.",
         ),
         options.WRITTEN,
     ] = None,
@@ -143,6 +147,8 @@ def edit(
         raise QueryError("edit: expected a choice to keep, found --save alone. Add --choose N.")
     if choose is not None and output is None and save is None:
         raise QueryError("edit: expected -o FILE or --save NAME with --choose, found neither.")
+    if choose is not None:
+        options.output_name(output)
     with shared.database(writing=save is not None) as base:
         if save is not None:
             base.check_name_free(save)

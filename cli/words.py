@@ -84,8 +84,8 @@ def import_words(
         drift = base.drift()
     if not printing.as_json(shared, report):
         printing.say(
-            f"{report.captures} captures have the sheet's words and tags now, "
-            f"{len(report.problems)} rows without a capture"
+            f"{printing.number(report.captures, 'capture')} with the sheet's words and tags now, "
+            f"{printing.number(len(report.problems), 'row')} without a capture"
         )
         printing.print_notes(report.notes)
         printing.note_drift(drift)
@@ -99,7 +99,7 @@ def set_synonyms(
     with shared.database(writing=True) as base:
         table = base.set_synonyms(file)
     if not printing.as_json(shared, dict(table)):
-        printing.say(f"{len(table)} synonyms kept")
+        printing.say(f"{printing.number(len(table), 'synonym')} kept")
 
 
 def events(context: typer.Context, shared: options.Shared) -> None:
@@ -141,8 +141,9 @@ def import_events(
         report = base.import_events(sheet)
     if not printing.as_json(shared, report):
         printing.say(
-            f"{report.events} events of {report.captures} captures kept, "
-            f"{len(report.problems)} problems"
+            f"{printing.number(report.events, 'event')} of "
+            f"{printing.number(report.captures, 'capture')} kept, "
+            f"{printing.number(len(report.problems), 'problem')}"
         )
         printing.print_notes(report.notes)
     printing.refuse(report.problems)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from motiondb.answers.questions import like_answer, search_answer, words_over_time
     from motiondb.answers.scenes import scene_row
     from motiondb.database import MotionDB
+    from motiondb.database.catalogue.cataloguing import check_captures
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
@@ -146,6 +147,7 @@ __all__ = [
     "WrittenWord",
     "__version__",
     "changes_saved",
+    "check_captures",
     "check_file",
     "check_overwriting",
     "compact",
@@ -185,6 +187,7 @@ _PLACES = {
     "motiondb.files": "ReadLimits read_capture unit_from_name",
     "motiondb.files.own_files": "check_overwriting protect_others",
     "motiondb.database": "MotionDB",
+    "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.checking": "check_file",
     "motiondb.database.learned_grammar": "LearnedGrammar",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",

@@ -282,7 +282,7 @@ def test_every_generated_frame_knows_its_source_and_licence(
         assert (actual.source_numbers >= 0).all()
         assert set(actual.licences) == {"CC0-1.0"}
         one.write(tmp_path / "made.bvh")
-        told = json.loads((tmp_path / "made.provenance.json").read_text())
+        told = json.loads((tmp_path / "made.bvh.provenance.json").read_text())
         assert (told["words"], told["seed"], told["method"]) == (words, 7, "stitched")
         end = 0
         for run in told["frames"]:

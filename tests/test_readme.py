@@ -129,7 +129,7 @@ def test_the_joint_map_of_the_guide_fits_a_strange_skeleton(tmp_path: Path) -> N
     assert "expected joints for l_hip, l_knee, l_ankle, r_hip, r_knee, r_ankle" in err
     code, out, err = readme.run(f"{add} --joint-map {tmp_path}/studio.map")
     assert code == 0, err
-    assert out.startswith("1 captures added")
+    assert out.startswith("1 capture added")
 
 
 def test_every_command_stands_in_the_table() -> None:

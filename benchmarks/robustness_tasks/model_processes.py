@@ -333,6 +333,8 @@ class Server:
                 break
             time.sleep(0.05)
             status, facts = self.request("GET", f"/api/jobs/{job}", None)
+        if facts.get("error_kind") == "WorkerError":  # the fault met the process of the work
+            return Answer(UNKNOWN, message=str(facts["message"]))
         if "state" in facts and facts["state"] != "done":
             raw = facts["error_kind"] == "ProgramError"
             return Answer(REFUSED, message=str(facts["message"]),
@@ -342,6 +344,8 @@ class Server:
             status, facts = self.request("POST", SECOND[verb], {"id": ref, "name": given["name"]})
         if status >= 400:
             message = str(facts.get("error", facts))
+            if "WorkerError" in message:
+                return Answer(UNKNOWN, message=message)
             faults = (f"status {status}: {message}",) if status >= 500 else ()
             return Answer(REFUSED, message=message, faults=faults)
         return Answer(DONE, _told(verb, facts))

@@ -188,7 +188,7 @@ CHOICES: Mapping[str, Callable[[Chooser], dict[str, Any]]] = MappingProxyType(
         "remove scene": lambda of: {"name": of.one(sorted(of.world.scenes) or SCENES)},
         "export": _export,
         "write generated": lambda of: {"words": "walk", "seed": int(of.rng.integers(3)),
-                                       "files": ["made.bvh", "made.provenance.json"]},
+                                       "files": ["made.bvh", "made.bvh.provenance.json"]},
         "export knowledge": lambda _of: {"files": ["known.knowledge"]},
         "show": lambda of: {"name": of.capture()},
         "list": lambda of: {"performer": of.one(("ana", "boris"))},

@@ -34,7 +34,7 @@ class Made(Protocol):
 
 
 def write_with_provenance(made: Made, facts: object, path: Path) -> dict[str, str]:
-    """Write a motion, and beside it ``NAME.provenance.json``; the names of both files."""
+    """Write a motion, and beside it ``FILE.provenance.json``; the names of both files."""
     said = to_json(facts).items()
     kept = {k: v for k, v in said if k != "question" and (k != "words_from" or v)}
     beside = provenance_path(path)

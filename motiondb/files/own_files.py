@@ -2,26 +2,30 @@
 
 A file of motiondb says so in its first bytes, where its format has a place for that: the text
 ``Software`` of a PNG, the comment of a GIF, the generator of a glTF file or of a page, the heading
-of knowledge. A BVH file has no such place. Its digest stands in ``NAME.provenance.json`` beside it,
-so that a file that was changed since counts as another's.
+of knowledge. Those of pictures and pages hold the digest of what follows them, too. A BVH file has
+no such place. Its digest stands in ``FILE.provenance.json`` beside it. A picture, a page or a BVH
+file that was changed since counts as another's.
 """
 
 from __future__ import annotations
 
 import filecmp
 import hashlib
+import re
+import zlib
 from pathlib import Path
 
 from motiondb.errors import QueryError
 from motiondb.files.json_text import parse_json
-from motiondb.files.safe_files import check_replacing, open_file, read_bounded
+from motiondb.files.safe_files import check_output, check_replacing, open_file, read_bounded
 
 WRITER = "motiondb"
+SEAL = f"{WRITER} {'0' * 64}"
+"""Mark of a picture or page before :func:`sealed` puts the digest into it."""
+_SEAL = re.compile(rb"(tEXtSoftware\0|\x21\xfe\x49|generator\" content=\")motiondb ([0-9a-f]{64})")
+_CHECKSUM = 4  # Bytes after the mark that no digest covers: in a PNG, the checksum of the mark
 MARKS = (
-    (b"\x89PNG", b"tEXtSoftware\0motiondb"),
-    (b"GIF8", b"\x21\xfe\x08motiondb\0"),
     (b"glTF", b'"generator":"motiondb"'),
-    (b"<!doctype html>", b'<meta name="generator" content="motiondb">'),
     (b"motiondb knowledge ", b""),
     (b'{\n "written_by": "motiondb"', b""),
 )  # How files of a kind begin, and what stands in those of motiondb
@@ -40,7 +44,7 @@ def protect_others(protected: bool = True) -> None:
 
 
 def check_overwriting(path: Path) -> None:
-    """Refuse the name of a picture or page that may not be overwritten, before it is made.
+    """Refuse the name of an output that may not be written, before it is made.
 
     Parameters
     ----------
@@ -50,8 +54,15 @@ def check_overwriting(path: Path) -> None:
     Raises
     ------
     QueryError
-        Files of others are protected (:func:`protect_others`), and this is one.
+        It is a folder, or belongs to a database; or files of others are protected
+        (:func:`protect_others`), and this is one.
     """
+    try:
+        check_output(path)
+    except OSError as error:
+        raise QueryError(
+            f"{path}: expected a file that can be written, found: {error.strerror}."
+        ) from None
     check_replacing.get()(path, path)
 
 
@@ -71,7 +82,28 @@ def _refuse_others(path: Path, draft: Path) -> None:
 
 def provenance_path(path: Path) -> Path:
     """Return the file with the origin of every frame of a motion, beside the motion's file."""
-    return path.with_name(f"{path.stem}.provenance.json")
+    return path.with_name(f"{path.name}.provenance.json")
+
+
+def sealed(data: bytes) -> bytes:
+    """Return a picture or page with the digest of what follows its mark in place of the zeros."""
+    found = _SEAL.search(data, 0, _HEAD)
+    if found is None:
+        return data
+    end = found.end()
+    digest = hashlib.sha256(data[end + _CHECKSUM :]).hexdigest().encode()
+    marked = data[: found.start(2)] + digest
+    if not data.startswith(b"\x89PNG"):
+        return marked + data[end:]
+    checksum = zlib.crc32(marked[found.start() :]).to_bytes(_CHECKSUM, "big")
+    return marked + checksum + data[end + _CHECKSUM :]
+
+
+def seal(draft: Path) -> None:
+    """Put its digest into the mark of a picture that was just written."""
+    with open_file(draft) as file:
+        data = file.read()
+    draft.write_bytes(sealed(data))
 
 
 def is_own(path: Path) -> bool:
@@ -82,13 +114,20 @@ def is_own(path: Path) -> bool:
     except OSError:
         return True  # nothing to lose, or the writer says what is wrong
     is_marked = any(head.startswith(start) and mark in head for start, mark in MARKS)
-    return not head or is_marked or _has_provenance(path)
+    return not head or is_marked or _is_sealed(path, head) or _has_provenance(path)
 
 
-def digest_of(path: Path) -> str:
-    """Return the SHA-256 of a file."""
+def _is_sealed(path: Path, head: bytes) -> bool:
+    """Whether a picture or page holds the digest of what follows its mark."""
+    found = _SEAL.search(head)
+    return found is not None and digest_of(path, found.end() + _CHECKSUM) == found[2].decode()
+
+
+def digest_of(path: Path, start: int = 0) -> str:
+    """Return the SHA-256 of a file from a byte on."""
     digest = hashlib.sha256()
     with open_file(path) as file:
+        file.seek(start)
         while block := file.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()

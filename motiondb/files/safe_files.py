@@ -121,8 +121,13 @@ def check_one_name(path: Path) -> None:
             )
 
 
-def check_output(path: Path) -> None:
-    """Raise OSError for the name of an output that belongs to a database, or is no file."""
+def check_output(path: Path, *, is_folder: bool = False) -> None:
+    """Raise OSError for the name of an output that belongs to a database, or is no file.
+
+    `is_folder`: Whether a folder is written, and not a file.
+    """
+    if path.is_dir() and not is_folder:
+        raise IsADirectoryError(errno.EISDIR, "a folder; name a file in it")
     if is_duckdb(path):
         raise FileExistsError(
             errno.EEXIST, "a database of that name, which is never overwritten; choose another name"
@@ -186,7 +191,8 @@ def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterat
             yield draft
     except OSError as error:
         reason = f"{path}: expected a file that can be written, found: {error.strerror or error}."
-        advice = "" if isinstance(error, FileExistsError) else " Check the folder and its disk."
+        is_told = isinstance(error, FileExistsError | IsADirectoryError)
+        advice = "" if is_told else " Check the folder and its disk."
         raise kind(reason + advice) from None
 
 
@@ -273,6 +279,20 @@ def is_folder(name: str | os.PathLike[str]) -> bool:
         return Path(name).is_dir()
     except (OSError, ValueError):
         return False
+
+
+def odd_kind(name: str | os.PathLike[str]) -> str:
+    """Return what a name stands for that is there but no file, with advice; or "".
+
+    >>> odd_kind("."), odd_kind("n" * 300)
+    ('a folder; name a file', '')
+    """
+    try:
+        mode = Path(name).stat().st_mode
+    except (OSError, ValueError):
+        return ""
+    kinds = ((stat.S_ISDIR, "a folder; name a file"), *_OTHER_KINDS)
+    return next((reason for is_kind, reason in kinds if is_kind(mode)), "")
 
 
 def plain_name(path: Path) -> str:

@@ -163,7 +163,10 @@ def _read_text(path: Path) -> str:
     try:
         data = read_bounded(path, MAX_BYTES)
     except OSError as error:
-        raise SheetError(f"{path}: expected a readable sheet, found {error.strerror}.") from None
+        raise SheetError(
+            f"{path}: expected a readable sheet, found: {error.strerror}. Check its name and "
+            "its permissions."
+        ) from None
     utf_16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     try:
         text = data.decode("utf-16" if utf_16 else "utf-8-sig")

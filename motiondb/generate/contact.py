@@ -1,11 +1,13 @@
 """Foot contacts: detection, and removal of foot sliding by inverse kinematics.
 
-A foot is in contact with the ground where its ankle or toe is low and slow. During a contact the
-slower of the two is held at one place on the ground, its median over the contact; before and after,
-the correction fades out over ``FADE`` frames, so that the motion stays continuous. Two-bone inverse
-kinematics moves the ankle to the corrected place, or as near to it as is possible without snapping
-the knee straight. The foot keeps its orientation in the world, and is lifted where ankle or toe
-would be below the ground.
+A foot is in contact with the ground where its ankle or toe is low and slow. A contact has phases:
+the ankle is down until the heel is lifted, the toe from when it touches the ground. What is down is
+held in place; where both are, it is the one that moves less, and the foot does not turn. So a foot
+rolls over its toe and neither end slides. The place is that of least correction, the median over
+the contact; before and after, the correction fades out over ``FADE`` frames, so that the motion
+stays continuous. Two-bone inverse kinematics moves the ankle to the corrected place, or as near to
+it as is possible without snapping the knee straight. Otherwise the foot keeps its orientation in
+the world, and it is lifted where ankle or toe would be below the ground.
 """
 
 from __future__ import annotations
@@ -14,15 +16,22 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.body.features import runs
+from motiondb.body.pose_vectors import yaw
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
 MAX_HEIGHT = 0.05  # Largest height of a foot in contact above its height in standing, metres
 MAX_SPEED = 0.45  # Largest speed of a foot in contact, metres a second
 TOE_HEIGHT = 0.02  # Height of a toe over the ground in a flat stance, metres
 FADE = 6  # Frames (0.2 s) over which a correction fades in and out
+DOWN = 0.015  # Height above its lowest in a contact up to which an ankle or toe is down, metres
+CLEARANCE, CLEARED = 0.04, 3
+"""A foot that would swing below the ground is lifted by up to that many metres above it, rising
+over that many frames from its last contact."""
+MOST_TURN = 0.6  # Largest correction of the direction of a foot, radians
 _I = body.INDEX
 FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
 """Joints by which contacts are detected."""
@@ -75,7 +84,11 @@ def lock_feet(
     local = motion.local_rotations.astype(np.float64)
     for foot, side in enumerate("lr"):
         hip, knee, ankle, toe = (_I[f"{side}_{j}"] for j in ("hip", "knee", "ankle", "toe"))
-        moved = _corrections(positions[:, ankle], positions[:, toe], contacts[:, foot])
+        phases = _phases(positions[:, [ankle, toe], 1], contacts[:, foot])
+        along = positions[:, toe] - positions[:, ankle]
+        turned = yaw(_turns(along, phases))
+        ends = positions[:, ankle], positions[:, ankle] + rotation.rotate(turned, along)
+        moved = _corrections(*ends, contacts[:, foot], phases)
         target = _without_knee_pop(
             positions[:, hip], positions[:, knee], positions[:, ankle], moved
         )
@@ -89,7 +102,7 @@ def lock_feet(
         new_knee = rotation.multiply(lower, world[:, knee])
         local[:, hip] = rotation.relative(world[:, 0], new_hip)
         local[:, knee] = rotation.relative(new_hip, new_knee)
-        local[:, ankle] = rotation.relative(new_knee, world[:, ankle])
+        local[:, ankle] = rotation.relative(new_knee, rotation.multiply(turned, world[:, ankle]))
     return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))
 
 
@@ -113,20 +126,47 @@ def _without_knee_pop(
     return hip + wanted * np.minimum(1.0, longest / np.maximum(reach, 1e-9))[:, None]
 
 
-def _corrections(ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_]) -> FloatArray:
+def _phases(heights: FloatArray, contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of ankle and toe is down in a contact: array (frames, 2); heights (frames, 2), m."""
+    phases = np.zeros((len(heights), 2), dtype=bool)
+    for start, end in runs(contact):
+        above = heights[start:end] - heights[start:end].min(axis=0)
+        phases[start:end] = above <= np.maximum(above.min(axis=1, keepdims=True), DOWN)
+    return phases
+
+
+def _turns(along: FloatArray, phases: NDArray[np.bool_]) -> FloatArray:
+    """Turns that hold the direction of a foot (frames, 3) while all of it is down: (frames,)."""
+    angle = np.unwrap(np.arctan2(along[:, 0], along[:, 2]))
+    flat = phases.all(axis=1)
+    turns = np.zeros((len(along), 1))
+    for start, end in runs(flat):
+        turns[start:end, 0] = np.median(angle[start:end]) - angle[start:end]
+    turns = np.clip(turns, -MOST_TURN, MOST_TURN)
+    return _fade(turns, flat)[:, 0] if flat.any() else turns[:, 0]
+
+
+def _corrections(
+    ankle: FloatArray, toe: FloatArray, contact: NDArray[np.bool_], phases: NDArray[np.bool_]
+) -> FloatArray:
     """Displacement of the ankle in every frame: array (frames, 3), metres."""
     n_frames = len(ankle)
     moved = np.zeros((n_frames, 3))
-    fixed = np.zeros(n_frames, dtype=bool)
     for start, end in runs(contact):
-        pivot = toe if _path(toe[start:end]) < _path(ankle[start:end]) else ankle
-        place = np.median(pivot[start:end], axis=0)
-        moved[start:end, [0, 2]] = (place - pivot[start:end])[:, [0, 2]]
-        fixed[start:end] = True
+        steps = np.diff(np.stack([ankle, toe], axis=1)[start:end][..., [0, 2]], axis=0)
+        flat = phases[start:end].all(axis=1)
+        flat = flat[1:] & flat[:-1]
+        toe_moves_less = _length(steps[flat, 1]) < _length(steps[flat, 0])
+        by_toe = np.where(flat, toe_moves_less, phases[start + 1 : end, 1])
+        held = -np.cumsum(np.where(by_toe[:, None], steps[:, 1], steps[:, 0]), axis=0)
+        held = np.concatenate([np.zeros((1, 2)), held])
+        moved[start:end, [0, 2]] = held - np.median(held, axis=0)
     lowest = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - TOE_HEIGHT)
-    moved[:, 1] = np.maximum(-lowest, 0.0)
-    if fixed.any():
-        moved[:, [0, 2]] = _fade(moved[:, [0, 2]], fixed)
+    swings = uniform_filter1d(1.0 - contact, 2 * CLEARED + 1) * ~contact
+    swings = uniform_filter1d(swings * (lowest < 0.0), CLEARED)
+    moved[:, 1] = np.maximum(-lowest, 0.0) + CLEARANCE * swings * ~contact
+    if contact.any():
+        moved[:, [0, 2]] = _fade(moved[:, [0, 2]], contact)
     return moved
 
 
@@ -164,5 +204,5 @@ def _foot_speeds(positions: FloatArray) -> FloatArray:
     return np.minimum(speeds[:, ::2], speeds[:, 1::2])
 
 
-def _path(place: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(place[:, [0, 2]], axis=0), axis=-1).sum())
+def _length(steps: FloatArray) -> float:
+    return float(np.linalg.norm(steps, axis=-1).sum())

@@ -23,9 +23,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
-from motiondb.generate import contact, stitching
+from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.direction import ONCE, gone
 from motiondb.generate.excerpts import (
@@ -51,6 +52,8 @@ from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 JOIN_WEIGHT = 0.5  # Weight of join costs relative to target costs
+MOST_JOIN = 30.0
+"""Join costs approach this, so that of seams that all do not fit, the better excerpts are taken."""
 OTHER_PLACE = 4.0
 """Cost of an excerpt of another place than the preferred one, nats, so that only a much better seam
 outweighs it."""
@@ -58,7 +61,6 @@ MOST_EXCERPTS = 24  # Number of excerpts of an action among which the sequence i
 WORST = 6.0
 """Nats by which a candidate may score below the best, besides what it costs not to do what is
 measured."""
-CUTS = (0, 5, 10, 15)  # Frames by which a cut may be moved inwards to a better seam
 SPEED_WEIGHT = 6.0  # Cost of a factor e between the speed of an excerpt and the one asked for
 SHORT_WEIGHT = 0.7
 """Cost of an excerpt that is shorter by a factor e than the duration asked for, because it must be
@@ -89,6 +91,13 @@ class ShownExcerpt:
     place: int = 0  # Number of its place; -1 if it is not among those comparable with the best one
     n_places: int = 1  # Number of places that show the action about as clearly as the best one
     does: bool = True  # Whether it does all that is measured
+    # Other excerpts that are played after the first part of the layout
+    between: tuple[stitching.Piece, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return self.layout.n_frames + sum(piece.end - piece.start for piece in self.between)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +114,8 @@ class _Material(Material):
 
     tracks: Mapping[int, FloatArray]  # Capture -> measured track: array (frames, 10)
     scale: FloatArray  # (values,): standard deviations of the pose vectors
+    takes: dict[int, cuts.Take]  # Capture -> what cutting looks at
+    contacts: Mapping[int, NDArray[np.bool_]]  # Capture -> feet on the ground: array (frames, 2)
 
 
 def excerpt_motion(
@@ -123,34 +134,33 @@ def excerpt_motion(
     values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
     does = [_does(material, each, words) for each, words in directed]
     places = [number_places(*each) for each in zip(excerpts, values, does)]
-    candidates = [
-        _candidates(material, each, cost + _preference(numbers, value, choice), rng)
-        for each, cost, numbers, value in zip(excerpts, costs, places, values)
+    rows = [
+        _Rows(*each)
+        for each in zip(actions, excerpts, [words for _, words in directed], costs, values, places)
     ]
-    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT)
+    picked, owners = _pick(material, rows, choice, rng)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
-    for number, (i, (candidate, owner)) in enumerate(zip(chosen, candidates)):
-        n = int(owner[i])
-        excerpt = replace(
-            excerpts[number][n], start=int(candidate.starts[i]), end=int(candidate.ends[i])
-        )
-        one = _lay_out(
-            material, actions[number].action, excerpt, speeds[number], directed[number][1]
-        )
-        numbers = int(places[number][n]), int(places[number].max()) + 1
+    for number, (row, n, excerpt) in enumerate(zip(rows, owners, picked)):
+        is_last = number == len(actions) - 1
+        one = _lay_out(material, row.of.action, excerpt, speeds[number], row.words, is_last)
+        numbers = int(row.places[n]), int(row.places.max()) + 1
         one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
             sources[key] = resample(*material.paths[excerpt.capture], one.rate)
             origins[key] = (excerpt.capture, one.rate)
-        pieces += [stitching.Piece(key, a, b) for a, b in one.layout.parts]
-        lengths.append(one.layout.n_frames)
+        elif variation.is_monotonous(one.layout):
+            one = _vary(material, row, one, rng)
+        played = [stitching.Piece(key, a, b) for a, b in one.layout.parts]
+        played[1:1] = one.between
+        pieces += played
+        lengths.append(one.n_frames)
         shown.append(one)
     legs = [material.motions[origins[piece.capture][0]].leg_length for piece in pieces]
     stitched = stitching.stitch(pieces, sources)
-    made = _finish(stitched, origins, lengths, float(np.median(legs)))
+    made = _finish(stitched, material, origins, lengths, float(np.median(legs)))
     if any(one.layout.is_measured for one in shown):
         parts = np.split(measured_track(made.motion), np.cumsum(lengths)[:-1])
         shown = [
@@ -160,13 +170,73 @@ def excerpt_motion(
     return ExcerptMotion(made, tuple(shown))
 
 
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The excerpts of an action among which one is chosen."""
+
+    of: ActionSources
+    excerpts: list[Excerpt]
+    words: tuple[str, ...]  # Measured words that its captures can show
+    costs: FloatArray  # (excerpts,): of the distance from the speed that is asked for
+    values: FloatArray  # (excerpts,)
+    places: IntArray  # (excerpts,)
+
+
+def _pick(
+    material: _Material, rows: Sequence[_Rows], choice: int, rng: np.random.Generator
+) -> tuple[list[Excerpt], list[int]]:
+    """The excerpts of the sequence with their cuts, and the number of each among its action's."""
+    candidates = []
+    for k, row in enumerate(rows):
+        timed = row.of.action.seconds is not None
+        position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed)
+        preferred = row.costs + _preference(row.places, row.values, choice)
+        preferred = preferred + rng.uniform(0.0, 0.05, size=len(preferred))
+        moved, owner = _moved(material, row, preferred, position)
+        candidates.append((_with_directions(material, moved, row.words, position), owner))
+    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT, MOST_JOIN)
+    owners = [int(owner[i]) for i, (_, owner) in zip(chosen, candidates)]
+    picked = [
+        replace(row.excerpts[n], start=int(moved.starts[i]), end=int(moved.ends[i]))
+        for i, n, row, (moved, _) in zip(chosen, owners, rows, candidates)
+    ]
+    fixed = [row.of.action.seconds is not None or bool(row.words) for row in rows]
+    return cuts.refine(picked, material.takes, fixed), owners
+
+
+def _moved(
+    material: _Material, row: _Rows, costs: FloatArray, position: cuts.Position
+) -> tuple[stitching.Candidates, IntArray]:
+    """The excerpts of an action with moved cuts, and the number of the excerpt of each."""
+    values = {
+        s.capture: cuts.frame_values(s, len(material.takes[s.capture].poses))
+        for s in row.of.sources
+        if s.capture in material.takes
+    }
+    return cuts.moved_cuts(row.excerpts, material.takes, values, costs, position)
+
+
+def _vary(
+    material: _Material, row: _Rows, one: ShownExcerpt, rng: np.random.Generator
+) -> ShownExcerpt:
+    """The same with other excerpts of the action in place of a loop's repetitions."""
+    moved = _moved(material, row, row.costs, cuts.Position(False, False))
+    layout, between = variation.vary(
+        one.excerpt.capture, one.layout, moved, material.takes, (JOIN_WEIGHT, MOST_JOIN), rng
+    )
+    return replace(one, layout=layout, between=between)
+
+
 def _finish(
     stitched: stitching.Stitched,
+    material: _Material,
     origins: Mapping[int, tuple[int, float]],
     lengths: Sequence[int],
     leg_length: float,
 ) -> SequenceMotion:
     """A stitched motion with locked feet, and the origin of its frames in the captures."""
+    jumps = maximum_filter1d(cuts.jumps_of(np.hypot(*stitched.path[:, 1:3].T)), 7) > cuts.ROUGH
+    stitching.smooth_speeds(stitched.path, jumps.astype(float))
     motion = pose_vectors.from_path(stitched.path, stitched.rotations, leg_length=leg_length)
     rates = np.array([origins[int(c)][1] for c in stitched.captures])
     edits = []
@@ -174,10 +244,14 @@ def _finish(
         done = [f"blend {share:.2f}"] if share != 1 else []
         done += [f"speed {rate:.3f}"] if rate != 1 else []
         edits.append(", ".join([*done, "foot lock"]))
+    captures = np.array([origins[int(c)][0] for c in stitched.captures])
+    frames = stitched.frames * rates
+    nearest = np.rint(frames).astype(np.int64)
+    stands = np.array([material.contacts[c][f] for c, f in zip(captures.tolist(), nearest)])
     return SequenceMotion(
-        contact.lock_feet(motion),
-        np.array([origins[int(c)][0] for c in stitched.captures]),
-        stitched.frames * rates,
+        contact.lock_feet(motion, contacts=stands),
+        captures,
+        frames,
         tuple(edits),
         tuple(lengths),
     )
@@ -204,6 +278,28 @@ def _does(
             for e in excerpts
         ]
     )
+
+
+def _with_directions(
+    material: _Material,
+    moved: stitching.Candidates,
+    directions: Sequence[str],
+    position: cuts.Position,
+) -> stitching.Candidates:
+    """Candidates that cost more where cuts leave too little of a measured word.
+
+    What seams bend does not count.
+    """
+    if not directions:
+        return moved
+    targets = moved.targets.copy()
+    bent = stitching.BLEND_FRAMES
+    ahead, behind = 0 if position.is_first else bent, 0 if position.is_last else bent
+    for n, (c, a, b) in enumerate(zip(moved.captures, moved.starts, moved.ends)):
+        track = material.tracks[int(c)][a + ahead : b - behind]
+        does = [gone(track, word) >= REACHED for word in directions]
+        targets[n] += NOT_DONE * (len(does) - sum(does))
+    return replace(moved, targets=targets)
 
 
 def _likely(of: ActionSources) -> list[Excerpt]:
@@ -253,7 +349,14 @@ def _gather(takes: Takes, captures: Iterable[int]) -> _Material:
     base = gather(takes, captures)
     scale = np.concatenate(list(base.vectors.values())).std(axis=0) + 1e-6
     tracks = {c: measured_track(m) for c, m in base.motions.items()}
-    return _Material(**vars(base), tracks=tracks, scale=scale)
+    seen, contacts = {}, {}
+    for c, motion in base.motions.items():
+        positions = retarget.motion_positions(motion)[0]
+        edges = cuts.edges_of(*base.paths[c], base.vectors[c], scale)
+        speeds = np.hypot(*base.paths[c][0][:, 1:3].T)
+        seen[c] = cuts.Take(edges, base.vectors[c][:, 4:], cuts.restlessness(positions), speeds)
+        contacts[c] = contact.find_contacts(positions)
+    return _Material(**vars(base), tracks=tracks, scale=scale, takes=seen, contacts=contacts)
 
 
 def _speeds(material: _Material, excerpts: Sequence[Excerpt]) -> FloatArray:
@@ -270,51 +373,13 @@ def _speed_costs(action: PlannedAction, speeds: FloatArray) -> FloatArray:
     return SPEED_WEIGHT * np.abs(np.log(np.maximum(speeds, 1e-3) / max(wanted, 1e-3)))
 
 
-def _candidates(
-    material: _Material, excerpts: Sequence[Excerpt], costs: FloatArray, rng: np.random.Generator
-) -> tuple[stitching.Candidates, FloatArray]:
-    """Excerpts with moved cuts as candidates, and the number of the excerpt of each."""
-    rows, targets, owner = [], [], []
-    for n, excerpt in enumerate(excerpts):
-        most = min((excerpt.end - excerpt.start) // 3, excerpt.end - excerpt.start - SHORTEST)
-        for ahead in CUTS:
-            for behind in CUTS:
-                if ahead + behind <= most or ahead == behind == 0:
-                    rows.append((excerpt.capture, excerpt.start + ahead, excerpt.end - behind))
-                    targets.append(costs[n] - excerpt.score)
-                    owner.append(n)
-    places = np.array(rows)
-    tremble = rng.uniform(0.0, 0.05, size=len(places))
-    entries = np.stack([_edges(material, c)[a] for c, a, _ in rows])
-    continuations = np.stack([_edges(material, c)[b] for c, _, b in rows])
-    candidates = stitching.Candidates(
-        places[:, 0],
-        places[:, 1],
-        places[:, 2],
-        entries,
-        continuations,
-        np.array(targets) + tremble,
-    )
-    return candidates, np.array(owner)
-
-
-def _edges(material: _Material, capture: int) -> FloatArray:
-    return edges_of(material.vectors[capture], material.scale)
-
-
-def edges_of(vectors: FloatArray, scale: FloatArray) -> FloatArray:
-    """Poses and velocities, in spreads, that must agree at a seam: array (frames + 1, values)."""
-    extended = np.concatenate([vectors, vectors[-1:]])
-    speed = np.diff(extended, axis=0, prepend=extended[:1])[:, 4:] / scale[4:] * 5.0
-    return np.concatenate([extended / scale, speed], axis=1) / np.sqrt(vectors.shape[1])
-
-
 def _lay_out(
     material: _Material,
     action: PlannedAction,
     excerpt: Excerpt,
     speeds: FloatArray,
     directions: tuple[str, ...],
+    is_last: bool,
 ) -> ShownExcerpt:
     """Play an excerpt at the tempo, as often and as long as its action asks for."""
     rate, range_of = 1.0, None
@@ -325,17 +390,23 @@ def _lay_out(
         rate = natural_rate(speed, wanted, speeds, fast)
         rate = round(rate, 3) if abs(rate - 1.0) >= LEAST_CHANGE else 1.0
         range_of = (speed, float(speeds.min()), float(speeds.max()))
-    vectors = material.vectors[excerpt.capture]
+    take = material.takes[excerpt.capture]
+    poses, edges, restless = take.poses, take.edges, take.restless
     span = excerpt.start, excerpt.end
     if rate != 1.0:
         path = resample(*material.paths[excerpt.capture], rate)
         vectors = pose_vectors_of(path, material.means)
+        poses, edges = vectors[:, 4:], cuts.edges_of(*path, vectors, material.scale)
+        which = np.minimum(np.rint(np.arange(len(poses)) * rate), len(restless) - 1)
+        restless = restless[which.astype(np.int64)]
         span = round(span[0] / rate), min(round(span[1] / rate), len(vectors))
     movement = Movement(
-        vectors[:, 4:],
-        edges_of(vectors, material.scale),
+        poses,
+        edges,
         any(word in ONCE for word in directions),
         occurrences_in(excerpt, action, material.tracks[excerpt.capture], rate),
+        is_last,
+        restless,
     )
     layout = lay_out(action, span, movement)
     return ShownExcerpt(action, excerpt, layout, rate, range_of, directions)

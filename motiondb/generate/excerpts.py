@@ -55,6 +55,7 @@ LEAST_CYCLIC = 90  # Shortest periodic movement, frames (3 s)
 SLACK = 20  # Frames by which a cut may move to where the end and the beginning are alike
 SHORTEST_LOOP = 45  # Fewest frames (1.5 s) of a loop of a movement without a period
 TOLERANCE = 0.05  # Share by which a duration may be missed so that a loop fits
+UNREST_WEIGHT = 10.0  # Cost of a cut at the largest speed, as a squared distance of poses
 LEAST_LOOP = 0.6  # Smallest share of an excerpt without a period that a loop repeats
 REACHED = 0.5
 """Share of the full amount of a direction that the best excerpt must reach for the direction to be
@@ -278,6 +279,9 @@ class Movement:
     is_once: bool = False
     # First frame and last frame + 1 of every occurrence in the excerpt that was measured
     occurrences: tuple[tuple[int, int], ...] = ()
+    # Whether no action follows, so that its end may be cut anywhere
+    is_last: bool = True
+    restless: FloatArray | None = None  # (frames,): speed of the limbs, m/s
 
 
 def counted_word(action: PlannedAction) -> str | None:
@@ -329,7 +333,7 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
         times = max(round(action.times.wanted), 1)
         if movement.occurrences:
             return _times_measured(times, span, movement)
-        return _times(times, span, period, poses, edges)
+        return _times(times, span, period, movement)
     least = action.seconds.wanted * MOTION_FPS if action.seconds is not None else 0.0
     lengthened = period and not least and not movement.is_once
     wanted = round(max(least, LEAST_CYCLIC if lengthened else 0.0))
@@ -338,7 +342,8 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
     missing = wanted - (end - start)
     inside = edges[start : end + 1]
     is_least = action.seconds is not None and action.seconds.most is None
-    loop = _fitting_loop(inside, period, missing, 0.0 if is_least else TOLERANCE * wanted)
+    short = 0.0 if is_least else TOLERANCE * wanted
+    loop = _fitting_loop(inside, period, missing, short, bool(least) and not movement.is_last)
     if loop is None:
         return Layout((span,))
     more = -(-missing // loop.length)
@@ -346,21 +351,24 @@ def lay_out(action: PlannedAction, span: tuple[int, int], movement: Movement) ->
         more = max(round(missing / loop.length), 0)
     parts = [(start + a, start + b) for a, b in repeat(0, end - start, loop, more)]
     excess = sum(b - a for a, b in parts) - wanted
-    if period is not None and excess > 0:
+    if period is not None and excess > 0 and (movement.is_last or excess > TOLERANCE * least > 0):
         parts[-1] = (parts[-1][0], max(parts[-1][1] - excess, parts[-1][0] + 1))
     often = "once" if more == 1 else f"{more} times"
     said = f"{loop.length / MOTION_FPS:.1f} s of it repeated {often}" if more else ""
     return Layout(tuple(parts), said)
 
 
-def _fitting_loop(edges: FloatArray, period: int | None, missing: int, short: float) -> Loop | None:
+def _fitting_loop(
+    edges: FloatArray, period: int | None, missing: int, short: float, timed: bool
+) -> Loop | None:
     """The loop that lengthens an excerpt: whole cycles, or a part that fills what is missing.
 
     It may be shorter than that by ``short`` frames.
     """
-    if period is not None:
-        return best_loop(edges, period)
     more = TOLERANCE * (len(edges) - 1 + missing)
+    if period is not None:
+        fitting = best_loop(edges, period, (missing - short, missing + more)) if timed else None
+        return fitting or best_loop(edges, period)
     return best_loop(edges, SHORTEST_LOOP, (missing - short, missing + more)) or best_loop(
         edges, max(round(LEAST_LOOP * (len(edges) - 1)), 1)
     )
@@ -370,17 +378,16 @@ def _times(
     times: int,
     span: tuple[int, int],
     period: int | None,
-    poses: FloatArray,
-    edges: FloatArray,
+    movement: Movement,
 ) -> Layout:
     """A number of cycles, or of whole performances where the movement has no period."""
     start, end = span
     if period is None:
-        unit = _alike_ends(span, edges)
+        unit = _alike_ends(span, movement)
         length = (unit[1] - unit[0]) / MOTION_FPS
         said = f"the whole excerpt of {length:.1f} s, {times} times" if times > 1 else ""
         return Layout((unit,) * times, said, times)
-    first = start + calmest_phase(poses[start:end], period)
+    first = start + calmest_phase(movement.poses[start:end], period)
     n_cycles = max((end - first) // period, 1)
     parts = [(first, first + n_cycles * period)] * (times // n_cycles)
     if times % n_cycles:
@@ -401,7 +408,7 @@ def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> La
     if times < n:
         parts = [(span[0], middles[times - 1])]
     else:
-        first, behind = _alike_ends(span, movement.edges)
+        first, behind = _alike_ends(span, movement)
         whole = min(first, inside[0][0]), max(behind, inside[-1][1])
         whole = span if times == n else whole
         parts = [whole] * (times // n)
@@ -412,13 +419,20 @@ def _times_measured(times: int, span: tuple[int, int], movement: Movement) -> La
     return Layout(tuple(parts), said, times, is_measured=True)
 
 
-def _alike_ends(span: tuple[int, int], edges: FloatArray) -> tuple[int, int]:
-    """The span with both cuts moved by at most SLACK frames to where the poses are most alike."""
+def _alike_ends(span: tuple[int, int], movement: Movement) -> tuple[int, int]:
+    """The span with both cuts moved by at most SLACK frames to where the poses are most alike.
+
+    And to where they move little.
+    """
     start, end = span
+    edges = movement.edges
     n = len(edges) - 1
     slack = min(SLACK, (end - start) // 6)
     firsts = np.arange(max(start - slack, 0), start + slack + 1)
     behinds = np.arange(end - slack, min(end + slack, n) + 1)
     distance = np.sum((edges[firsts][:, None] - edges[behinds][None]) ** 2, axis=-1)
+    if movement.restless is not None:
+        speeds = movement.restless / (movement.restless[start:end].max() + 1e-6)
+        distance += UNREST_WEIGHT * (speeds[firsts][:, None] + speeds[behinds - 1][None])
     a, b = np.unravel_index(int(np.argmin(distance)), distance.shape)
     return int(firsts[a]), int(behinds[b])

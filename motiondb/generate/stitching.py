@@ -6,24 +6,42 @@ Notation: position k of a sequence has candidates i, recorded segments, with
     join cost    j(i, i')   |continuation of i - entry of i'|^2, between poses and velocities
 
 where the continuation of i is the pose that follows in its own capture, so that the join cost of a
-segment and its true successor is 0. Dynamic programming finds the sequence of least total cost. At
-a seam both segments are extended by some frames of their captures and cross-faded by a cubic
-weight; path values are interpolated linearly, rotations along the shortest arc.
+segment and its true successor is 0. Dynamic programming finds the sequence of least total cost.
+
+Seams are blended inertially (D. Bollo, "Inertialization: High-Performance Animation Transitions in
+Gears of War", GDC 2018), and on both sides, so that no frames beyond the segments are needed: with
+d the offset of the segment after the seam from where the segment before it would go on, v its
+change a frame, and T the half length of the seam, the offset
+
+    o(t) = d s(t / T) / 2 + v t_0 q(t / t_0) / 2,    t frames from the seam, t_0 = min(T, QUICK),
+
+is added to the frames before it (with -v) and subtracted from those after it. s falls as the step
+of least jerk does, and q is the quintic with slope 1 at 0; both end with their first and second
+derivatives 0. So path values, rotations, and their velocities are continuous.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import convolve1d
 
 from motiondb.body import rotation
 from motiondb.records import FloatArray, IntArray
 
-BLEND_FRAMES = 10  # Frames (1/3 s) of a cross-fade of similar poses
-MOST_BLEND_FRAMES = 30  # Frames (1 s) of a cross-fade of poses that are far apart
+BLEND_FRAMES = 10  # Frames (1/3 s) of a seam of similar poses
+MOST_BLEND_FRAMES = 30  # Frames (1 s) of a seam of poses that are far apart
+MOST_SPEEDING = 0.12
+"""Most that a seam changes the speed over the ground in a frame, m/s; it grows longer instead."""
+QUICK = 8  # Frames over which a difference of velocities fades
+CALMED = 6.0
+"""The speeds over the ground are smoothed over five frames where the other side of a seam has more
+than a sixth of the weight, and less and less towards its ends."""
+PEAK = 0.9375  # Steepest fall of s, at the seam
 AGAIN_COST = 10.0
 """Cost of playing frames of the previous segment again: larger than that of poses that do not
 fit."""
@@ -44,12 +62,18 @@ class Candidates:
     targets: FloatArray  # (n,): target costs
 
 
-def choose(candidates: Sequence[Candidates], join_weight: float = 1.0) -> list[int]:
-    """One candidate for each position, with least sum of target and join costs (ties: first)."""
+def choose(
+    candidates: Sequence[Candidates], join_weight: float = 1.0, most_join: float = math.inf
+) -> list[int]:
+    """One candidate for each position, with least sum of target and join costs (ties: first).
+
+    Join costs j count as j / (1 + j / `most_join`).
+    """
     total = candidates[0].targets
     back: list[IntArray] = []
     for before, after in pairwise(candidates):
-        costs = total[:, None] + join_weight * join_costs(before, after)
+        joins = join_costs(before, after)
+        costs = total[:, None] + join_weight * joins / (1.0 + joins / most_join)
         best = np.argmin(costs, axis=0)
         back.append(best)
         total = costs[best, np.arange(len(best))] + after.targets
@@ -106,64 +130,96 @@ def merge_pieces(pieces: Sequence[Piece]) -> list[Piece]:
 
 
 def stitch(pieces: Sequence[Piece], sources: dict[int, tuple[FloatArray, FloatArray]]) -> Stitched:
-    """Concatenate pieces with cross-faded seams; `sources` (frames, 4), array (frames, 21, 4)."""
+    """Concatenate pieces with blended seams; `sources` (frames, 4), array (frames, 21, 4)."""
     merged = merge_pieces(pieces)
-    result = _play(merged[0], sources, 0, 0)
-    for before, after in pairwise(merged):
-        longest = min(before.end - before.start, after.end - after.start)
-        half = min(_blend_frames(before, after, sources) // 2, longest // 2)
-        tail = Piece(before.capture, before.end - half, before.end)
-        old, new = _play(tail, sources, 0, half), _play(after, sources, half, 0)
-        keep = len(result.path) - half
-        seam = _cross_fade(old, _part(new, 0, 2 * half))
-        result = _join(_part(result, 0, keep), seam, _part(new, 2 * half, len(new.path)))
-    return result
+    played = [_play(piece, sources) for piece in merged]
+    for k, (before, after) in enumerate(pairwise(merged)):
+        longest = min(before.end - before.start, after.end - after.start) // 2
+        seam = _seam(before, after, sources)
+        _bend(played[k], played[k + 1], seam, min(seam.half, longest))
+    columns = zip(*(vars(one).values() for one in played))
+    whole = Stitched(*map(np.concatenate, columns))
+    # the speeds of both sides must not add up to a jump
+    smooth_speeds(whole.path, np.clip(CALMED * (1.0 - whole.shares), 0.0, 1.0))
+    return whole
 
 
-def _blend_frames(
-    before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]
-) -> int:
-    """Number of frames of a cross-fade; it grows with the distance of the poses at the seam."""
-    last = sources[before.capture][1][min(before.end, len(sources[before.capture][1])) - 1]
-    first = sources[after.capture][1][after.start]
-    apart = float(np.linalg.norm(rotation.log(rotation.relative(last, first)), axis=-1).mean())
+def smooth_speeds(path: FloatArray, share: FloatArray) -> None:
+    """Replace a share (frames,) of the speeds of a path (frames, 4) by means of five frames."""
+    weights = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
+    smooth = convolve1d(path[:, 1:], weights, axis=0, mode="nearest")
+    path[:, 1:] += share[:, None] * (smooth - path[:, 1:])
+
+
+@dataclass(frozen=True, eq=False)
+class _Seam:
+    """How far the piece after a seam is from where the piece before it would go on."""
+
+    path: FloatArray  # (4,): offset d of the path values
+    path_rates: FloatArray  # (4,): its change v a frame
+    turns: FloatArray  # (21, 3): offset of the rotations, as rotation vectors
+    turn_rates: FloatArray  # (21, 3): its change a frame
+    half: int  # T, frames
+
+
+def _seam(before: Piece, after: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]) -> _Seam:
+    """Offsets at a seam; a capture that ends there is continued at its last velocity."""
+    (old, turned), (new, turned_new) = sources[before.capture], sources[after.capture]
+    last, first = before.end - 1, after.start
+    previous, following = max(last - 1, 0), min(first + 1, len(new) - 1)
+    old_turning = rotation.log(rotation.relative(turned[previous], turned[last]))
+    new_turning = rotation.log(rotation.relative(turned_new[first], turned_new[following]))
+    going = turned[last + 1] if last + 1 < len(turned) else None
+    if going is None:
+        going = rotation.multiply(turned[last], rotation.exp(old_turning))
+    rates = np.zeros(4)  # those of speeds are accelerations: mostly noise
+    rates[0] = new[following, 0] - new[first, 0] - (old[last, 0] - old[previous, 0])
+    height = old[last + 1, 0] if last + 1 < len(old) else 2.0 * old[last, 0] - old[previous, 0]
+    path = new[first] - np.array([height, *old[last, 1:]])
+    turns = rotation.log(rotation.relative(going, turned_new[first]))
+    apart = float(np.linalg.norm(turns, axis=-1).mean())
     share = float(np.clip((apart - NEAR) / (FAR - NEAR), 0.0, 1.0))
-    return round(BLEND_FRAMES + share * (MOST_BLEND_FRAMES - BLEND_FRAMES))
+    frames = BLEND_FRAMES + share * (MOST_BLEND_FRAMES - BLEND_FRAMES)
+    speed = float(np.hypot(*path[1:3]))
+    half = max(round(frames / 2.0), math.ceil(PEAK * speed / MOST_SPEEDING))
+    return _Seam(path, rates, turns, new_turning - old_turning, half)
 
 
-def _cross_fade(old: Stitched, new: Stitched) -> Stitched:
-    """Cross-fade two stretches of equal length; a frame's source is the one of larger weight."""
-    n_frames = len(old.path)
-    share = (np.arange(n_frames) + 0.5) / max(n_frames, 1)
-    share = share * share * (3.0 - 2.0 * share)
-    n_joints = old.rotations.shape[1]
-    wins = share > 0.5
-    return Stitched(
-        old.path * (1.0 - share[:, None]) + new.path * share[:, None],
-        rotation.slerp(old.rotations, new.rotations, np.repeat(share[:, None], n_joints, axis=1)),
-        np.where(wins, new.captures, old.captures),
-        np.where(wins, new.frames, old.frames),
-        np.where(wins, share, 1.0 - share),
+def _bend(old: Stitched, new: Stitched, seam: _Seam, half: int) -> None:
+    """Bend the end of a stretch and the beginning of the next one towards each other."""
+    if half < 1:
+        return
+    before = np.arange(min(half, len(old.path)), 0, -1)  # frames to the seam
+    after = np.arange(min(half, len(new.path)))
+    early, late = slice(len(old.path) - len(before), None), slice(0, len(after))
+    old.path[early] += _offset(seam.path, -seam.path_rates, before, half)
+    new.path[late] -= _offset(seam.path, seam.path_rates, after, half)
+    old.rotations[early] = rotation.multiply(
+        old.rotations[early],
+        rotation.exp(_offset(seam.turns, -seam.turn_rates, before, half)),
     )
+    new.rotations[late] = rotation.multiply(
+        new.rotations[late],
+        rotation.exp(-_offset(seam.turns, seam.turn_rates, after, half)),
+    )
+    old.shares[early] = 1.0 - _offset(np.ones(()), np.zeros(()), before, half)
+    new.shares[late] = 1.0 - _offset(np.ones(()), np.zeros(()), after, half)
 
 
-def _play(
-    piece: Piece, sources: dict[int, tuple[FloatArray, FloatArray]], before: int, after: int
-) -> Stitched:
-    """A piece with frames added before and after; beyond its capture end frames are repeated."""
+def _offset(offset: FloatArray, rate: FloatArray, frames: IntArray, half: int) -> FloatArray:
+    """o of the module's docstring at a number of frames from the seam: array (frames, ...)."""
+    shape = (-1, *(1,) * offset.ndim)
+    x = (frames / half).reshape(shape)
+    quick = min(half, QUICK)
+    y = np.minimum(frames / quick, 1.0).reshape(shape)
+    decay = 1.0 - x**3 * (10.0 - x * (15.0 - 6.0 * x))
+    slope = x - x**3 * (6.0 - x * (8.0 - 3.0 * x))
+    swing = y - y**3 * (6.0 - y * (8.0 - 3.0 * y))
+    return offset * (0.5 * decay - PEAK * slope) + 0.5 * rate * quick * swing
+
+
+def _play(piece: Piece, sources: dict[int, tuple[FloatArray, FloatArray]]) -> Stitched:
     path, turned = sources[piece.capture]
-    which = np.arange(piece.start - before, piece.end + after)
-    inside = np.clip(which, 0, len(path) - 1)
-    values = path[inside].copy()
-    values[which != inside, 1:] = 0.0
+    which = np.arange(piece.start, piece.end)
     captures = np.full(len(which), piece.capture)
-    return Stitched(values, turned[inside], captures, inside, np.ones(len(which)))
-
-
-def _part(whole: Stitched, start: int, end: int) -> Stitched:
-    return Stitched(*(column[start:end] for column in vars(whole).values()))
-
-
-def _join(*parts: Stitched) -> Stitched:
-    columns = zip(*(vars(part).values() for part in parts))
-    return Stitched(*map(np.concatenate, columns))
+    return Stitched(path[which], turned[which], captures, which, np.ones(len(which)))

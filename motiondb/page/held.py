@@ -47,6 +47,11 @@ class HeldDatabase:
         self._users = 0
         self._database.release()
 
+    @property
+    def log_note(self) -> str:
+        """That the file's log was missing when it was opened, or ""."""
+        return self._database.log_note
+
     @contextmanager
     def use(self) -> Iterator[MotionDB]:
         """Yield the database; it stays open for the length of the ``with`` block.

@@ -161,7 +161,8 @@ def serve(
     announce : callable
         Called with the address once it can be opened.
     warn : callable
-        Called with instructions if the page was not built.
+        Called with instructions if the page was not built, and with what is missing beside the
+        database.
     open_browser : bool
         Whether to open it in the user's browser, if the page was built.
 
@@ -191,6 +192,8 @@ def serve(
         listen(settings) as listening,
     ):
         application = make_application(settings, folder)
+        if note := application.state.page.held.log_note:
+            warn(note)
         address = address_of(settings, listening.getsockname()[1])
         config = uvicorn.Config(
             application,

@@ -22,7 +22,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
 from motiondb.database.catalogue.parts import write_bytes
 from motiondb.errors import MotionDBError
-from motiondb.files.own_files import WRITER
+from motiondb.files.own_files import SEAL, sealed
 from motiondb.page.motion import body_track, figure_of, pack, pack_scene
 from motiondb.page.replies import (
     capture_details,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 STYLE, SCRIPT = '<link rel="stylesheet" href="app.css">', '<script defer src="app.js"></script>'
 """Elements that the page's ``index.html`` contains exactly once."""
-GENERATOR = f'<meta name="generator" content="{WRITER}">'
+GENERATOR = f'<meta name="generator" content="{SEAL}">'
 MARGIN = 1.0  # Seconds that are shown before and after a match
 EXAMPLE = "example"  # Key of the motion of an example that is no stored capture
 
@@ -83,7 +83,8 @@ class StandalonePage:
             The page was not built, or the file cannot be written.
         """
         self.check()
-        return write_bytes(Path(path), standalone_page(self).encode("utf-8", "replace"))
+        data = sealed(standalone_page(self).encode("utf-8", "replace"))
+        return write_bytes(Path(path), data)
 
     @staticmethod
     def check() -> None:

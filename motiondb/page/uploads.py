@@ -214,7 +214,8 @@ def list_folder(roots: Sequence[Path], root: int, path: str) -> FolderReply:
     try:
         for entry in sorted(folder.iterdir())[:MOST_ENTRIES]:
             kind = "folder" if entry.is_dir() else upload_kind(entry.name)
-            if kind and not entry.name.startswith(".") and not entry.is_symlink():
+            is_odd = entry.is_symlink() or not (entry.is_dir() or entry.is_file())
+            if kind and not entry.name.startswith(".") and not is_odd:
                 names[kind].append(without_surrogates(entry.name))
     except OSError as error:
         raise PageError(

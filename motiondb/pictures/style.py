@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.own_files import WRITER
+from motiondb.files.own_files import SEAL, seal
 from motiondb.files.safe_files import output_file
 
 if TYPE_CHECKING:
@@ -135,7 +135,8 @@ def save_png(figure: Figure, path: str | Path) -> Path:
             "Pictures are written as PNG."
         )
     with output_file(path) as draft, drawing():
-        figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": WRITER})
+        figure.savefig(draft, format="png", dpi=DOTS_PER_INCH, metadata={"Software": SEAL})
+        seal(draft)
     return path
 
 
@@ -161,6 +162,7 @@ def save_gif(images: Sequence[Image], path: Path) -> Path:
             duration=round(1000 * FRAME_SECONDS),
             loop=0,
             optimize=False,
-            comment=WRITER.encode(),
+            comment=SEAL.encode(),
         )
+        seal(draft)
     return path

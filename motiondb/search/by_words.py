@@ -49,7 +49,7 @@ from motiondb.search.chances import (
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
 from motiondb.search.reasons import Explanation, explain
-from motiondb.search.takings import Taking, hints_of, say_not_understood, understand
+from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
 MOST_DECODED = 50
@@ -136,6 +136,11 @@ class WordAnswer:
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
         """Word of the question that is not known -> nearest known words."""
         return self.question.unknown
+
+    @property
+    def understood(self) -> str:
+        """How the question is understood; words that are taken say so."""
+        return with_notation(self.question.understood, self.taken)
 
     @property
     def not_understood(self) -> str:
@@ -288,7 +293,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
         answer,
-        matches=matches,
+        matches=tuple(replace(m, reason=with_notation(m.reason, taken)) for m in matches),
         question=question,
         not_used=not_used,
         taken=taken,
@@ -296,17 +301,19 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     )
 
 
+_Certain = TypeVar("_Certain", Match, MatchPart)
+
+
 def without_chances(answer: WordAnswer, missing: tuple[str, ...]) -> WordAnswer:
     """The answer to the rest of a question of which some words are missing."""
-    unknown = {"probability": None, "interval_probability": None}
+
+    def unknown(one: _Certain) -> _Certain:
+        return replace(one, probability=None, interval_probability=None)
+
     matches = tuple(
-        replace(match, **unknown, parts=tuple(replace(part, **unknown) for part in match.parts))
-        for match in answer.matches
+        replace(unknown(match), parts=tuple(map(unknown, match.parts))) for match in answer.matches
     )
     return replace(answer, matches=matches, threshold=None, missing=missing, doubtful=False)
-
-
-_Certain = TypeVar("_Certain", Match, MatchPart)
 
 
 def _less_certain(answer: _Certain, share: float) -> _Certain:

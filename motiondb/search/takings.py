@@ -20,6 +20,7 @@ the rest alone, and carry no probabilities.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 
@@ -50,8 +51,8 @@ SUGGESTED = 0.3
 how often each range of probabilities is right."""
 
 LEAST_NEAR = 0.5
-"""Smallest cosine of a word that is heard by its meaning and the nearest known word. Words that were
-hidden from the captions of CMU performers were found with an average precision of .39 above it
+"""Smallest cosine of a word that is heard by its meaning and the nearest known word. Words that
+were hidden from the captions of CMU performers were found with an average precision of .39 above it
 (chance .18) and .28 below (.13): ``docs/measured/quality.md``, "Words that no caption holds"."""
 
 
@@ -137,6 +138,17 @@ class Taking:
         return f"{' or '.join(word for word, _ in self.words)} (for {self.word})"
 
 
+def with_notation(text: str, taken: Mapping[str, Taking]) -> str:
+    """A text in known words, in which the words that are taken say so.
+
+    >>> with_notation("moonwalk 0-3 s", {"moonwalk": Taking("moonwalk", (("walk", 0.8),))})
+    'walk (for moonwalk) 0-3 s'
+    """
+    for word, taking in taken.items():
+        text = re.sub(rf"\b{re.escape(word)}\b", taking.notation, text)
+    return text
+
+
 def say_chance(probability: float) -> str:
     """A probability with one decimal, rounded down.
 
@@ -147,10 +159,7 @@ def say_chance(probability: float) -> str:
 
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
-    """The known words that may replace a word.
-
-    This is the only place where the meaning of a word that no caption holds is found.
-    """
+    """The known words that may replace a word, by the table of nearby words."""
     if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
         word = lemma(word)
     forms = list(dict.fromkeys((word.lower(), lemma(word))))

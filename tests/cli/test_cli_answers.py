@@ -96,7 +96,7 @@ def test_add_export_remove_compact(command: Any, some: Path, samples_folder: Pat
     ended = command("add", some)
     assert ended.code == 1
     assert ended.out.startswith("4 captures added (")
-    assert "1 already there, 1 problems; 4 captures in motions.duckdb." in ended.out
+    assert "1 already there, 1 problem; 4 captures in motions.duckdb." in ended.out
     assert "  bow again is the same file as ana/bow_1" in ended.out
     assert f"  {some}/broken.bvh" in ended.err
     report = json.loads(command("add", some, "--json").out)
@@ -128,9 +128,7 @@ def test_words_are_set_imported_and_synonyms_kept(command: Any, some: Path) -> N
     Path("s.tsv").write_text("file\twords\tmood\nboris/kick_1\the boots\tcross\nghost\tflies\t\n")
     ended = command("words", "import", "s.tsv")
     assert ended.code == 1
-    assert ended.out == (
-        "1 captures have the sheet's words and tags now, 1 rows without a capture\n"
-    )
+    assert ended.out == ("1 capture with the sheet's words and tags now, 1 row without a capture\n")
     assert ended.err.startswith("  s.tsv:3: expected a capture of the added folder")
     Path("synonyms").write_text("boot = kick\n")
     assert answer(command("words", "synonyms", "synonyms", "--json")) == {"boot": "kick"}

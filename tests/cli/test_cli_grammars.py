@@ -97,7 +97,11 @@ def test_parse_tells_when_terminals_have_too_few_members(
         (("edit", "fight", "a zz", "--at", "0"), 2, "'zz'"),
         (("edit", "fight", "x", "--at", "0", "--save", ""), 2, "Add --choose"),
         (("edit", "fight", "x", "--at", "0", "--choose", "1"), 2, "-o FILE or --save NAME"),
-        (("generate", "fight", "-o", "x.txt"), 2, "expected an ending .bvh, .glb or .gltf"),
+        (
+            ("generate", "fight", "-o", "x.txt"),
+            2,
+            "expected a name that ends in .bvh, .glb or .gltf",
+        ),
         (("generate", "fight", "-o", "x.bvh", "--save", "boris/punch_1"), 2, "a name that is free"),
         (("generate", "fight", "-o", "x.bvh", "--save", ""), 2, "expected a name for the capture"),
         (("generate", "fight", "-o", "x.bvh", "--length", "20000"), 2, "--length"),

@@ -77,15 +77,35 @@ def test_files_of_others_are_overwritten_only_by_force(
         assert [path.name for path in Path().iterdir()] == [name]
         assert command(*words, "--force").code == 0
         assert command(*words).code == 0  # its own, written again
+        if Path(name).suffix in (".png", ".gif"):
+            with Path(name).open("ab") as file:
+                file.write(b"edited")
+            assert command(*words).code == 2
         Path(name).unlink()
-        Path("take.provenance.json").unlink(missing_ok=True)
+        Path("take.bvh.provenance.json").unlink(missing_ok=True)
     assert command("generate", "kick", "-o", "take.bvh").code == 0
+    assert command("generate", "kick", "-o", "take.glb").code == 0  # has an origin of its own
     assert command("generate", "kick", "-o", "take.bvh", "--seed", "1").code == 0
     with Path("take.bvh").open("a") as file:
         file.write("\n")  # edited by hand
     assert command("generate", "kick", "-o", "take.bvh").code == 2
     Path("notes.txt").write_text("Now run:\nmotiondb knowledge export notes.txt\n")
     assert command("knowledge", "export", "notes.txt").code == 2
+
+
+def test_outputs_are_refused_before_the_work(command: Any, learned_file: Path) -> None:
+    Path("taken.bvh").write_text("HIERARCHY")
+    for words, told in (
+        (("knowledge", "export", "."), ".: expected a file that can be written, found: a folder;"),
+        (("knowledge", "export", ".."), "..: expected a file that can be written, found: a folder"),
+        (("generate", "no such word", "-o", "new.txt"), "a name that ends in .bvh, .glb or .gltf"),
+        (("generate", "no such word", "-o", "taken.bvh"), "taken.bvh: expected a new file"),
+        (("grammar", "generate", "none", "-o", "taken.bvh"), "taken.bvh: expected a new file"),
+        (("show", "none", "--gif", "new.png"), "a name that ends in .gif, found '.png'."),
+    ):
+        ended = command(*words, "--db", learned_file)
+        assert ended.code == 2
+        assert told in ended.err
 
 
 @pytest.mark.parametrize(

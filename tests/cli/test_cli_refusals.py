@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 import shutil
 import subprocess
 import sys
@@ -61,6 +63,31 @@ def test_wrong_use_ends_with_two(
     assert sentence in ended.err
     assert "Traceback" not in ended.err
     assert list(Path().iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes")
+def test_what_is_no_file_is_named_and_leaves_nothing(command: Any, learned_file: Path) -> None:
+    os.mkfifo("pipe")
+    for words, says in (
+        (("add", "pipe"), "pipe: expected a capture or a folder of captures, found a pipe; save"),
+        (("add", "n" * 300), "expected a capture or a folder of captures, found nothing."),
+    ):
+        assert says in command(*words, "--db", "new.duckdb").err
+        assert not Path("new.duckdb").exists()
+    for words, says in (
+        (("like", "pipe"), "'pipe': expected a file or the name of a capture, found a pipe; save"),
+        (("describe", "."), "'.': expected a file or the name of a capture, found a folder;"),
+        (("like", "ana/walk_1", "--from", "2", "--to", "1"), "and the end comes after the start."),
+    ):
+        assert says in command(*words, "--db", learned_file).err
+
+
+def test_terms_without_an_answer_are_not_accepted(
+    command: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    ended = command("fetch", "cmu", "--subjects", "14")
+    assert (ended.code, "found no answer. Accept them with --yes." in ended.err) == (2, True)
 
 
 def test_wrong_data_ends_with_one(command: Any, some: Path) -> None:

@@ -28,7 +28,7 @@ def test_generate_edit_and_choose(command: Any, copy: Path) -> None:
     assert ended.code == 0, ended.err
     assert "s of motion written to new.bvh, kept as new/fight (seed 3)" in ended.out
     assert "seams cost " in ended.out
-    assert json.loads(Path("new.provenance.json").read_text())["grammar"] == "fight"
+    assert json.loads(Path("new.bvh.provenance.json").read_text())["grammar"] == "fight"
     assert answer(command(*words, "--json", "--db", copy))["seed"] == 3
 
     edit = ("grammar", "edit", "fight", "new/fight", "--at", 0, "--number", 2)

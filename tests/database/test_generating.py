@@ -210,4 +210,4 @@ def test_the_command_ends_with_1_where_an_action_is_missing(
     assert [one["shown"] for one in told["shown_actions"]] == [True, False]
     told = command("generate", "throw", "--variants", "3", *common).out
     assert told.endswith("1 of 3 written: no other place shows this about as clearly\n")
-    assert Path("new-1.provenance.json").exists()
+    assert Path("new-1.bvh.provenance.json").exists()

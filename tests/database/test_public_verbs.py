@@ -182,10 +182,10 @@ def test_a_generated_motion_writes_itself_with_its_provenance(
     with motiondb.open(learned_file, read_only=True) as db:
         made = db.generate("a person kicks", seed=3)
     facts = made.write(tmp_path / "kick.bvh")
-    told = json.loads((tmp_path / "kick.provenance.json").read_text())
+    told = json.loads((tmp_path / "kick.bvh.provenance.json").read_text())
     assert (told["words"], told["seed"], told["method"]) == ("a person kicks", 3, "stitched")
     assert told["frames"][-1]["end"] == made.motion.n_frames
-    assert facts.provenance == str(tmp_path / "kick.provenance.json")
+    assert facts.provenance == str(tmp_path / "kick.bvh.provenance.json")
     motiondb.write_bvh(made.motion, tmp_path / "plain.bvh")
     assert (tmp_path / "plain.bvh").read_bytes() == (tmp_path / "kick.bvh").read_bytes()
     with pytest.raises(motiondb.MotionDBError, match=r"expected an ending .bvh, .glb or .gltf"):
@@ -197,7 +197,7 @@ def test_a_generated_motion_writes_itself_with_its_provenance(
         motiondb.write_gltf(None, tmp_path / "none.glb")  # what is tested
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "kick.bvh",
-        "kick.provenance.json",
+        "kick.bvh.provenance.json",
         "plain.bvh",
     ]
 

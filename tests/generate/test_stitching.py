@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from motiondb.body import rotation
 from motiondb.generate import stitching
-from motiondb.generate.stitching import BLEND_FRAMES, Candidates, Piece
+from motiondb.generate.stitching import Candidates, Piece
 from motiondb.records import FloatArray
 
 Sources = dict[int, tuple[FloatArray, FloatArray]]
@@ -67,19 +68,60 @@ def sources(n_captures: int = 3, n_frames: int = 60) -> Sources:
     return made
 
 
-def test_a_seam_by_hand() -> None:
-    made = stitching.stitch([Piece(0, 10, 30), Piece(1, 20, 40)], sources())
-    half = BLEND_FRAMES // 2
-    share = (np.arange(BLEND_FRAMES) + 0.5) / BLEND_FRAMES
-    share = share * share * (3 - 2 * share)
-    seam = slice(20 - half, 20 + half)
-    old, new = np.arange(30 - half, 30 + half), 100.0 + np.arange(20 - half, 20 + half)
-    np.testing.assert_allclose(made.path[seam, 0], old * (1 - share) + new * share)
+def steady(value: float, turn: float) -> tuple[FloatArray, FloatArray]:
+    """60 frames of path values and rotations (radians about x) that do not change."""
+    turned = rotation.from_axis_angle(np.array([1.0, 0, 0]), np.full(60, turn))
+    return np.full((60, 4), float(value)), np.repeat(turned[:, None], 21, axis=1)
+
+
+def least_jerk(n: int) -> FloatArray:
+    """The step from 0 to 1 of least jerk over 2 n frames, at n frames on each side: (2 n,)."""
+    x = (np.arange(-n, n) + n) / (2.0 * n)
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
+
+
+def test_a_seam_of_steady_motion_is_the_step_of_least_jerk() -> None:
+    made = stitching.stitch(
+        [Piece(0, 0, 60), Piece(1, 0, 60)], {0: steady(1, 0), 1: steady(3, 0.1)}
+    )
+    half = math.ceil(stitching.PEAK * np.hypot(2, 2) / stitching.MOST_SPEEDING)
+    seam = slice(60 - half, 60 + half)
+    np.testing.assert_allclose(made.path[seam, 0], 1.0 + 2.0 * least_jerk(half), atol=1e-9)
     angles = rotation.log(made.rotations[seam, 4])[:, 0]
-    np.testing.assert_allclose(angles, 1e-3 * (old * (1 - share) + new * share), rtol=1e-6)
-    np.testing.assert_array_equal(made.captures[seam], [0] * half + [1] * half)
-    np.testing.assert_array_equal(made.frames[seam], [*range(25, 30), *range(20, 25)])
-    np.testing.assert_allclose(made.shares[seam], np.maximum(share, 1 - share))
+    np.testing.assert_allclose(angles, 0.1 * least_jerk(half), atol=1e-9)
+    assert np.abs(np.diff(np.hypot(*made.path[:, 1:3].T))).max() <= stitching.MOST_SPEEDING
+    outside = np.r_[0 : 60 - half, 60 + half : 120]
+    assert set(made.path[outside, 0]) == {1.0, 3.0}
+    assert made.frames[58:62].tolist() == [58, 59, 0, 1]
+    assert made.captures[58:62].tolist() == [0, 0, 1, 1]
+    assert made.shares[60] == 0.5
+
+
+def test_a_seam_of_motion_that_goes_on_changes_nothing() -> None:
+    """Heights and angles that rise by 1 a frame, and pieces that follow one another in them."""
+    path, turned = sources()[0]
+    path[:, 1:] = 0.5
+    made = stitching.stitch(
+        [Piece(0, 10, 30), Piece(1, 30, 60)], {0: (path, turned), 1: (path, turned)}
+    )
+    np.testing.assert_allclose(made.path, path[10:60], atol=1e-9)
+    np.testing.assert_allclose(made.rotations, turned[10:60], atol=1e-9)
+
+
+def test_a_seam_is_as_smooth_as_both_sides() -> None:
+    """A height that rises by .01 a frame and stops: no velocity changes by more than the step."""
+    rising, _ = steady(0.0, 0.0)
+    rising[:, 0] = 0.01 * np.arange(60)
+    still, turned = steady(0.0, 0.0)
+    still[:, 0] = 0.7
+    made = stitching.stitch(
+        [Piece(0, 0, 60), Piece(1, 0, 60)], {0: (rising, turned), 1: (still, turned)}
+    )
+    change = np.abs(np.diff(made.path[:, 0], 2))
+    assert change.max() < 0.01  # at once it would be .09
+    velocities = np.diff(made.path[:, 0])
+    assert velocities[:40] == pytest.approx(0.01)
+    assert velocities[-40:] == pytest.approx(0.0, abs=1e-12)
 
 
 @st.composite
@@ -107,12 +149,3 @@ def test_frames_add_up_and_know_their_source(chosen: list[Piece]) -> None:
         made.path[whole, 0], 100.0 * made.captures[whole] + made.frames[whole]
     )
     np.testing.assert_allclose(np.linalg.norm(made.rotations, axis=-1), 1.0)
-
-
-def test_seams_hold_the_ends_of_captures() -> None:
-    """Beyond its last frame a capture stands still: its height stays, its speeds are nothing."""
-    made = stitching.stitch([Piece(0, 40, 60), Piece(1, 0, 20)], sources())
-    first = made.path[15]
-    share = (0.5 / BLEND_FRAMES) ** 2 * (3 - 1.0 / BLEND_FRAMES)
-    np.testing.assert_allclose(first, [55 * (1 - share) + 100 * share] + [55 * (1 - share)] * 3)
-    assert made.frames.tolist()[18:22] == [58, 59, 0, 1]

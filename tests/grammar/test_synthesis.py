@@ -104,7 +104,7 @@ def test_a_take_is_played_as_it_was(dance: tuple[Terminals, synthesis.ClipSource
 def values(motion: Motion) -> FloatArray:
     """Height, planar velocity, turning, and all rotations but those of legs, which feet correct."""
     path, local = pose_vectors.to_path(motion)
-    upper = [0, 1, 2, 3, 4, *range(13, 21)]
+    upper = [0, *range(9, 21)]
     return np.concatenate([path, np.abs(local[:, upper]).reshape(len(path), -1)], axis=1)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -15,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from motiondb import store
 from motiondb.errors import MotionDBError
 from motiondb.page import serve as serving
 from motiondb.page.settings import PageSettings
@@ -70,6 +72,17 @@ def test_a_read_only_page_needs_a_database(command: Any) -> None:
     ended = command("serve", "--no-open", "--port", 0, "--read-only", "--db", "none.duckdb")
     assert ended.code == 1
     assert "expected a database of motiondb, found no such file" in ended.err
+
+
+def test_a_missing_log_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("uvicorn.Server.run", lambda *_arguments, **_options: None)
+    path, copy = tmp_path / "m.duckdb", tmp_path / "copy.duckdb"
+    with store.open_store(path) as database:
+        store.save_synonyms(database, {"jog": "run"})
+        shutil.copy(path, copy)
+    said: list[str] = []
+    serving.serve(PageSettings(copy, port=0), said.append, said.append, open_browser=False)
+    assert [text for text in said if "expected its log copy.duckdb.wal beside it" in text]
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from contextvars import copy_context
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ def test_commands_that_ask_leave_the_folder_as_it_was(
     monkeypatch.chdir(base)
     before = digests(base)
     for name in ASKING:
-        ended = CliRunner().invoke(app, list(words_of(name)))
+        ended = copy_context().run(CliRunner().invoke, app, list(words_of(name)))
         has_grammar = words_of(name)[0] != "grammar" or name == "grammar list"  # else: none learned
         assert ended.exit_code == 0 or not has_grammar, (name, ended.output, ended.exception)
         assert digests(base) == before, name

@@ -12,7 +12,7 @@ from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
-from motiondb.files.safe_files import is_file, is_folder
+from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
 from motiondb.search import copies
@@ -187,11 +187,30 @@ def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
     ]
 
 
+def check_captures(folder: Path) -> None:
+    """Check that there is a file or a folder to add, before a database is made.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder, or one capture file.
+
+    Raises
+    ------
+    MotionDBError
+        There is neither.
+    """
+    if not is_file(folder) and not is_folder(folder):
+        actual = odd_kind(folder) or "nothing"
+        raise MotionDBError(
+            f"{folder}: expected a capture or a folder of captures, found {actual}."
+        )
+
+
 def _files(folder: Path, within: Path | None) -> list[Path]:
+    check_captures(folder)
     if is_file(folder):
         return [folder]
-    if not is_folder(folder):
-        raise MotionDBError(f"{folder}: expected a capture or a folder of captures, found nothing.")
     found = files.find_captures(folder, within)
     if not found:
         others = "".join(f"\n{sentence}." for sentence in files.not_read(folder))

@@ -58,9 +58,10 @@ def _check_finite(duration: float, start: float | None, end: float | None) -> No
 def outside(duration: float, start: float | None, end: float | None) -> str:
     """The sentence for an interval (seconds) that does not lie within 0 to ``duration``."""
     until = "the end" if end is None else f"{end:g}"
+    is_reversed = end is not None and end <= (start or 0.0)
     return (
         f"expected an interval within 0 to {duration:.2f} s, found {start or 0:g} to {until}. "
-        "Times are seconds."
+        f"Times are seconds{', and the end comes after the start' if is_reversed else ''}."
     )
 
 

@@ -366,7 +366,7 @@ class Grammars:
         return grammar_facts.sequence_facts(sequence, seed)
 
     def write(self, sequence: GrammarSequence, path: str | Path, seed: int = 0) -> WrittenSequence:
-        """Write a sequence, and the origin of its frames to ``NAME.provenance.json``.
+        """Write a sequence, and the origin of its frames to ``FILE.provenance.json``.
 
         Parameters
         ----------

@@ -1,10 +1,10 @@
 """The folder of a scene: motions, the whole scene, pictures, the report and the record.
 
 ``NAME.bvh`` for every character, in one world, so that all of them together are the scene, with
-``NAME.provenance.json`` beside it; ``scene.glb`` with all characters and the ball; ``paths.png``,
-``above.gif`` and ``scene.gif``; ``report.txt`` and ``report.json``; ``scene.json``, from which
-``scene update`` begins; the texts of the diagram and the grammar. The folder is written under
-another name and then renamed, so that it is complete or absent.
+``NAME.bvh.provenance.json`` beside it; ``scene.glb`` with all characters and the ball;
+``paths.png``, ``above.gif`` and ``scene.gif``; ``report.txt`` and ``report.json``; ``scene.json``,
+from which ``scene update`` begins; the texts of the diagram and the grammar. The folder is written
+under another name and then renamed, so that it is complete or absent.
 """
 
 from __future__ import annotations
@@ -303,7 +303,7 @@ def fill_scene_folder(
             "sources": [asdict(source) for source in sources_of(provenance[name])],
             "frames": action_runs(player.clips, made, name, provenance[name]),
         }
-        _write(folder / f"{name}.provenance.json", json.dumps(facts, indent=1))
+        _write(folder / f"{name}.bvh.provenance.json", json.dumps(facts, indent=1))
     _write_gltf(folder / "scene.glb", made.text.diagram, motions, record)
     _write(folder / RECORD, to_json(record))
     _write(folder / f"diagram{TACTICS}", record.diagram)
@@ -408,7 +408,7 @@ def check_scene_folder(folder: Path) -> None:
             f"{folder}: expected the folder {folder.parent}, found none. Make the folder first."
         )
     try:
-        check_output(folder)
+        check_output(folder, is_folder=True)
         Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent)).rmdir()
     except OSError as error:
         raise _unwritable(folder, error) from None

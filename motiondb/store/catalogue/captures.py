@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from motiondb.errors import QueryError, StoreError, suggestion
+from motiondb.files.safe_files import odd_kind
 from motiondb.records import Caption, CaptureInfo, Float32Array, Motion
 from motiondb.store.catalogue.annotations import load_captions, save_captions, save_tags
 from motiondb.store.catalogue.sources import Source
@@ -155,6 +156,8 @@ def load_capture(store: Store, name: str, *, or_file: bool = False) -> CaptureIn
             f"{', ...' if len(matching) > 5 else ''}. Give the whole name."
         )
     if not matching:
+        if or_file and (kind := odd_kind(name)):
+            raise QueryError(f"{name!r}: expected a file or the name of a capture, found {kind}.")
         near = suggestion(name, names) or suggestion(name, {n.rpartition("/")[2] for n in names})
         raise QueryError(
             f"{name!r}: expected {'a file or ' if or_file else ''}the name of a capture, found "

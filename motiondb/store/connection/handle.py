@@ -127,6 +127,11 @@ class Store:
             with self._turn:
                 self._is_marked = log_mark.set_mark(self._open_root(), self.path)
 
+    def stand_in_for_log(self) -> None:
+        """See to it that a kill during the next commit is not taken for the loss of the log."""
+        if self._is_marked:
+            log_mark.stand_in(self.path)
+
     def keep_log(self) -> None:
         """See to it, after a change, that there is a log where the file says so."""
         if self._is_marked:

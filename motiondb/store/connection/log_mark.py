@@ -6,7 +6,7 @@ log holds. Nothing of DuckDB's in the file tells so. Therefore the row ``log`` o
 says ``open`` in the file itself, by a checkpoint before the first change of an opening, and is
 empty again once the file was closed. From the mark on there is always a log: a checkpoint of
 DuckDB's own deletes it, so the mark is then written anew, with another value, since DuckDB logs no
-change to the same one. Between the first checkpoint and the log that follows, an empty file
+change to the same one. Between a checkpoint and the log that follows, an empty file
 ``.PATH.marking`` stands for the log, so that a kill at that moment is not taken for a loss. A file
 that says ``open`` and has neither beside it was moved or copied without its log.
 """
@@ -36,8 +36,7 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
     A thread's own connection may hold an answer that was not fetched to its end, and cannot make a
     checkpoint; the connection that all others come from never does.
     """
-    with suppress(OSError):  # a full disk, which the next sentences tell
-        beside(path, MARKING).touch()
+    stand_in(path)
     try:
         root.execute(_OPEN)
         root.execute("CHECKPOINT")
@@ -47,6 +46,12 @@ def set_mark(root: duckdb.DuckDBPyConnection, path: Path) -> bool:
         raise translate(path, error) from error
     keep_log(root, path)
     return True
+
+
+def stand_in(path: Path) -> None:
+    """Let an empty file stand for the log: before each commit, at which DuckDB may delete it."""
+    with suppress(OSError):  # a full disk, which the next statements tell
+        beside(path, MARKING).touch()
 
 
 def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:

@@ -50,6 +50,7 @@ def transaction(store: Store) -> Iterator[Connection]:
             yield store.connection
             for key in store.local.changed:
                 write_meta(store, key, uuid.uuid4().hex)
+            store.stand_in_for_log()
             store.connection.execute("COMMIT")
             Store.changes_saved += 1
             store.keep_log()

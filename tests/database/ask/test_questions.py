@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
+from contextvars import copy_context
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +103,7 @@ def test_a_word_that_is_like_none_is_left_out_beside_a_known_one(asked: MotionDB
 def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_path: Path) -> None:
     asked = ["search", "wlak or walk for 2 s but not turning", "--limit", "2", "--explain"]
     command = [*asked, "--png", str(tmp_path / "why.png"), "--db", str(learned_file)]
-    ended = CliRunner().invoke(app, [*command, "--json"])
+    ended = copy_context().run(CliRunner().invoke, app, [*command, "--json"])
     assert ended.exit_code == 0
     facts = json.loads(ended.stdout)
     assert facts["question"]["understood"] == "(walk for 2 s), not turn"
@@ -112,7 +113,7 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_p
         {"text": "for at most 2 s", "reason": "search cannot tell that it ends by then"},
     ]
     assert {"words", "together", "excluded", "log_odds"} <= set(facts["matches"][0]["explain"])
-    lines = CliRunner().invoke(app, command).stdout.splitlines()
+    lines = copy_context().run(CliRunner().invoke, app, command).stdout.splitlines()
     assert lines[:2] == [
         "understood: (walk for 2 s), not turn",
         "'for at most 2 s' is not used in search: search cannot tell that it ends by then",

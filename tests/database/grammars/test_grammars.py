@@ -238,7 +238,7 @@ def test_motion_symbols_may_be_terminals(learned_copy: Path) -> None:
 def test_files_and_pictures(asked_dances: MotionDB, tmp_path: Path) -> None:
     made = asked_dances.grammars.generate("dance", 3)
     facts = asked_dances.grammars.write(made, tmp_path / "new.bvh", 3)
-    written: dict[str, Any] = json.loads((tmp_path / "new.provenance.json").read_text())
+    written: dict[str, Any] = json.loads((tmp_path / "new.bvh.provenance.json").read_text())
     assert written["string"] == list(facts.string) == list(made.string)
     assert written["frames"][0]["start"] == 0
     assert written["frames"][-1]["end"] == made.motion.n_frames

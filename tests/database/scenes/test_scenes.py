@@ -39,7 +39,7 @@ attack A2 at -3.5 5
 2 shoot A2
 """
 PIPED: dict[str, Any] = {"capture_output": True, "text": True, "check": True}
-QUICK = SceneSettings(seed=2, minutes=0.02, tries=1)
+QUICK = SceneSettings(seed=2, rounds=2, chains=1, tries=1)
 
 
 @dataclass
@@ -79,8 +79,9 @@ def test_everybody_does_what_the_diagram_asks(made: Made) -> None:
 
 def test_the_folder_is_complete(made: Made) -> None:
     assert sorted(path.name for path in made.folder.iterdir()) == [
-        "A1.bvh", "A1.provenance.json", "A2.bvh", "A2.provenance.json", "basketball.grammar",
-        "diagram.tactics", "report.json", "report.txt", "scene.glb", "scene.json",
+        "A1.bvh", "A1.bvh.provenance.json", "A2.bvh", "A2.bvh.provenance.json",
+        "basketball.grammar", "diagram.tactics", "report.json", "report.txt", "scene.glb",
+        "scene.json",
     ]  # fmt: skip
     assert (made.folder / "diagram.tactics").read_text() == DIAGRAM
     assert [p.name for p in made.folder.parent.iterdir() if p.name.startswith(".")] == []
@@ -98,7 +99,7 @@ def test_the_files_together_are_the_scene(made: Made) -> None:
 
 def test_every_frame_has_a_source_and_a_licence(made: Made) -> None:
     for name in ("A1", "A2"):
-        facts = json.loads((made.folder / f"{name}.provenance.json").read_text())
+        facts = json.loads((made.folder / f"{name}.bvh.provenance.json").read_text())
         runs = facts["frames"]
         assert [run["start"] for run in runs[1:]] == [run["end"] for run in runs[:-1]]
         assert (runs[0]["start"], runs[-1]["end"]) == (0, made.scene.record.n_frames)
@@ -186,7 +187,8 @@ def test_a_scene_tells_whether_time_ended_its_sampling(
     clock = chain(seconds, repeat(1000.0))
     monkeypatch.setattr(scene_making, "time", SimpleNamespace(monotonic=lambda: next(clock)))
     with motiondb.open(made.file, read_only=True) as db:
-        scene = db.scenes.update(db.scenes.find(made.folder), made.diagram)
+        timed = replace(QUICK, minutes=0.02)
+        scene = db.scenes.update(db.scenes.find(made.folder), made.diagram, timed)
     assert (len(scene.made.trace.best) == 2) == cut_short  # the start and one round
     assert scene.record.report["cut_short"] is cut_short
     if cut_short:

@@ -157,7 +157,19 @@ def test_the_note_of_a_process_that_was_killed_while_it_waited_goes(tmp_path: Pa
     assert [file.name for file in tmp_path.iterdir()] == ["m.duckdb"]
 
 
-@pytest.mark.parametrize("program", [_REFUSED, _IN_BETWEEN], ids=["refused", "in between"])
+_OWN_CHECKPOINT = """
+import os, signal, sys
+from motiondb import store
+database = store.open_store(sys.argv[1])
+store.save_synonyms(database, {"jog": "run"})
+database.connection.execute("SET wal_autocheckpoint = '1KB'")
+database.keep_log = lambda: os.kill(os.getpid(), signal.SIGKILL)
+store.save_synonyms(database, {"jog": "run", "dash": "run"})
+"""
+_KILLS = {"refused": _REFUSED, "in between": _IN_BETWEEN, "own checkpoint": _OWN_CHECKPOINT}
+
+
+@pytest.mark.parametrize("program", _KILLS.values(), ids=_KILLS)
 def test_a_kill_that_lost_nothing_is_not_told(tmp_path: Path, program: str) -> None:
     path = tmp_path / "m.duckdb"
     subprocess.run([sys.executable, "-c", program, str(path)], check=False)

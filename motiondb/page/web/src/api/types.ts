@@ -582,6 +582,7 @@ export interface MadeReply {
   recognised: number[];
   decodings: DecodedAction[];
   sources: Source[];
+  smoothness: Smoothness;
   words_from: WordSource[];
   question: UnderstoodQuestion;
   id: string;
@@ -942,6 +943,17 @@ export interface ShownSegment {
 export interface SideOfAction {
   side: string;
   limb: string;
+}
+
+export interface Smoothness {
+  foot_slip: number;
+  foot_slip_of_sources: number | null;
+  toe_slip: number;
+  toe_slip_of_sources: number | null;
+  speed_jump: number;
+  speed_jump_of_sources: number | null;
+  floating: number;
+  floating_of_sources: number | null;
 }
 
 export interface Source {
