@@ -111,7 +111,7 @@ def _print_generated(
     not_used = {left: None for made in motions for left in made.not_used}
     for why_not in dict.fromkeys(made.why_not for made in motions if made.why_not):
         printing.say(why_not)
-    printing.print_question(first.question, list(not_used), "generation", first.taken)
+    printing.print_question(first.question.understood, first.unknown, list(not_used), "generation")
     for made, one in zip(motions, facts):
         _print_one(made, one)
     if len(motions) < asked:
@@ -141,8 +141,29 @@ def _print_one(made: Generated, facts: WrittenMotion) -> None:
         printing.say(f"  {_say_shown(shown)}")
         for line in shown.done:
             printing.say(f"      {line}")
+    printing.say(_say_smoothness(facts))
     printing.print_sources(facts.sources)
     printing.say(f"every frame's origin: {facts.provenance}")
+
+
+def _say_smoothness(facts: WrittenMotion) -> str:
+    """Slip, float and jumps of a motion, each beside those of its sources where it has any."""
+    of = facts.smoothness
+
+    def both(value: float, source: float | None, unit: str, digits: int = 1) -> str:
+        text = f"{value:.{digits}f} {unit}"
+        return text if source is None else f"{text}, in the sources {source:.{digits}f}"
+
+    def cm(value: float, source: float | None, unit: str) -> str:
+        return both(100.0 * value, None if source is None else 100.0 * source, unit)
+
+    jump = both(of.speed_jump, of.speed_jump_of_sources, "m/s", 2)
+    return (
+        f"feet slip {cm(of.foot_slip, of.foot_slip_of_sources, 'cm/s')}; "
+        f"toes {cm(of.toe_slip, of.toe_slip_of_sources, 'cm/s')}; "
+        f"feet float {cm(of.floating, of.floating_of_sources, 'cm')}; "
+        f"the speed jumps by at most {jump}"
+    )
 
 
 def _say_shown(one: JudgedAction) -> str:

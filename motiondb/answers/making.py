@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from motiondb.answers.plain import OPTIONAL
 from motiondb.answers.questions import UnderstoodQuestion, WordProbability
+from motiondb.generate.smoothness import Smoothness
 from motiondb.search.chances import WordSource
 
 
@@ -60,6 +61,7 @@ class GeneratedAnswer:
     recognised: tuple[int, ...]
     decodings: tuple[DecodedAction, ...]
     sources: tuple[Source, ...]
+    smoothness: Smoothness
     words_from: tuple[WordSource, ...] = ()
     question: UnderstoodQuestion
 

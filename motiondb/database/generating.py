@@ -27,6 +27,7 @@ from motiondb.generate.motion_making import (
 )
 from motiondb.generate.sentence_plan import speed_of
 from motiondb.generate.shown_actions import JudgedAction
+from motiondb.generate.smoothness import Smoothness
 from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
@@ -73,6 +74,8 @@ class Generated:
         Origin and licence of every frame.
     question : KnownQuestion
         The parsed sentence.
+    smoothness : Smoothness
+        How smooth the motion is, beside the captures that its frames come from.
     shown : tuple of JudgedAction
         For each requested action, whether the motion shows it, according to a judge that is
         independent of the generation.
@@ -109,6 +112,7 @@ class Generated:
     recognised: tuple[int, ...]
     provenance: store.Provenance
     question: KnownQuestion
+    smoothness: Smoothness
     shown: tuple[JudgedAction, ...] = ()
     decided: tuple[str, ...] = ()
     spans: tuple[tuple[int, int], ...] = ()
@@ -161,6 +165,7 @@ class Generated:
                 for d in self.decodings
             ),
             sources=sources_of(self.provenance),
+            smoothness=self.smoothness,
             words_from=self.sources,
             question=understood_question(self.question, self.not_used),
         )
@@ -342,6 +347,7 @@ def _to_generated(
         spans=motion.spans,
         not_used=hinted(motion.not_used, hints),
         sources=word_sources(learned, (word for action in motion.actions for word in action)),
+        smoothness=motion.smoothness,
     )
 
 

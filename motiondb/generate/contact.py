@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.body.features import runs
@@ -27,6 +28,9 @@ MAX_SPEED = 0.45  # Largest speed of a foot in contact, metres a second
 TOE_HEIGHT = 0.02  # Height of a toe over the ground in a flat stance, metres
 FADE = 6  # Frames (0.2 s) over which a correction fades in and out
 DOWN = 0.015  # Height above its lowest in a contact up to which an ankle or toe is down, metres
+CLEARANCE, CLEARED = 0.04, 3
+"""A foot that would swing below the ground is lifted by up to that many metres above it, rising
+over that many frames from its last contact."""
 MOST_TURN = 0.6  # Largest correction of the direction of a foot, radians
 _I = body.INDEX
 FEET = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("ankle", "toe"))
@@ -158,7 +162,9 @@ def _corrections(
         held = np.concatenate([np.zeros((1, 2)), held])
         moved[start:end, [0, 2]] = held - np.median(held, axis=0)
     lowest = np.minimum(ankle[:, 1] - body.ANKLE_HEIGHT, toe[:, 1] - TOE_HEIGHT)
-    moved[:, 1] = np.maximum(-lowest, 0.0)
+    swings = uniform_filter1d(1.0 - contact, 2 * CLEARED + 1) * ~contact
+    swings = uniform_filter1d(swings * (lowest < 0.0), CLEARED)
+    moved[:, 1] = np.maximum(-lowest, 0.0) + CLEARANCE * swings * ~contact
     if contact.any():
         moved[:, [0, 2]] = _fade(moved[:, [0, 2]], contact)
     return moved

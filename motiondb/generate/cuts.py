@@ -106,7 +106,12 @@ class Take:
     edges: FloatArray  # (frames + 1, values): what must agree at a seam
     poses: FloatArray  # (frames, values): by which its period is found
     restless: FloatArray  # (frames,): see ``restlessness``
-    jumps: FloatArray  # (frames,): change of the speed over the ground to the next frame, m/s
+    speeds: FloatArray  # (frames,): speed over the ground, m/s
+
+    @property
+    def jumps(self) -> FloatArray:
+        """Change of the speed over the ground to the next frame: array (frames,), m/s."""
+        return jumps_of(self.speeds)
 
 
 @dataclass(frozen=True)
@@ -119,10 +124,9 @@ class Position:
     is_timed: bool = False  # Whether a duration says how long it is
 
 
-def jumps_of(path: FloatArray) -> FloatArray:
-    """Change of the speed over the ground to the next frame: array (frames,), m/s; (frames, 4)."""
-    speed = np.hypot(path[:, 1], path[:, 2])
-    return np.abs(np.diff(speed, append=speed[-1:]))
+def jumps_of(speeds: FloatArray) -> FloatArray:
+    """Change of speeds (frames,) to the next frame: array (frames,)."""
+    return np.abs(np.diff(speeds, append=speeds[-1:]))
 
 
 def frame_values(source: Source, n_frames: int) -> FloatArray:
@@ -146,14 +150,14 @@ def moved_cuts(
     targets: list[float] = []
     owner: list[int] = []
     for n, one in enumerate(excerpts):
-        take = takes[one.capture]
+        take, jumps = takes[one.capture], takes[one.capture].jumps
         period = find_period(take.poses[one.start : one.end])
         value = float(values[one.capture][one.start : one.end].mean())
         spans = _spans(one, len(take.poses), period, position)
-        for start, end in [*spans, *_unbroken(one, take.jumps)]:
+        for start, end in [*spans, *_unbroken(one, jumps)]:
             cost = MOVED_COST * (abs(start - one.start) + abs(end - one.end))
             cost += value - float(values[one.capture][start:end].mean())
-            rough = ROUGH_WEIGHT * (float(take.jumps[start:end].max()) - ROUGH)
+            rough = ROUGH_WEIGHT * (float(jumps[start:end].max()) - ROUGH)
             cost += float(np.clip(rough, 0.0, MOST_ROUGH))
             if period is None:
                 cost += RESTLESS_WEIGHT * _unrest(take.restless, start, end)
@@ -178,7 +182,7 @@ def _spans(
     step = COARSE_STEP if ahead and behind else STEP
     moves = range(-MOST_MOVED, MOST_MOVED + 1, step)
     inwards = MARGIN_LEFT if position.is_directed else MOST_MOVED
-    outwards = 0 if position.is_timed or position.is_directed else MOST_MOVED
+    outwards = 0 if position.is_timed else MOST_MOVED
     least = min(LEAST_LEFT, one.end - one.start)
     spans = [(one.start, one.end)]
     for a in moves if ahead else (0,):

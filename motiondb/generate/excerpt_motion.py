@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from motiondb.body import pose_vectors, retarget, rotation
-from motiondb.generate import contact, cuts, stitching
+from motiondb.generate import contact, cuts, stitching, variation
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.direction import ONCE, gone
 from motiondb.generate.excerpts import (
@@ -91,6 +91,13 @@ class ShownExcerpt:
     place: int = 0  # Number of its place; -1 if it is not among those comparable with the best one
     n_places: int = 1  # Number of places that show the action about as clearly as the best one
     does: bool = True  # Whether it does all that is measured
+    # Other excerpts that are played after the first part of the layout
+    between: tuple[stitching.Piece, ...] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return self.layout.n_frames + sum(piece.end - piece.start for piece in self.between)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,50 +134,29 @@ def excerpt_motion(
     values = [np.array([e.score for e in each]) - cost for each, cost in zip(excerpts, costs)]
     does = [_does(material, each, words) for each, words in directed]
     places = [number_places(*each) for each in zip(excerpts, values, does)]
-    candidates = []
-    for k, (each, cost, numbers, value) in enumerate(zip(excerpts, costs, places, values)):
-        timed = actions[k].action.seconds is not None
-        position = cuts.Position(k == 0, k == len(actions) - 1, bool(directed[k][1]), timed)
-        preferred = cost + _preference(numbers, value, choice)
-        preferred = preferred + rng.uniform(0.0, 0.05, size=len(preferred))
-        of = {
-            s.capture: cuts.frame_values(s, len(material.takes[s.capture].poses))
-            for s in actions[k].sources
-            if s.capture in material.takes
-        }
-        moved, owner = cuts.moved_cuts(each, material.takes, of, preferred, position)
-        words = directed[k][1]
-        candidates.append((_with_directions(material, moved, words, position), owner))
-    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT, MOST_JOIN)
+    rows = [
+        _Rows(*each)
+        for each in zip(actions, excerpts, [words for _, words in directed], costs, values, places)
+    ]
+    picked, owners = _pick(material, rows, choice, rng)
     shown, pieces, sources, lengths = [], [], dict(material.paths), []
     origins: dict[int, tuple[int, float]] = {c: (c, 1.0) for c in sources}
-    picked = [
-        replace(each[int(owner[i])], start=int(moved.starts[i]), end=int(moved.ends[i]))
-        for i, each, (moved, owner) in zip(chosen, excerpts, candidates)
-    ]
-    fixed = [
-        one.action.seconds is not None or bool(words) for one, (_, words) in zip(actions, directed)
-    ]
-    picked = cuts.refine(picked, material.takes, fixed)
-    for number, (i, (_, owner)) in enumerate(zip(chosen, candidates)):
-        n, excerpt = int(owner[i]), picked[number]
-        one = _lay_out(
-            material,
-            actions[number].action,
-            excerpt,
-            speeds[number],
-            directed[number][1],
-            number == len(actions) - 1,
-        )
-        numbers = int(places[number][n]), int(places[number].max()) + 1
+    for number, (row, n, excerpt) in enumerate(zip(rows, owners, picked)):
+        is_last = number == len(actions) - 1
+        one = _lay_out(material, row.of.action, excerpt, speeds[number], row.words, is_last)
+        numbers = int(row.places[n]), int(row.places.max()) + 1
         one = replace(one, place=numbers[0], n_places=numbers[1], does=bool(does[number][n]))
         key = excerpt.capture
         if one.rate != 1.0:
             key = -2 - number
             sources[key] = resample(*material.paths[excerpt.capture], one.rate)
             origins[key] = (excerpt.capture, one.rate)
-        pieces += [stitching.Piece(key, a, b) for a, b in one.layout.parts]
-        lengths.append(one.layout.n_frames)
+        elif variation.is_monotonous(one.layout):
+            one = _vary(material, row, one, rng)
+        played = [stitching.Piece(key, a, b) for a, b in one.layout.parts]
+        played[1:1] = one.between
+        pieces += played
+        lengths.append(one.n_frames)
         shown.append(one)
     legs = [material.motions[origins[piece.capture][0]].leg_length for piece in pieces]
     stitched = stitching.stitch(pieces, sources)
@@ -184,6 +170,63 @@ def excerpt_motion(
     return ExcerptMotion(made, tuple(shown))
 
 
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The excerpts of an action among which one is chosen."""
+
+    of: ActionSources
+    excerpts: list[Excerpt]
+    words: tuple[str, ...]  # Measured words that its captures can show
+    costs: FloatArray  # (excerpts,): of the distance from the speed that is asked for
+    values: FloatArray  # (excerpts,)
+    places: IntArray  # (excerpts,)
+
+
+def _pick(
+    material: _Material, rows: Sequence[_Rows], choice: int, rng: np.random.Generator
+) -> tuple[list[Excerpt], list[int]]:
+    """The excerpts of the sequence with their cuts, and the number of each among its action's."""
+    candidates = []
+    for k, row in enumerate(rows):
+        timed = row.of.action.seconds is not None
+        position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed)
+        preferred = row.costs + _preference(row.places, row.values, choice)
+        preferred = preferred + rng.uniform(0.0, 0.05, size=len(preferred))
+        moved, owner = _moved(material, row, preferred, position)
+        candidates.append((_with_directions(material, moved, row.words, position), owner))
+    chosen = stitching.choose([candidate for candidate, _ in candidates], JOIN_WEIGHT, MOST_JOIN)
+    owners = [int(owner[i]) for i, (_, owner) in zip(chosen, candidates)]
+    picked = [
+        replace(row.excerpts[n], start=int(moved.starts[i]), end=int(moved.ends[i]))
+        for i, n, row, (moved, _) in zip(chosen, owners, rows, candidates)
+    ]
+    fixed = [row.of.action.seconds is not None or bool(row.words) for row in rows]
+    return cuts.refine(picked, material.takes, fixed), owners
+
+
+def _moved(
+    material: _Material, row: _Rows, costs: FloatArray, position: cuts.Position
+) -> tuple[stitching.Candidates, IntArray]:
+    """The excerpts of an action with moved cuts, and the number of the excerpt of each."""
+    values = {
+        s.capture: cuts.frame_values(s, len(material.takes[s.capture].poses))
+        for s in row.of.sources
+        if s.capture in material.takes
+    }
+    return cuts.moved_cuts(row.excerpts, material.takes, values, costs, position)
+
+
+def _vary(
+    material: _Material, row: _Rows, one: ShownExcerpt, rng: np.random.Generator
+) -> ShownExcerpt:
+    """The same with other excerpts of the action in place of a loop's repetitions."""
+    moved = _moved(material, row, row.costs, cuts.Position(False, False))
+    layout, between = variation.vary(
+        one.excerpt.capture, one.layout, moved, material.takes, (JOIN_WEIGHT, MOST_JOIN), rng
+    )
+    return replace(one, layout=layout, between=between)
+
+
 def _finish(
     stitched: stitching.Stitched,
     material: _Material,
@@ -192,7 +235,7 @@ def _finish(
     leg_length: float,
 ) -> SequenceMotion:
     """A stitched motion with locked feet, and the origin of its frames in the captures."""
-    jumps = maximum_filter1d(cuts.jumps_of(stitched.path), 7) > cuts.ROUGH
+    jumps = maximum_filter1d(cuts.jumps_of(np.hypot(*stitched.path[:, 1:3].T)), 7) > cuts.ROUGH
     stitching.smooth_speeds(stitched.path, jumps.astype(float))
     motion = pose_vectors.from_path(stitched.path, stitched.rotations, leg_length=leg_length)
     rates = np.array([origins[int(c)][1] for c in stitched.captures])
@@ -310,8 +353,8 @@ def _gather(takes: Takes, captures: Iterable[int]) -> _Material:
     for c, motion in base.motions.items():
         positions = retarget.motion_positions(motion)[0]
         edges = cuts.edges_of(*base.paths[c], base.vectors[c], scale)
-        jumps = cuts.jumps_of(base.paths[c][0])
-        seen[c] = cuts.Take(edges, base.vectors[c][:, 4:], cuts.restlessness(positions), jumps)
+        speeds = np.hypot(*base.paths[c][0][:, 1:3].T)
+        seen[c] = cuts.Take(edges, base.vectors[c][:, 4:], cuts.restlessness(positions), speeds)
         contacts[c] = contact.find_contacts(positions)
     return _Material(**vars(base), tracks=tracks, scale=scale, takes=seen, contacts=contacts)
 

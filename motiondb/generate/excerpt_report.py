@@ -44,9 +44,14 @@ def report_excerpt(
     first, behind = source_span(shown)
     done = [f"{name} {first:.1f}-{behind:.1f} s"]
     left = []
-    seconds = layout.n_frames / MOTION_FPS
+    seconds = shown.n_frames / MOTION_FPS
     if layout.said:
         done.append(layout.said)
+    done += [
+        f"{learned.captures[piece.capture].name} {piece.start / MOTION_FPS:.1f}-"
+        f"{piece.end / MOTION_FPS:.1f} s"
+        for piece in shown.between
+    ]
     done += [f"{word}: measured in the motion" for word in shown.directions]
     if action.seconds is not None and not _within(seconds, action.seconds):
         text = say_duration(action.seconds.least, action.seconds.most)
@@ -118,12 +123,13 @@ def place_probability(learned: Learned, shown: ShownExcerpt) -> float | None:
 
 def segments_of(learned: Learned, shown: ShownExcerpt) -> list[int]:
     """Symbols of the segments of which the parts of an excerpt play at least half."""
-    rows = learned.rows[shown.excerpt.capture]
-    starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
-    symbols = learned.segments.symbols[rows]
     segments: list[int] = []
-    for a, b in shown.layout.parts:
-        low, high = a * shown.rate, b * shown.rate
+    parts = [(shown.excerpt.capture, a * shown.rate, b * shown.rate) for a, b in shown.layout.parts]
+    parts[1:1] = [(piece.capture, piece.start, piece.end) for piece in shown.between]
+    for capture, low, high in parts:
+        rows = learned.rows[capture]
+        starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+        symbols = learned.segments.symbols[rows]
         inside = np.minimum(ends, high) - np.maximum(starts, low)
         which = np.flatnonzero(2.0 * inside >= ends - starts)
         if len(which) == 0:

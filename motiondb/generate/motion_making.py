@@ -25,6 +25,7 @@ from motiondb.generate.material import SequenceMotion, Takes
 from motiondb.generate.occurrences import measured_track
 from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
+from motiondb.generate.smoothness import Smoothness, measure_smoothness
 from motiondb.generate.symbol_motion import symbol_motion
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse
@@ -63,6 +64,7 @@ class MadeMotion:
     recognised: IntArray  # (segments,): symbols recognised in the motion
     question: KnownQuestion
     shown: tuple[JudgedAction, ...]  # Per action that was asked for, whether the motion shows it
+    smoothness: Smoothness
     decided: tuple[str, ...] = ()  # Decisions on what the sentence leaves open
     not_used: tuple[NotUsed, ...] = ()  # Parts of the sentence that the motion does not show
     # Number of every action's place among those that show it about as clearly as the best one (-1
@@ -113,7 +115,7 @@ def make_motion(
             return _from_symbols(learned, takes, wanted)
         sources = _sources(learned, wanted, anyway)
         made_of_excerpts = excerpt_motion(takes, sources, rng, choice)
-        return _from_excerpts(learned, wanted, sources, made_of_excerpts)
+        return _from_excerpts(learned, takes, wanted, sources, made_of_excerpts)
 
 
 def _understand(
@@ -234,6 +236,7 @@ def _no_source(action: PlannedAction) -> str:
 
 def _from_excerpts(
     learned: Learned,
+    takes: Takes,
     wanted: _Wanted,
     sources: Sequence[ActionSources],
     made_of_excerpts: ExcerptMotion,
@@ -243,19 +246,19 @@ def _from_excerpts(
     track = measured_track(made_of_excerpts.made.motion)
     asked, left, symbols, positions = [], [], list[int](), list[int]()
     for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
-        done, not_done = report_excerpt(learned, shown)
+        done, unmade = report_excerpt(learned, shown)
         part = of.action, int(ends[n]), int(ends[n + 1])
         placed = place_probability(learned, shown)
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
-        not_done = [*not_done, *miscounted(shown, track[ends[n] : ends[n + 1]])]
+        not_done = [*unmade, *miscounted(shown, track[ends[n] : ends[n + 1]])]
         not_done += [one for one in of.not_used if one.text not in shown.directions]
         left += not_done
         asked.append(Asked(*part, done, shown.directions, placed, performer, name, tuple(not_done)))
         inside = segments_of(learned, shown)
         symbols += inside
         positions += [n] * len(inside)
-    captures = sorted({shown.excerpt.capture for shown in made_of_excerpts.shown})
+    captures = sorted(set(made_of_excerpts.made.captures.tolist()))
     judged = judge_motion(learned, made_of_excerpts.made.motion, asked, captures)
     return MadeMotion(
         made_of_excerpts.made,
@@ -266,6 +269,7 @@ def _from_excerpts(
         recognise(learned, made_of_excerpts.made.motion).symbols,
         wanted.question,
         (*judged, *wanted.missing),
+        measure_smoothness(made_of_excerpts.made, takes.motion),
         wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
         tuple((shown.place, shown.n_places) for shown in made_of_excerpts.shown),
@@ -299,6 +303,7 @@ def _from_symbols(learned: Learned, takes: Takes, wanted: _Wanted) -> MadeMotion
         made_of_symbols.recognised,
         wanted.question,
         (*judged, *wanted.missing),
+        measure_smoothness(made_of_symbols.made, takes.motion),
         wanted.decided,
         tuple(dict.fromkeys((*wanted.not_used, *left))),
     )
