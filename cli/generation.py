@@ -111,7 +111,7 @@ def _print_generated(
     not_used = {left: None for made in motions for left in made.not_used}
     for why_not in dict.fromkeys(made.why_not for made in motions if made.why_not):
         printing.say(why_not)
-    printing.print_question(first.question, list(not_used), "generation", first.taken)
+    printing.print_question(first.question.understood, first.unknown, list(not_used), "generation")
     for made, one in zip(motions, facts):
         _print_one(made, one)
     if len(motions) < asked:

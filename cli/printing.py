@@ -11,7 +11,6 @@ import codecs
 import io
 import json
 import math
-import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from motiondb import (
         Drift,
         Grammars,
-        KnownQuestion,
         MotionDB,
         MotionGrammar,
         NotUsed,
@@ -124,21 +122,15 @@ def note_pattern(grammars: Grammars, name: str, like: str | None, exact: bool) -
 
 
 def print_question(
-    question: KnownQuestion,
-    not_used: Sequence[NotUsed],
-    what: str,
-    taken: Mapping[str, Taking],
+    understood: str, unknown: Iterable[str], not_used: Sequence[NotUsed], what: str
 ) -> None:
     """The interpretation of a question, and a line for every part that ``what`` does not use.
 
     Unknown words are printed separately, on standard error.
     """
-    understood = question.understood
-    for word, taking in taken.items():
-        understood = re.sub(rf"\b{re.escape(word)}\b", taking.notation, understood)
     say(f"understood: {understood}")
     for left in not_used:
-        if left.text not in question.unknown:
+        if left.text not in unknown:
             say(f"{left.text!r} is not used in {what}: {left.reason}")
 
 

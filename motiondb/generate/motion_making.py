@@ -246,12 +246,12 @@ def _from_excerpts(
     track = measured_track(made_of_excerpts.made.motion)
     asked, left, symbols, positions = [], [], list[int](), list[int]()
     for n, (of, shown) in enumerate(zip(sources, made_of_excerpts.shown)):
-        done, not_done = report_excerpt(learned, shown)
+        done, unmade = report_excerpt(learned, shown)
         part = of.action, int(ends[n]), int(ends[n + 1])
         placed = place_probability(learned, shown)
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
-        not_done = [*not_done, *miscounted(shown, track[ends[n] : ends[n + 1]])]
+        not_done = [*unmade, *miscounted(shown, track[ends[n] : ends[n + 1]])]
         not_done += [one for one in of.not_used if one.text not in shown.directions]
         left += not_done
         asked.append(Asked(*part, done, shown.directions, placed, performer, name, tuple(not_done)))

@@ -293,7 +293,7 @@ def _place(material: Material, asked: AskedWords | None, token: str) -> PatternS
         near = nearest_words(word or token, words)
         raise QueryError(
             f"{token!r}: expected a terminal, {ANY}, {GAP} or a word of the database, found another"
-            f" word.{f' Did you mean {near[0]}?' if near else ' Take a word of the captions.'}"
+            f" word.{f' Perhaps {near[0]}.' if near else ' Take a word of the captions.'}"
         )
     return _word_places(material, asked)(word)
 

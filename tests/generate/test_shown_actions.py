@@ -1,0 +1,66 @@
+"""Verdicts on motion: shown, not shown or not sure, and what they rest on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import motiondb
+from motiondb.generate.sentence_plan import PlannedAction
+from motiondb.generate.shown_actions import MEASURED, NOT_SHOWN, SHOWN, Asked, judge_motion
+from motiondb.language.question.tree import NotUsed
+from motiondb.records import Motion
+
+
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def walk(db: motiondb.MotionDB) -> Motion:
+    return db.motion("ana/walk_1")
+
+
+def _asked(motion: Motion, words: str, *directions: str) -> Asked:
+    action = PlannedAction((tuple(words.split()),))
+    return Asked(action, 0, motion.n_frames, directions=directions)
+
+
+def test_a_measured_direction_needs_no_judge_and_the_rest_does(
+    db: motiondb.MotionDB, walk: Motion
+) -> None:
+    walks = judge_motion(db.learned, walk, [_asked(walk, "walk forward", "forward")], [])[0]
+    assert (walks.shown, walks.reason) == (True, "walk by its looks, forward is measured")
+    assert walks.probability >= SHOWN
+    alone = judge_motion(db.learned, walk, [_asked(walk, "walk")], [])[0]
+    assert walks.probability == pytest.approx(alone.probability)
+    kicks = judge_motion(db.learned, walk, [_asked(walk, "kick forward", "forward")], [])[0]
+    assert kicks.shown is False
+    assert kicks.probability < NOT_SHOWN
+
+
+def test_what_is_not_done_is_not_shown(db: motiondb.MotionDB, walk: Motion) -> None:
+    back = judge_motion(db.learned, walk, [_asked(walk, "walk backward", "backward")], [])[0]
+    assert (back.shown, back.reason) == (False, "it does not go backward")
+
+
+def test_a_turn_to_a_side_is_measured_alone(db: motiondb.MotionDB) -> None:
+    motion = db.motion("ana/turn_left_1")
+    turned = judge_motion(db.learned, motion, [_asked(motion, "turn left", "left")], [])[0]
+    assert (turned.shown, turned.probability, turned.reason) == (True, None, "left is measured")
+
+
+def test_a_measured_action_is_never_denied_for_its_looks(db: motiondb.MotionDB) -> None:
+    motion = db.motion("ana/jump_1")
+    asked = _asked(motion, "jump", "jump")
+    jumps = judge_motion(db.learned, motion, [asked], [])[0]
+    assert jumps.reason.endswith("jump is measured")
+    assert jumps.shown is (True if jumps.probability >= MEASURED else None)
+    less = replace(asked, not_done=(NotUsed("3 times", "found 1"),))
+    unsure = judge_motion(db.learned, motion, [less], [])[0]
+    assert (unsure.shown, unsure.reason) == (None, "'3 times' is left out: found 1")
