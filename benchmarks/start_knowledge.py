@@ -28,7 +28,7 @@ from motiondb.files.knowledge_file import read_knowledge
 from motiondb.learn.codec import to_values
 from motiondb.learn.knowledge import APART, Knowledge
 
-SHIPPED = Path(motiondb.__file__).parent / "knowledge" / "cmu.knowledge"
+SHIPPED = Path(motiondb.__file__).parent / "files" / "cmu.knowledge"
 CREDIT = (
     "The data used in this project was obtained from mocap.cs.cmu.edu. "
     "The database was created with funding from NSF EIA-0196217."

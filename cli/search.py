@@ -210,6 +210,8 @@ def _print_explanations(answer: WordAnswer) -> None:
         )
         for word in why.words:
             printing.say(f"    {_word_line(word)}")
+        if why.suggests:
+            printing.say(f"    its motion suggests: {'; '.join(why.suggests)}")
         if why.together:
             printing.say(f"    all of them together: {why.together:+.3f}")
         for excluded in why.excluded:
@@ -229,7 +231,7 @@ def _word_line(word: ExplainedWord) -> str:
         f"symbol {s.symbol} {s.share:+.3f} ({s.from_:.1f}-{s.to:.1f} s)" for s in word.strongest
     )
     written = f", written {word.written:+.3f}" if word.written else ""
-    if word.as_caption:
-        written += f", as part of the caption {word.as_caption:+.3f}"
+    if word.likeness:
+        written += f", likeness {word.likeness:+.3f}"
     usual = f"{word.word}: {word.contribution:+.3f} = usual {word.prior:+.3f}"
     return f"{usual}{written}, {shares}{others}"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.recognition import (
     FeaturePool,
     LearnSettings,
@@ -16,8 +17,9 @@ from motiondb.learn.recognition import (
     segment_table,
 )
 from motiondb.meaning import score_vectors, word_evidence
+from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.score_vectors import block_sizes
-from motiondb.meaning.word_map import WordMap
+from motiondb.meaning.word_map import WordMap, word_moments
 from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols, SegmentTable
 from motiondb.symbols import acquisition, feature_space
 from quality_protocol.captures import Capture
@@ -47,14 +49,25 @@ class Recognised:
         first, last = np.searchsorted(self.table.capture_ids, [capture, capture + 1])
         return slice(int(first), int(last))
 
-    def hear(self, fit: WordMap, capture: int) -> word_evidence.TakeScores:
-        """Log-odds of all words in a capture, from its motion alone."""
-        part = self.part(capture)
-        starts, ends = self.table.starts[part], self.table.ends[part]
-        odds = word_evidence.motion_log_odds(
-            fit, self.rows[part], starts, ends, word_evidence.WINDOW_MARGIN
-        )
-        return word_evidence.TakeScores(starts, ends, odds[:-1], odds[-1])
+    def captions(
+        self, train: IntArray, words: NDArray[np.bool_], names: Sequence[str]
+    ) -> CaptionMap:
+        """The caption map of captures ``train`` whose captions hold ``words`` (train, words)."""
+        moments = word_moments(self.vectors[train], words)
+        return solve_caption_map(moments, word_vectors().of(names))
+
+    def hear(
+        self, fit: WordMap, captions: CaptionMap, captures: Sequence[int] | IntArray
+    ) -> list[word_evidence.TakeScores]:
+        """Log-odds of all words in captures that are searched together, from their motion alone."""
+        rows = {int(capture): self.part(int(capture)) for capture in captures}
+        likeness = captions.suggest(self.vectors[list(rows)]).likeness()
+        odds = word_evidence.hear_takes(fit, likeness, self.rows, self.table, rows)
+        starts, ends = self.table.starts, self.table.ends
+        return [
+            word_evidence.TakeScores(starts[part], ends[part], odds[c][:-1], odds[c][-1])
+            for c, part in rows.items()
+        ]
 
 
 def recognise(captures: Sequence[Capture], known: NDArray[np.bool_], seed: int) -> Recognised:
@@ -93,10 +106,12 @@ def seen_without(seen: Recognised, n_blocks: int) -> Recognised:
     n_blocks : 0: the symbols' scores; 3: those and places, joint and rhythm
         (``motiondb.meaning.score_vectors``).
     """
-    n_columns = sum(block_sizes(seen.table.movement.shape[1])[:n_blocks])
-    table = replace(seen.table, movement=seen.table.movement[:, :n_columns])
-    known = np.ones(len(seen.whitened), dtype=bool)
-    return _standardised(seen.symbols, table, seen.whitened, known)
+    sizes = block_sizes(seen.table.movement.shape[1])
+    rows = seen.rows.copy()
+    rows[:, seen.table.scores.shape[1] + sum(sizes[:n_blocks]) :] = 0.0
+    parts = {capture: seen.part(capture) for capture in range(len(seen.whitened))}
+    vectors = score_vectors.whole_vectors(rows, seen.table, parts)
+    return replace(seen, rows=rows, vectors=vectors)
 
 
 def _standardised(

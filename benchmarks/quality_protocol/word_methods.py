@@ -20,9 +20,7 @@ from motiondb.meaning.description_map import (
     score_probabilities,
 )
 from motiondb.meaning.score_vectors import unit
-from motiondb.meaning.word_map import solve_caption_map, word_moments
 from motiondb.records import FloatArray
-from motiondb.search.by_words import CAPTION_WEIGHT
 from quality_protocol import baselines as base
 from quality_protocol.captures import performer_folds
 from quality_protocol.recognition import Recognised
@@ -32,12 +30,14 @@ Fit = Callable[[FloatArray, NDArray[np.bool_], FloatArray, float], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """train, gallery: places of captures; words: array (captures, words); who performs each."""
+    """train, gallery: places of captures; words: array (captures, words); who performs each;
+    names of the words."""
 
     train: NDArray[np.int64]
     gallery: NDArray[np.int64]
     words: NDArray[np.bool_]
     performers: tuple[str, ...]
+    names: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,42 +61,35 @@ def mean_of_words(scores: FloatArray) -> Callable[[Sequence[Sequence[int]]], Flo
 
 
 def motiondb_answers(
-    seen: Recognised, fold: Fold, as_captions: bool = True, told_by: str = "description map"
+    seen: Recognised, fold: Fold, likeness: bool = True, told_by: str = "description map"
 ) -> Answers:
-    """The product: word map, then search in every gallery capture.
+    """The product: word map and caption map, then search in every gallery capture.
 
-    Whole captions are written in quotation marks, unless ``as_captions`` is False. ``told_by``: the
-    map that tells words; "caption map" (by the shares of suggested captions) or "word map" instead.
+    ``likeness``: whether words add their likeness to what the motion suggests. ``told_by``: the map
+    that tells words; "caption map" (by the shares of suggested captions) or "word map" instead.
     """
     groups = np.unique([fold.performers[t] for t in fold.train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[fold.train], fold.words[fold.train], groups)
-    takes = [seen.hear(fit, int(g)) for g in fold.gallery]
+    captions = seen.captions(fold.train, fold.words[fold.train], fold.names)
+    if likeness:
+        takes = seen.hear(fit, captions, fold.gallery)
+    else:  # each is searched alone, so that its likeness to the mean is 0
+        takes = [take for g in fold.gallery for take in seen.hear(fit, captions, [int(g)])]
 
     def ask(actions: Sequence[Sequence[int]]) -> FloatArray:
         hits = [search_order(take, actions) for take in takes]
         return np.array([-np.inf if hit is None else hit.log_odds for hit in hits])
 
-    moments = word_moments(seen.vectors[fold.train], fold.words[fold.train])
-    captions = solve_caption_map(moments)
-    assert captions is not None
-    suggested = captions.suggested(seen.vectors[fold.gallery])
-
-    def ask_quoted(actions: Sequence[Sequence[int]]) -> FloatArray:
-        different = list(dict.fromkeys(w for action in actions for w in action))
-        likeness = suggested[:, different] @ captions.question(different)
-        return ask(actions) + CAPTION_WEIGHT * (likeness - likeness.mean())
-
     words = np.stack([ask([[w]]) for w in range(fold.words.shape[1])], axis=1)
     vectors = seen.vectors[fold.gallery]
-    asked = ask_quoted if as_captions else ask
     if told_by == "word map":
-        return Answers(words, fit.log_odds(vectors), asked, fit.probabilities(vectors))
+        return Answers(words, fit.log_odds(vectors), ask, fit.probabilities(vectors))
     if told_by == "caption map":
-        return Answers(words, captions.shares(vectors), asked)
+        return Answers(words, captions.shares(vectors), ask)
     known = seen.vectors[fold.train], fold.words[fold.train], groups
     scores = fit_description_map(*known).scores(vectors)
     told = score_probabilities(scores, fit_description_calibration(*known))
-    return Answers(words, scores, asked, told)
+    return Answers(words, scores, ask, told)
 
 
 def logistic_answers(features: FloatArray, fold: Fold) -> Answers:

@@ -123,12 +123,13 @@ def by_words(material: Material) -> Asked:
     cosine = material.pooled @ material.pooled.T
     for k in range(5):
         train, gallery = np.flatnonzero((folds != k) & has), np.flatnonzero((folds == k) & has)
-        fold = Fold(train, gallery, words, tuple(groups))
+        fold = Fold(train, gallery, words, tuple(groups), material.names)
         written = _written(material, train)
         fit = written.without(np.zeros(len(train), dtype=bool))
         sure = simulation.words_certainty(written)
         assert sure is not None
-        takes = [material.seen.hear(fit, int(g)) for g in gallery]
+        captions = material.seen.captions(train, words[train], material.names)
+        takes = material.seen.hear(fit, captions, gallery)
         heard = np.stack([0.5 * t.windows.max(axis=0) + 0.5 * t.whole for t in takes])
         added = heard - usual(fit)
         odds = logistic_answers(material.pooled, fold).word_scores

@@ -105,6 +105,7 @@ def _answer(
     words = np.array([[name in row for name in names] for row in said])
     groups = np.unique([captures[n].performer for n in train], return_inverse=True)[1]
     fit = word_map.fit_word_map(seen.vectors[train[there]], words[there], groups[there])
+    captions = seen.captions(train[there], words[there], names)
     answers = []
     for question in questions:
         actions = [[number[w] for w in a if w in number] for a in question.actions]
@@ -112,7 +113,7 @@ def _answer(
         if len(actions) < 2 or actions == actions[::-1]:
             answers.append(float("nan"))
             continue
-        take = seen.hear(fit, question.capture)
+        take = seen.hear(fit, captions, [question.capture])[0]
         hits = [search_order(take, asked) for asked in (actions, actions[::-1])]
         first, second = (-np.inf if hit is None else hit.log_odds for hit in hits)
         answers.append(0.5 if first == second else float(first > second))

@@ -81,7 +81,7 @@ def run(data: Path, seed: int) -> TaskReport:
     collected = Collected({})
     for k in range(5):
         fold = Fold(np.flatnonzero((number != k) & has), np.flatnonzero((number == k) & has), words,
-                    performers)  # fmt: skip
+                    performers, tuple(names))  # fmt: skip
         _ask_fold(k, fold, names, seen, pooled, collected)
     return _report(collected, captures, seed)
 
@@ -98,7 +98,8 @@ def _ask_fold(
     fit = written.without(np.zeros(len(fold.train), dtype=bool))
     sure = fit_certainties(written)
     shown = fold.words[fold.gallery]
-    takes = [seen.hear(fit, int(g)) for g in fold.gallery]
+    captions = seen.captions(fold.train, fold.words[fold.train], names)
+    takes = seen.hear(fit, captions, fold.gallery)
     odds = logistic_answers(pooled, fold).word_scores
     counts = {name: int(n) for name, n in zip(names, fold.words[fold.train].sum(axis=0)) if n}
     for n, question in enumerate(_questions(fold, names)):

@@ -60,19 +60,19 @@ def run(data: Path, seed: int) -> TaskReport:
     for row, texts in zip(words, said):
         row[[number[w] for actions in texts for action in actions for w in action]] = True
     asked = [[[[number[w] for w in a] for a in actions] for actions in texts] for texts in said]
-    answers, folds = _all_answers(captures, words, seed)
+    answers, folds = _all_answers(captures, words, tuple(names), seed)
     judged = {name: _judge(answer, folds, words, asked) for name, answer in answers.items()}
     return _report(judged, names, captures, folds, seed)
 
 
 def _all_answers(
-    captures: Sequence[Capture], words: NDArray[np.bool_], seed: int
+    captures: Sequence[Capture], words: NDArray[np.bool_], names: tuple[str, ...], seed: int
 ) -> tuple[dict[str, list[Answers]], list[Fold]]:
     performers = tuple(c.performer for c in captures)
     number, has = performer_folds(performers), words.any(axis=1)
     folds = [
         Fold(np.flatnonzero((number != k) & has), np.flatnonzero((number == k) & has), words,
-             performers)
+             performers, names)
         for k in range(5)
     ]  # fmt: skip
     every = np.ones(len(captures), dtype=bool)
@@ -89,9 +89,7 @@ def _all_answers(
         "motiondb, symbols learned without the gallery's motion": lambda k: (
             methods.motiondb_answers(inside[k], folds[k])
         ),
-        "motiondb, captions without quotation marks": lambda k: methods.motiondb_answers(
-            seen, folds[k], False
-        ),
+        "motiondb, without likeness": lambda k: methods.motiondb_answers(seen, folds[k], False),
         "motiondb, words told by the caption map": lambda k: methods.motiondb_answers(
             seen, folds[k], told_by="caption map"
         ),
@@ -233,10 +231,9 @@ def _report(
         judged, weights, "Whole captions to motion",
         f"{head}; every caption is a query, and its capture (or one with the same words) is the "
         "right answer. "
-        "The captions are written in quotation marks, so they are also compared with the "
-        "caption that the motion suggests (`motiondb/meaning/word_map.py`). The ridge and "
-        "the weight of this comparison were chosen from 9 settings by leaving performers out "
-        "within the five training parts.",
+        "Each word adds its likeness to the caption that the motion suggests "
+        "(`motiondb/meaning/caption_map.py`). The ridge and the weight of the caption were chosen "
+        "from 9 settings by leaving performers out within the five training parts.",
         {f"R@{k}": partial(_captions_within, k=k) for k in (1, 5, 10)},
         lambda j: (("median rank", float(np.nanmedian(j.caption_rank))),),
     )  # fmt: skip

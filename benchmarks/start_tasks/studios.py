@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language import vocabulary
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn import fitting, knowledge_making
 from motiondb.learn.checking import carry, checked_words
-from motiondb.learn.joining import is_set_aside, strange_share
+from motiondb.learn.joining import is_set_aside, join_moments, strange_share
 from motiondb.learn.knowledge import Knowledge, Started, begin
 from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import LearnedModel
@@ -34,6 +35,7 @@ from motiondb.learn.word_fitting import (
 )
 from motiondb.meaning import asked_certainty, score_vectors, word_evidence
 from motiondb.meaning import regression as certainty
+from motiondb.meaning.caption_map import solve_caption_map
 from motiondb.meaning.word_map import usual
 from motiondb.records import Caption, CaptureInfo, SegmentTable
 from motiondb.symbols import acquisition
@@ -258,19 +260,18 @@ def answer(
     fit = fitted.word_map
     assert fit is not None
     rows = fitted.score_space.standardise(view.table.scores, view.table.movement)
-    ranked, described = [], []
-    for capture in gallery:
+    parts = {}
+    for capture in map(int, gallery):
         first, last = np.searchsorted(view.table.capture_ids, [capture, capture + 1])
-        part = slice(int(first), int(last))
-        starts, ends = view.table.starts[part], view.table.ends[part]
-        odds = word_evidence.motion_log_odds(
-            fit, rows[part], starts, ends, word_evidence.WINDOW_MARGIN
-        )
-        ranked.append(0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1])
-        whole = score_vectors.interval_vectors(
-            rows[part], starts, ends, np.zeros(1), ends[-1:].astype(float)
-        )
-        described.append(fit.log_odds(whole)[0])
+        parts[capture] = slice(int(first), int(last))
+    moments, known = fitted.counted.counts.moments, fitted.association.words
+    if started is not None:
+        moments = join_moments(moments, known, started)
+    whole = score_vectors.whole_vectors(rows, view.table, parts)
+    likeness = solve_caption_map(moments, word_vectors().of(known)).suggest(whole).likeness()
+    odds = word_evidence.hear_takes(fit, likeness, rows, view.table, parts)
+    ranked = [0.5 * each[:-1].max(axis=0) + 0.5 * each[-1] for each in odds.values()]
+    described = fit.log_odds(whole)
     scores = np.array(ranked)
     sure, names = fitted.certainties.words, fitted.association.words
     chances = None if sure is None else certainty.probability(sure.log_odds(scores[..., None]))
@@ -284,7 +285,7 @@ def answer(
             assert first is not None
             withheld = certainty.probability(first.log_odds(scores[..., None]))
     return Asked(
-        names, scores, np.array(described), scores - usual(fit),
+        names, scores, described, scores - usual(fit),
         None if sure is None or np.isnan(sure.threshold) else sure.threshold, chances, withheld,
     )  # fmt: skip
 

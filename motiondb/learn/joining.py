@@ -49,6 +49,7 @@ from motiondb.meaning.score_vectors import ScoreSpace
 from motiondb.meaning.word_map import (
     RIDGES,
     TOLERANCE,
+    CaptionMoments,
     WordMap,
     WordMoments,
     precision,
@@ -133,36 +134,36 @@ def join_word_map(
 ) -> WordMap:
     """The word map of own captions and the start; `calibration` (3,)."""
     chosen = started.columns(words)
-    taught = started.taught.moments
-    first = replace(taught, words=taught.words @ chosen, cross=taught.cross @ chosen)
+    n, first = started.taught.moments.n, started.taught.moments.words @ chosen
     in_start = np.asarray(chosen.any(axis=0), dtype=bool)
     in_own = np.asarray(own_moments.words > 0, dtype=bool)
-    weight = start_weight(own_moments.n)
-    joint = _weighted(first, weight) + own_moments
+    joint = join_moments(own_moments, words, started)
     weights = started.word_map.weights @ chosen  # linear in the words, so that synonyms add up
     offsets = started.word_map.offsets @ chosen
-    priors = np.clip(first.words / taught.n, 0.5 / taught.n, 1.0 - 0.5 / taught.n)
+    priors = np.clip(first / n, 0.5 / n, 1.0 - 0.5 / n)
     for which, moments in ((in_start & in_own, joint), (~in_start, own_moments)):
         if which.any():
-            fit = solve_word_map(_of_words(moments, which), ridge, calibration)
+            fit = solve_word_map(moments.of_words(which), ridge, calibration)
             weights[:, which], offsets[which] = fit.weights, fit.offsets
             priors[which] = fit.priors
     return WordMap(weights, offsets, priors, word_spreads(priors), calibration, ridge=ridge)
 
 
-def _weighted(moments: WordMoments, weight: float) -> WordMoments:
-    """Sums times a weight, without those for whole captions, which are of own captions alone."""
-    return WordMoments(
-        weight * moments.n,
-        weight * moments.vectors,
-        weight * moments.words,
-        weight * moments.gram,
-        weight * moments.cross,
+def join_moments(own_moments: WordMoments, words: tuple[str, ...], started: Started) -> WordMoments:
+    """Sums over own captions plus w times those of the start, over the joint vocabulary."""
+    chosen, taught = started.columns(words), started.taught.moments
+    weight = start_weight(own_moments.n)
+    first = WordMoments(
+        weight * taught.n,
+        weight * taught.vectors,
+        weight * (taught.words @ chosen),
+        weight * taught.gram,
+        weight * (taught.cross @ chosen),
+        CaptionMoments(
+            weight * (taught.captions.words @ chosen), weight * (taught.captions.cross @ chosen)
+        ),
     )
-
-
-def _of_words(moments: WordMoments, which: NDArray[np.bool_]) -> WordMoments:
-    return replace(moments, words=moments.words[which], cross=moments.cross[:, which])
+    return first + own_moments
 
 
 def join_expected(

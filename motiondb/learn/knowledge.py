@@ -178,8 +178,8 @@ MOST_SYMBOLS, MOST_STATES, MOST_DIMENSIONS = 1_000, 64, 64
 states in 24 dimensions."""
 MOST_WORDS = 5_000  # Bound on the number of words
 LONGEST = 400  # Bound on symbols and words of a described interval
-APART = ("origin", "taught.words", "taught.moments.captions")
-"""Fields of knowledge that are not among the arrays of its file. It has no sums for captions."""
+APART = ("origin", "taught.words")
+"""Fields of knowledge that are not among the arrays of its file."""
 
 Arrays = Mapping[str, FloatArray]
 

@@ -97,9 +97,7 @@ def _taught(learned: Learned) -> Taught:
         expected=type(expected)(
             expected.translation[:, kept], expected.alignment, expected.n_pairs
         ),
-        moments=type(moments)(
-            moments.n, moments.vectors, moments.words[kept], moments.gram, moments.cross[:, kept]
-        ),
+        moments=moments.of_words(kept),
         ridge=fit.ridge,
         calibration=fit.calibration,
         information=calibration_information(fit, vectors),

@@ -17,13 +17,17 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import NotLearnedError
 from motiondb.language.translation import explanation, transition
+from motiondb.language.vocabulary import words_of
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.checking import checked_words
+from motiondb.learn.joining import join_moments
 from motiondb.learn.learned_model import LearnedModel
 from motiondb.meaning import (
     description_map,
@@ -32,6 +36,7 @@ from motiondb.meaning import (
     score_vectors,
     word_evidence,
 )
+from motiondb.meaning.caption_map import CaptionMap, Suggested, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows, described_intervals
 from motiondb.meaning.description_map import DescriptionMap
 from motiondb.meaning.motion_judge import said_words
@@ -39,7 +44,7 @@ from motiondb.meaning.place_fitting import (
     Written,
 )
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, meaning_space
-from motiondb.meaning.word_map import CaptionMap, WordMap, solve_caption_map
+from motiondb.meaning.word_map import WordMap
 from motiondb.records import (
     Association,
     Caption,
@@ -197,21 +202,50 @@ class Learned(LearnedModel):
     def evidence(self) -> word_evidence.TakeEvidence:
         """Evidence of all words in all captures, from the motion and from captions."""
         numbers, rows, table = self.word_numbers, self.rows, self.segments
-        odds = word_evidence.hear_takes(self.word_map, self.standardised, table, rows)
+        fit, like = self.word_map, self.likeness
+        odds = word_evidence.hear_takes(fit, like, self.standardised, table, rows)
         written = word_evidence.caption_evidence(self.described, table, rows, numbers)
         return word_evidence.TakeEvidence(table, rows, odds, written)
 
     @cached_property
-    def caption_map(self) -> CaptionMap | None:
-        """Map from score vectors to whole captions; None if its sums were not kept."""
-        return solve_caption_map(self.counted.counts.moments)
+    def caption_map(self) -> CaptionMap:
+        """Map from score vectors to whole captions, of own captions and those of the start."""
+        words, moments = self.association.words, self.counted.counts.moments
+        if self.started is not None:
+            moments = join_moments(moments, words, self.started)
+        return solve_caption_map(moments, word_vectors().of(words))
 
     @cached_property
-    def suggested_captions(self) -> FloatArray:
-        """Captions that the motion of every capture suggests: array (captures, words)."""
-        captions = self.caption_map
+    def suggested(self) -> Suggested:
+        """Captions that the motion of every capture suggests, in the order of ``rows``."""
         vectors = score_vectors.whole_vectors(self.standardised, self.segments, self.rows)
-        return np.zeros((len(vectors), 0)) if captions is None else captions.suggested(vectors)
+        return self.caption_map.suggest(vectors)
+
+    @cached_property
+    def likeness(self) -> FloatArray:
+        """Likeness of every word to what every capture suggests: array (captures, words), nats."""
+        return self.suggested.likeness()
+
+    @cached_property
+    def _caption_meanings(self) -> tuple[list[tuple[int, str]], FloatArray]:
+        """Captions of captures with their capture, and their vectors (captions, axes)."""
+        said = {
+            (capture, row.words): words_of(row.words, self.synonyms, self.lemmas)
+            for capture, rows in self.captions.items()
+            for row in rows
+        }
+        words = sorted({word for each in said.values() for word in each})
+        vectors, number = word_vectors().of(words), {word: n for n, word in enumerate(words)}
+        means = [vectors[[number[w] for w in each]].sum(axis=0) for each in said.values()]
+        return list(said), score_vectors.unit(np.array(means).reshape(len(said), -1))
+
+    def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
+        """Captions of other captures nearest in meaning to what the motion of one suggests."""
+        captions, meanings = self._caption_meanings
+        suggested = self.suggested.meanings[list(self.rows).index(capture)]
+        nearest = np.argsort(-(meanings @ suggested), kind="stable") if captions else ()
+        texts = (captions[n][1] for n in nearest if captions[n][0] != capture)
+        return tuple(islice(dict.fromkeys(texts), limit))
 
     @cached_property
     def description_map(self) -> DescriptionMap | None:

@@ -191,9 +191,10 @@ def _certainties(
         return Certainties()
     starts, ends = asked_certainty.intervals_of(described)
     names: Sequence[str] = vocabulary.count_words([d.words for d in described])[0]
-    fit_without = None
+    fit_without, join = None, None
     if own_rows is not None:
         names = own_rows.words
+        join = partial(joining.join_moments, words=names, started=own_rows.started)
         fit_without = partial(own_rows.without, ridge=fit.ridge, calibration=fit.calibration)
     return fit_certainties(
         asked_certainty.Written(
@@ -210,5 +211,6 @@ def _certainties(
             calibration=fit.calibration,
             n_posture_and_travel=score_vectors.count_posture_and_travel(table.movement.shape[1]),
             fit_without=fit_without,
+            join=join,
         )
     )

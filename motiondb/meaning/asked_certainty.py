@@ -47,7 +47,9 @@ from numpy.typing import NDArray
 
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.language.vocabulary import MODIFIERS
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.meaning import by_motion, by_question, score_vectors, word_evidence
+from motiondb.meaning.caption_map import CaptionMap, solve_caption_map
 from motiondb.meaning.counting import Described, capture_rows
 from motiondb.meaning.regression import (
     Certainties,
@@ -58,7 +60,8 @@ from motiondb.meaning.regression import (
     separate,
 )
 from motiondb.meaning.resemblance import emphasis_of
-from motiondb.meaning.word_evidence import TakeScores
+from motiondb.meaning.score_vectors import whole_vectors
+from motiondb.meaning.word_evidence import TakeScores, hear_takes
 from motiondb.meaning.word_map import (
     WordMap,
     WordMoments,
@@ -99,9 +102,10 @@ class Written:
     calibration: FloatArray  # (3,): calibration of the word map
     margin: int = word_evidence.WINDOW_MARGIN  # Frames that a window reaches beyond its segment
     n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
-    # Fits the word map without some rows (array (rows,), bool), if it is learned from more than
-    # these rows (``motiondb.learn.joining``)
+    # Where words are learned from more than these rows (``motiondb.learn.joining``): fits the word
+    # map without some rows (array (rows,), bool), and adds the other sums to sums over these rows
     fit_without: Callable[[NDArray[np.bool_]], WordMap] | None = None
+    join: Callable[[WordMoments], WordMoments] | None = None
 
     @cached_property
     def moments(self) -> WordMoments:
@@ -118,6 +122,27 @@ class Written:
         """Which words name an action: array (words,)."""
         return np.array([name not in MODIFIERS for name in self.names], dtype=bool)
 
+    @cached_property
+    def meanings(self) -> FloatArray:
+        """Vectors of the words: array (words, axes)."""
+        return word_vectors().of(self.names)
+
+    @cached_property
+    def folds(self) -> list[HeardFold]:
+        """The captures of every fold of performers, heard without the fold."""
+        numbers = performer_folds(self.groups)
+        heard = []
+        for fold in np.unique(numbers):
+            known = self.presence[numbers != fold].sum(axis=0) >= LEAST_SAID
+            if known.any():
+                heard.append(_hear_fold(self, numbers == fold, known))
+        return heard
+
+    def captions_without(self, rows: NDArray[np.bool_]) -> CaptionMap:
+        """The caption map fitted without some rows."""
+        left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
+        return solve_caption_map(left if self.join is None else self.join(left), self.meanings)
+
     def without(self, rows: NDArray[np.bool_]) -> WordMap:
         """The word map fitted without some rows."""
         if self.fit_without is not None:
@@ -128,6 +153,35 @@ class Written:
             )
         left = self.moments - word_moments(self.vectors[rows], self.presence[rows])
         return solve_word_map(left, self.ridge, self.calibration)
+
+
+@dataclass(frozen=True, eq=False)
+class HeardFold:
+    """The captures of some performers, heard by maps that were fitted without them."""
+
+    known: NDArray[np.bool_]  # (words,): words that enough captions of others hold
+    takes: list[TakeScores]  # Log-odds of all words in every capture, from its motion
+    shown: NDArray[np.bool_]  # (captures, words): which words the captures' captions hold
+    usual: FloatArray  # (words,): log-odds without evidence from motion
+
+
+def _hear_fold(written: Written, inside: NDArray[np.bool_], known: NDArray[np.bool_]) -> HeardFold:
+    """Hear the captures of the rows ``inside`` by maps without these rows."""
+    words, captures = written.without(inside), np.unique(written.captures[inside])
+    rows = {int(capture): written.segments[int(capture)] for capture in captures}
+    vectors = whole_vectors(written.standardised, written.table, rows)
+    likeness = written.captions_without(inside).suggest(vectors).likeness()
+    table = written.table
+    odds = hear_takes(words, likeness, written.standardised, table, rows, written.margin)
+    return HeardFold(
+        known,
+        [
+            TakeScores(table.starts[part], table.ends[part], odds[c][:-1], odds[c][-1])
+            for c, part in rows.items()
+        ],
+        np.stack([written.presence[written.captures == c].any(axis=0) for c in captures]),
+        usual(words),
+    )
 
 
 def intervals_of(described: Sequence[Described]) -> tuple[FloatArray, FloatArray]:
@@ -143,22 +197,14 @@ def words_certainty(written: Written) -> Certainty | None:
     be found too. None if too little was written.
     """
     log_odds, right, present, absent = [], [], [], []
-    folds = performer_folds(written.groups)
-    for fold in range(N_FOLDS):
-        inside = folds == fold
-        known = written.presence[~inside].sum(axis=0) >= LEAST_SAID
-        if not known.any() or not inside.any():
-            continue
-        words = written.without(inside)
-        captures = np.unique(written.captures[inside])
-        odds = np.stack([_capture_log_odds(written, words, int(c)) for c in captures])
-        shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
-        usual_odds = usual(words)
-        for word in np.flatnonzero(known & shown.any(axis=0) & ~shown.all(axis=0)):
-            best = _counting_answers(odds[:, word])
-            log_odds += odds[best, word].tolist()
+    for fold in written.folds:
+        shown = fold.shown
+        for word in np.flatnonzero(fold.known & shown.any(axis=0) & ~shown.all(axis=0)):
+            odds = _odds_of_action(fold.takes, int(word))
+            best = _counting_answers(odds)
+            log_odds += odds[best].tolist()
             right += shown[best, word].tolist()
-            added = odds[:, word] - usual_odds[word]
+            added = odds - fold.usual[word]
             present.append(added.max())
             absent.append(added[~shown[:, word]].max())
     return _if_helpful(_fit(np.array(log_odds)[:, None], right, present, absent))
@@ -284,18 +330,9 @@ def performer_folds(groups: IntArray) -> IntArray:
     return np.array([fold_of[int(g)] for g in groups])
 
 
-def _capture_log_odds(written: Written, words: WordMap, capture: int) -> FloatArray:
-    """Log-odds in a capture of every word as the only action: array (words,)."""
-    rows = written.segments[capture]
-    odds = word_evidence.motion_log_odds(
-        words,
-        written.standardised[rows],
-        written.table.starts[rows],
-        written.table.ends[rows],
-        written.margin,
-    )
-    best: FloatArray = 0.5 * odds[:-1].max(axis=0) + 0.5 * odds[-1]
-    return best
+def _odds_of_action(takes: Sequence[TakeScores], word: int) -> FloatArray:
+    """Log-odds in every capture of a word as the only action: array (captures,)."""
+    return np.array([0.5 * t.windows[:, word].max() + 0.5 * t.whole[word] for t in takes])
 
 
 def _shared(written: Written) -> NDArray[np.bool_]:
@@ -345,18 +382,10 @@ class _Answers:
 def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
     """Certainties of answers to "a but not b" and to "a or b"."""
     without, either = _Answers(), _Answers()
-    folds = performer_folds(written.groups)
-    for fold in range(N_FOLDS):
-        inside = folds == fold
-        known = (written.presence[~inside].sum(axis=0) >= LEAST_SAID) & written.is_action
-        if not known.any() or not inside.any():
-            continue
-        words = written.without(inside)
-        captures = np.unique(written.captures[inside])
-        captures = captures[_evenly(len(captures), MOST_CAPTURES)]
-        takes = [_log_odds_in(written, words, int(c)) for c in captures]
-        shown = np.stack([written.presence[written.captures == c].any(axis=0) for c in captures])
-        verbs = np.flatnonzero(known)
+    for fold in written.folds:
+        verbs = np.flatnonzero(fold.known & written.is_action)
+        some = _evenly(len(fold.takes), MOST_CAPTURES)
+        takes, shown = [fold.takes[n] for n in some], fold.shown[some]
         for answers, questions in (
             (without, list(without_questions(shown, verbs, written.names))),
             (either, list(either_questions(shown, verbs, written.names))),
@@ -410,16 +439,6 @@ def _ask(
         answers.part.append(bool(question.shown[hit.reading, n]))
 
 
-def _log_odds_in(written: Written, words: WordMap, capture: int) -> TakeScores:
-    """Log-odds of all words in a capture, from its motion."""
-    rows = written.segments[capture]
-    starts, ends = written.table.starts[rows], written.table.ends[rows]
-    odds = word_evidence.motion_log_odds(
-        words, written.standardised[rows], starts, ends, written.margin
-    )
-    return TakeScores(starts, ends, odds[:-1], odds[-1])
-
-
 def _evenly(n: int, most: int) -> IntArray:
     """At most ``most`` of the numbers 0 to n - 1, at even distances."""
     return np.unique(np.linspace(0, max(n - 1, 0), min(n, most)).astype(np.int64))
@@ -432,5 +451,8 @@ def fit_certainties(written: Written) -> Certainties:
     with one_blas_thread():  # many small systems
         without, either = without_and_either(written)
         return Certainties(
-            words_certainty(written), example_certainty(written), without=without, either=either
+            words_certainty(written),
+            example_certainty(written),
+            without=without,
+            either=either,
         )

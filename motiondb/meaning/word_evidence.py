@@ -1,7 +1,8 @@
 """Evidence of words in takes: log-odds by motion and captions, and upper bounds for questions.
 
 The word map gives the log-odds v of each word in a window around each segment of a capture, and in
-the whole capture. Words in captions of the capture are evidence in addition to the motion.
+the whole capture; the caption map (:mod:`motiondb.meaning.caption_map`) adds the likeness of each
+word to the whole capture. Words in captions of the capture are evidence in addition to the motion.
 
 **Upper bounds of the log-odds of a question, for all captures at once.**
 ``by_question.search_take`` places the parts of a question in one capture, which takes some 0.1 ms.
@@ -60,20 +61,34 @@ def motion_log_odds(
 
 
 def hear_takes(
-    fit: WordMap, standardised: FloatArray, table: SegmentTable, rows: Mapping[int, slice]
+    fit: WordMap,
+    likeness: FloatArray,
+    standardised: FloatArray,
+    table: SegmentTable,
+    rows: Mapping[int, slice],
+    margin: int = WINDOW_MARGIN,
 ) -> dict[int, FloatArray]:
-    """Log-odds of all words from the motion alone, per capture: arrays (segments + 1, words)."""
+    """Log-odds of all words from the motion alone, per capture: arrays (segments + 1, words).
+
+    Shapes: `likeness` (captures, words), that of the caption map, in the order of `rows`.
+    """
+    odds = {}
     with one_blas_thread():  # many small products
-        return {
-            capture: motion_log_odds(
-                fit,
-                standardised[inside],
-                table.starts[inside],
-                table.ends[inside],
-                WINDOW_MARGIN,
-            )
-            for capture, inside in rows.items()
-        }
+        for (capture, inside), alike in zip(rows.items(), likeness):
+            starts, ends = table.starts[inside], table.ends[inside]
+            heard = motion_log_odds(fit, standardised[inside], starts, ends, margin)
+            odds[capture] = with_likeness(heard, alike)
+    return odds
+
+
+def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
+    """Log-odds (segments + 1, words) with the likeness (words,) of the capture as a whole.
+
+    An action's log-odds are half those of the whole capture, so that twice the likeness adds it
+    once.
+    """
+    odds[-1] += 2.0 * likeness
+    return odds
 
 
 @dataclass(frozen=True, eq=False)

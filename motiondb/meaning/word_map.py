@@ -24,27 +24,12 @@ their products are multiples of 2^-32 and every sum over up to two million inter
 floating point: adding a capture and removing it, in any order, restores exactly the same sums. The
 rounding error (0.000008 of a vector of length 1) is far below the difference between two captures
 of the same movement.
-
-**A linear map from score vectors to whole captions.**
-
-The word map (:mod:`motiondb.meaning.word_map`) predicts for each word separately whether
-captions have it. For a question in the form of a caption, a comparison with the caption that the
-motion suggests gives better answers. Notation: v the score vector of an interval, t = y /
-|y| with y_w = 1 where word w was written about it. Ridge regression of t on v gives the suggested
-caption c; r_w = log((1 + n) / (1 + n_w)) is the rarity of a word that n_w of n intervals hold. The
-likeness of a question with words Q is the cosine of c * r and of the question's r:
-
-    sum over w in Q of  c_w r_w / |c * r|  *  r_w / |r_Q|,
-
-a sum over its words. t does not hold the rarity, so that the sums that the regression needs are
-additive over captures and can be kept exactly (:mod:`motiondb.meaning.word_map`).
 """
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import numpy as np
@@ -58,7 +43,6 @@ from motiondb.meaning.regression import (
     left_out,
     shared_words,
 )
-from motiondb.meaning.score_vectors import unit
 from motiondb.records import LARGEST, Axes, FloatArray, IntArray, Within
 
 RIDGES = (0.1, 0.3, 1.0)  # Ridges to choose from; vectors have length 1
@@ -199,10 +183,12 @@ _GRAIN = 2.0**16  # vectors are rounded to multiples of its reciprocal, see the 
 
 @dataclass(frozen=True, eq=False)
 class CaptionMoments:
-    """Sums over described intervals for :mod:`motiondb.meaning.word_map`."""
+    """Sums over described intervals for :mod:`motiondb.meaning.caption_map`."""
 
-    words: FloatArray  # (words,): sum of t, the words of an interval as a vector of length 1
-    cross: FloatArray  # (symbols, words): sum of v t'
+    words: Annotated[
+        FloatArray, Axes("words")
+    ]  # Sum of t, the words of an interval as a vector of length 1
+    cross: Annotated[FloatArray, Axes("columns", "words")]  # Sum of v t'
 
     def __add__(self, other: CaptionMoments) -> CaptionMoments:
         return by_fields(operator.add, self, other)
@@ -220,14 +206,18 @@ class WordMoments:
     words: Annotated[FloatArray, Axes("words")]  # Sum of y
     gram: Annotated[FloatArray, Axes("columns", symmetric=True)]  # Sum of v v'
     cross: Annotated[FloatArray, Axes("columns", "words")]  # Sum of v y'
-    # Sums for whole captions; None in databases of versions that did not keep them
-    captions: CaptionMoments | None = None
+    captions: CaptionMoments  # For whole captions
 
     def __add__(self, other: WordMoments) -> WordMoments:
         return by_fields(operator.add, self, other)
 
     def __sub__(self, other: WordMoments) -> WordMoments:
         return by_fields(operator.sub, self, other)
+
+    def of_words(self, which: IntArray | NDArray[np.bool_]) -> WordMoments:
+        """The sums of some words alone."""
+        captions = CaptionMoments(self.captions.words[which], self.captions.cross[:, which])
+        return replace(self, words=self.words[which], cross=self.cross[:, which], captions=captions)
 
     def solve(
         self, of: WordMoments | CaptionMoments, ridge: float
@@ -291,43 +281,3 @@ def usual(words: WordMap) -> FloatArray:
     _, share, constant = words.calibration
     odds: FloatArray = share * (np.log(words.priors) - np.log1p(-words.priors)) + constant
     return odds
-
-
-CAPTION_RIDGE = 0.1
-"""Ridge of the regression. Chosen among .1, .3 and 1 by leaving performers out of the CMU training
-parts (``docs/measured/quality.md``, "Whole captions to motion", and "Motion to words")."""
-
-
-@dataclass(frozen=True, eq=False)
-class CaptionMap:
-    """A linear map from score vectors to captions."""
-
-    weights: FloatArray  # (columns, words): slopes
-    offsets: FloatArray  # (words,): constants
-    rarity: FloatArray  # (words,): r of the module's docstring
-
-    def suggested(self, vectors: FloatArray) -> FloatArray:
-        """Suggested captions of intervals, c * r / |c * r|: array (n, words).
-
-        Shapes: `vectors` (n, columns).
-        """
-        return unit(self.shares(vectors) * self.rarity)
-
-    def shares(self, vectors: FloatArray) -> FloatArray:
-        """Predicted captions c of intervals: array (n, words), from `vectors` (n, columns)."""
-        return np.asarray(vectors @ self.weights + self.offsets)
-
-    def question(self, words: Sequence[int]) -> FloatArray:
-        """r_w / |r_Q| of the words of a question: array (words of the question,)."""
-        return unit(self.rarity[list(words)])
-
-
-def solve_caption_map(moments: WordMoments, ridge: float = CAPTION_RIDGE) -> CaptionMap | None:
-    """Caption map from sums; None if the sums for captions were not kept."""
-    if moments.captions is None:
-        return None
-    weights, shift = moments.solve(moments.captions, ridge)
-    n = max(moments.n, 1.0)
-    return CaptionMap(
-        weights, moments.captions.words / n - shift, np.log((1.0 + n) / (1.0 + moments.words))
-    )

@@ -7,7 +7,9 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
   word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share of
   captures that hold it.
 * A *replaced* word stands for known words (:mod:`motiondb.search.takings`). Its log-odds are
-  the means of theirs, weighted by its shares.
+  the means of theirs, weighted by its shares. A word that is heard by its meaning has its own
+  likeness to the captions that motion suggests, in place of theirs by vectors; its probabilities
+  are never checked.
 
 An added word is a further column of every array over words, behind the learned ones, so that it may
 stand anywhere in a question and reasons add up. It is neither stored nor used for learning.
@@ -24,9 +26,16 @@ from numpy.typing import NDArray
 
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.vocabulary import words_of
+from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
 from motiondb.meaning.place_fitting import Written, interval_evidence
-from motiondb.meaning.word_evidence import UNWRITTEN, WRITTEN, TakeEvidence, caption_evidence
+from motiondb.meaning.word_evidence import (
+    UNWRITTEN,
+    WRITTEN,
+    TakeEvidence,
+    caption_evidence,
+    with_likeness,
+)
 from motiondb.meaning.word_map import WordMap, usual, word_spreads
 from motiondb.records import CaptureInfo, FloatArray, IntArray
 from motiondb.search.takings import Taking, asked_forms, take_word
@@ -80,6 +89,7 @@ class AddedColumns:
     shares: FloatArray  # (learned words, added): weights of the learned words; 0 for written words
     checked: NDArray[np.bool_]  # (added,): whether own captions have checked their probabilities
     evidence: TakeEvidence  # Of the learned words, then the added ones
+    likeness: FloatArray  # (captures, added): as ``Learned.likeness``; 0 for written words
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +134,14 @@ class AskedWords:
     def evidence(self) -> TakeEvidence:
         """Evidence of all words in all captures, from the motion, the captions and the tags."""
         return self.learned.evidence if self.columns is None else self.columns.evidence
+
+    @property
+    def likeness(self) -> FloatArray:
+        """Likeness of all words to what every capture suggests: array (captures, words), nats."""
+        own = self.learned.likeness
+        if self.columns is None:
+            return own
+        return np.concatenate([own, self.columns.likeness], axis=1)
 
     @cached_property
     def said_places(self) -> Mapping[int, FloatArray]:
@@ -234,6 +252,7 @@ def with_written(
             {c: np.tile(constant, (len(odds), 1)) for c, odds in learned.evidence.odds.items()},
             _written_columns(learned, chosen),
         ),
+        np.zeros((len(learned.rows), len(chosen))),
     )
     names = (*learned.association.words, *(word.word for word in chosen))
     return AskedWords(learned, names, chosen, columns)
@@ -274,7 +293,7 @@ def _with_silent_words(word_map: WordMap, share: FloatArray, n: int) -> WordMap:
 
 def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWords:
     """The same words, and every unknown word that known ones replace."""
-    taken = {w: taking for w, taking in takings.items() if taking.is_taken}
+    taken = {w: taking for w, taking in takings.items() if taking.heard}
     taken = {w: taking for w, taking in taken.items() if w not in asked.numbers}
     learned = asked.learned
     if not taken or learned.fitted_word_map is None:
@@ -282,12 +301,18 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     shares = mixture(list(taken.values()), asked.names)
     n_learned = len(learned.association.words)
     # written words say nothing of the motion: their share adds 0
+    alike = _own_likeness(learned, taken, shares[:n_learned])
     evidence = asked.evidence.with_columns(
-        {capture: odds @ shares for capture, odds in asked.evidence.odds.items()},
+        {
+            capture: with_likeness(odds @ shares, more)
+            for (capture, odds), more in zip(asked.evidence.odds.items(), alike)
+        },
         {capture: said @ shares for capture, said in asked.evidence.written.items()},
     )
+    likeness = asked.likeness @ shares + alike
     # a replaced word is checked if all words are that replace it
     checked = np.asarray(~(shares[~asked.checked] > 0.0).any(axis=0))
+    checked &= [not taking.nearest for taking in taken.values()]
     weights = shares[:n_learned]
     counts = np.append(learned.association.counts, list(asked.added.values()))
     counts = np.maximum(np.rint(counts @ shares), 1).astype(np.int64)
@@ -296,9 +321,21 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
         counts = np.concatenate([before.counts, counts])
         weights = np.concatenate([before.shares, weights], axis=1)
         checked = np.concatenate([before.checked, checked])
+        likeness = np.concatenate([before.likeness, likeness], axis=1)
     word_map = with_virtual_words(asked.word_map, shares)
-    columns = AddedColumns(word_map, counts, weights, checked, evidence)
+    columns = AddedColumns(word_map, counts, weights, checked, evidence, likeness)
     return AskedWords(learned, (*asked.names, *taken), asked.written_words, columns)
+
+
+def _own_likeness(learned: Learned, taken: Mapping[str, Taking], shares: FloatArray) -> FloatArray:
+    """What the likeness of words heard by meaning adds to that of their words: (captures, words).
+
+    0 for words that are replaced. Shapes: `shares` (learned words, words).
+    """
+    suggested = learned.suggested
+    own = suggested.likeness_of(word_vectors().of(list(taken)))
+    added = own - suggested.likeness_of(suggested.of.meanings) @ shares
+    return np.where([bool(taking.nearest) for taking in taken.values()], added, 0.0)
 
 
 def mixture(takings: Collection[Taking], vocabulary: Collection[str]) -> FloatArray:
@@ -310,7 +347,7 @@ def mixture(takings: Collection[Taking], vocabulary: Collection[str]) -> FloatAr
     number = {word: n for n, word in enumerate(vocabulary)}
     shares = np.zeros((len(vocabulary), len(takings)))
     for column, taking in enumerate(takings):
-        for (word, _), share in zip(taking.words, taking.shares):
+        for word, share in zip(taking.heard, taking.shares):
             shares[number[word], column] = share
     return shares
 

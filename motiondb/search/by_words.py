@@ -2,29 +2,24 @@
 
 **The captures that answer a question in words, best first, with reasons and certainty.**
 
-A question in quotation marks (``"a person walks, then sits down"``) is also compared with the
-caption that the motion of a capture suggests (:mod:`motiondb.meaning.word_map`). The
-likeness is a sum over the question's words. It is taken relative to its mean over all captures of
-the database, times ``CAPTION_WEIGHT``, and added word by word to the log-odds that rank the
-answers. It does not use order and place, and is not part of the probability of an answer.
-
-Other questions are not compared in this way: "walk" asks for all captures that show walking, not
-for a capture whose whole caption is "walk". Questions with alternatives, exclusions, counts or
-durations are not captions and are not compared either.
+Answers are ranked by their log-odds: those of the question's words at their places
+(:mod:`motiondb.meaning.by_question`), to which every word adds its likeness to the caption that the
+motion of the capture suggests (:mod:`motiondb.meaning.caption_map`).
 """
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import manner_of
+from motiondb.language.question.heads import verbs_in
 from motiondb.language.question.readings import (
     KnownQuestion,
     Reading,
@@ -40,21 +35,20 @@ from motiondb.learn.recognition import decode
 from motiondb.meaning import by_question, word_evidence
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK, WINDOW_MARGIN, upper_bounds
-from motiondb.records import MOTION_FPS, FloatArray, Match, MatchPart
+from motiondb.records import MOTION_FPS, Match, MatchPart
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord
 from motiondb.search.chances import (
     Chances,
     WordSource,
     chances,
-    counts_or_lasts,
     question_certainty,
     why_unchecked,
     word_sources,
     words_of_reading,
 )
 from motiondb.search.nothing_matches import NOTHING, best_strength, is_doubtful, reaches
-from motiondb.search.reasons import Explanation, WordReason, explain
+from motiondb.search.reasons import Explanation, explain
 from motiondb.search.takings import Taking, hints_of, say_not_understood, understand, with_notation
 
 LOOKED_AT = 10  # Answers by which it is told whether anything matches, however many are shown
@@ -64,7 +58,7 @@ sequences are short."""
 
 
 QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
-"""Pairs of quotation marks around a caption."""
+"""Pairs of quotation marks, which may stand around a question."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,11 +123,14 @@ class WordAnswer:
     vocabulary: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     doubtful: bool = False
+    # For each match, finds the captions that its motion suggests
+    suggests: tuple[Callable[[], tuple[str, ...]], ...] = field(default=(), repr=False)
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
         """Per match the parts of the log-odds that rank it; none for a search by symbols."""
-        return tuple(explain(why, self.vocabulary) for why in self.reasons)
+        pairs = zip(self.reasons, self.suggests)
+        return tuple(explain(why, self.vocabulary, suggests()) for why, suggests in pairs)
 
     @property
     def unknown(self) -> Mapping[str, tuple[str, ...]]:
@@ -184,18 +181,16 @@ def search_words(
     learned = asked.learned
     if not text.strip():
         raise QueryError("search: expected words, found an empty question. Say what to look for.")
-    text, as_caption = unquote(text)
-    question = understand(learned, text, asked.added)
+    question = understand(learned, unquote(text), asked.added)
     words = list(dict.fromkeys(w for a in actions_of(question.tree) for w in a.all_words))
     actions, not_decoded = plain_actions(question.tree)
     if by_symbols:
         undecided = WordAnswer((), question, actions, (*question.not_used, *not_decoded))
         return _search_decoded(asked, undecided, words, allowed, limit)
     read, not_searched = readings(question.tree)
-    found, is_caption = find(asked, read, allowed, max(limit, LOOKED_AT), written, as_caption)
+    verbs = verbs_in(text, learned.synonyms, learned.lemmas)
+    found = find(asked, read, allowed, max(limit, LOOKED_AT), written, verbs)
     ranked = found[:limit]
-    if as_caption and not is_caption:
-        not_searched = (*not_searched, NOT_A_CAPTION)
     matches = tuple(
         _match(asked, rank, each, read[each.hit.reading], words, written, features)
         for rank, each in enumerate(ranked, start=1)
@@ -212,6 +207,7 @@ def search_words(
         reasons=tuple(each.why for each in ranked),
         strength=best_strength(asked, found, threshold),
         doubtful=is_doubtful([each.sure for each in found]),
+        suggests=tuple(partial(learned.captions_like, each.capture) for each in ranked),
         threshold=threshold,
         vocabulary=asked.names,
         sources=word_sources(learned, words),
@@ -262,17 +258,17 @@ def _match(
     )
 
 
-def unquote(text: str) -> tuple[str, bool]:
-    """A question without quotation marks around it, and whether it had them.
+def unquote(text: str) -> str:
+    """A question without quotation marks around it.
 
     >>> unquote('"walk, sit"'), unquote('walk')
-    (('walk, sit', True), ('walk', False))
+    ('walk, sit', 'walk')
     """
     bare = text.strip()
     for opening, closing in QUOTES:
         if len(bare) > 1 and bare.startswith(opening) and bare.endswith(closing):
-            return bare[1:-1], True
-    return text, False
+            return bare[1:-1]
+    return text
 
 
 def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswer:
@@ -282,8 +278,8 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
     """
     if not takings:
         return answer
-    taken = {word: taking for word, taking in takings.items() if taking.is_taken}
-    share = float(np.prod([taking.probability for taking in taken.values()]))
+    taken = {word: taking for word, taking in takings.items() if taking.heard}
+    share = float(np.prod([each.probability for each in taken.values() if each.is_taken]))
     matches = tuple(
         match
         if match.probability is None
@@ -292,7 +288,7 @@ def with_takings(answer: WordAnswer, takings: Mapping[str, Taking]) -> WordAnswe
         )
         for match in answer.matches
     )
-    suggested = {word: taking for word, taking in takings.items() if not taking.is_taken}
+    suggested = {word: taking for word, taking in takings.items() if not taking.heard}
     hints = hints_of(suggested)
     question, not_used = with_hints(answer.question, hints), hinted(answer.not_used, hints)
     return replace(
@@ -428,15 +424,6 @@ def _say_part(part: MatchPart) -> str:
     return f"{part.words} {part.start:.2f}-{part.end:.2f} s"
 
 
-CAPTION_WEIGHT = 10.0
-"""Nats for a likeness of 1. Chosen among 10, 20 and 40 by leaving performers out of the CMU
-training parts (``docs/measured/quality.md``, "Whole captions to motion")."""
-NOT_A_CAPTION = NotUsed(
-    "quotation marks",
-    "alternatives, exclusions, counts and durations are not compared as a caption",
-)  # The note for a question in quotation marks that cannot be compared as a caption
-
-
 @dataclass(frozen=True, eq=False)
 class Found:
     """One capture's answer: its interval, its reasons and its certainty."""
@@ -453,42 +440,36 @@ def find(
     allowed: Sequence[int],
     limit: int,
     written: bool = True,
-    as_caption: bool = False,
-) -> tuple[list[Found], bool]:
-    """The best answers to the readings of a question, best first; and whether it is a caption.
+    verbs: Collection[str] = (),
+) -> list[Found]:
+    """The best answers to the readings of a question, best first.
 
     `written`: Whether the captions of the captures count as evidence, in addition to the motion.
+    `verbs`: The words of the question that are verbs.
     """
     number = asked.numbers
-    certainty = question_certainty(asked, read)
+    certainty = question_certainty(asked, read, verbs)
     evidence = asked.evidence
     takes = evidence.takes if written else evidence.seen
-    shares = caption_shares(asked, read) if as_caption else CaptionShares((), {})
     extremes = evidence.extremes if written else evidence.seen_extremes
     bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
     likeliest = likeliest_takes(
-        {
-            capture: bounds[capture] + shares.total(capture)
-            for capture in allowed
-            if capture in takes
-        },
+        {capture: bounds[capture] for capture in allowed if capture in takes},
         lambda capture: by_question.search_take(takes[capture], read, number),
-        shares.total,
         limit,
     )
     answers = []
     for capture, hit in likeliest:
         why = explain_hit(asked, capture, hit, written)
         sure = chances(certainty, read, hit, why)
-        answers.append(Found(capture, hit, with_shares(why, shares, capture), sure))
+        answers.append(Found(capture, hit, why, sure))
     answers.sort(key=lambda each: (-reasons.total(each.why), each.capture))
-    return answers, bool(shares.words)
+    return answers
 
 
 def likeliest_takes(
     bounds: Mapping[int, float],
     search: Callable[[int], QuestionHit | None],
-    added: Callable[[int], float],
     limit: int,
 ) -> list[tuple[int, QuestionHit]]:
     """The captures with the largest log-odds, best first; of equal ones, the lowest numbers."""
@@ -499,7 +480,7 @@ def likeliest_takes(
         hit = search(capture)
         if hit is None:
             continue
-        heapq.heappush(best, (hit.log_odds + added(capture), -capture, hit))
+        heapq.heappush(best, (hit.log_odds, -capture, hit))
         if len(best) > limit:
             heapq.heappop(best)
     return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
@@ -513,6 +494,7 @@ def explain_hit(
     rows, table = learned.rows[capture], learned.segments
     starts, ends = table.starts[rows], table.ends[rows]
     said = asked.evidence.written.get(capture) if written else None
+    alike = asked.likeness[list(learned.rows).index(capture)]
     n_asked = sum(statement.exclusion < 0 for statement in hit.statements)
     why = []
     for number, statement in enumerate(hit.statements):
@@ -535,53 +517,8 @@ def explain_hit(
                 ends,
                 table.symbols[rows],
                 np.zeros(len(starts)) if said is None else said[:, word],
+                float(alike[word]),
             )
             place = reasons.WordPlace(number, share / len(statement.words), statement.exclusion)
             why.append(reasons.explain_look(evidence, word, look, place))
     return tuple(why)
-
-
-@dataclass(frozen=True, eq=False)
-class CaptionShares:
-    """The contribution of each word of a question to each capture."""
-
-    words: tuple[int, ...]  # Numbers of the words
-    amounts: Mapping[int, FloatArray]  # Capture number -> array (words,), nats
-
-    def total(self, capture: int) -> float:
-        """The contribution of the question to a capture."""
-        return float(self.amounts[capture].sum()) if self.words else 0.0
-
-
-def caption_shares(asked: AskedWords, readings: Sequence[Reading]) -> CaptionShares:
-    """The contributions of a question as a whole caption; no words if it is not one."""
-    words, learned = _caption_words(asked, readings), asked.learned
-    if not words or learned.caption_map is None:
-        return CaptionShares((), {})
-    rows = learned.suggested_captions[:, list(words)] * learned.caption_map.question(words)
-    amounts = CAPTION_WEIGHT * (rows - rows.mean(axis=0))
-    return CaptionShares(words, dict(zip(learned.rows, amounts)))
-
-
-def with_shares(
-    why: Sequence[WordReason], shares: CaptionShares, capture: int
-) -> tuple[WordReason, ...]:
-    """Reasons with contribution of each word to the whole caption at the word's first reason."""
-    if not shares.words:
-        return tuple(why)
-    left = dict(zip(shares.words, shares.amounts[capture].tolist()))
-    return tuple(replace(reason, as_caption=left.pop(reason.word, 0.0)) for reason in why)
-
-
-def _caption_words(asked: AskedWords, readings: Sequence[Reading]) -> tuple[int, ...]:
-    """Numbers of the different words of the only reading; empty if the question is not a caption.
-
-    Words that were not learned have numbers after the learned ones and are left out.
-    """
-    if len(readings) != 1 or readings[0].exclusions or counts_or_lasts(readings[0]):
-        return ()
-    said = [word for part in readings[0].parts for action in part.actions for word in action]
-    captions = asked.learned.caption_map
-    n_words = 0 if captions is None else len(captions.rarity)
-    numbers = dict.fromkeys(asked.numbers[word] for word in said)
-    return tuple(number for number in numbers if number < n_words)

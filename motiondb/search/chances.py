@@ -17,12 +17,13 @@ right was never measured.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from math import prod
 
 import numpy as np
 
+from motiondb.language.question.heads import heads_of
 from motiondb.language.question.readings import Reading
 from motiondb.learn.checking import say_unchecked
 from motiondb.learn.joining import start_weight
@@ -65,14 +66,22 @@ class QuestionCertainty:
     sure: regression.Certainty | None  # Of an action
     kinds: regression.Certainties  # Of other kinds of questions
     checked: bool  # Whether own captions have checked the probabilities of all words
+    heads: frozenset[int]  # Numbers of the words that name the actions (``question.heads``)
 
 
-def question_certainty(asked: AskedWords, readings: Sequence[Reading]) -> QuestionCertainty:
-    """What is known about the certainty of answers to the readings of a question."""
+def question_certainty(
+    asked: AskedWords, readings: Sequence[Reading], verbs: Collection[str] = ()
+) -> QuestionCertainty:
+    """What is known about the certainty of answers to the readings of a question.
+
+    `verbs`: The words of its text that are verbs.
+    """
     learned, number = asked.learned, asked.numbers
     words = {word for reading in readings for word in words_of_reading(reading)}
     checked = all(asked.checked[number[word]] for word in words if word in number)
-    return QuestionCertainty(learned.word_certainty, learned.certainties, checked)
+    actions = {action for reading in readings for part in reading.parts for action in part.actions}
+    heads = frozenset(number[w] for action in actions for w in heads_of(action, verbs))
+    return QuestionCertainty(learned.word_certainty, learned.certainties, checked, heads)
 
 
 def chances(
@@ -88,12 +97,16 @@ def chances(
         return unknown
     if not known.checked:
         return Chances(
-            None, tuple(_of_part(None, hit, reading, k, why) for k in range(len(reading.parts)))
+            None,
+            tuple(
+                _of_part(None, hit, reading, k, why, reasons.by_action(why))
+                for k in range(len(reading.parts))
+            ),
         )
     if sure is None:
         return unknown
     excluded = [lowering.actions for lowering in reasons.lowerings(why)]
-    requested = reasons.by_action(why)
+    requested = _at_most_its_heads(sure, why, known.heads)
     said = all(reason.written > 0.0 for reason in why if reason.exclusion < 0)
     if len(readings) > 1:
         if not all(map(_is_one_action, readings)):
@@ -105,8 +118,33 @@ def chances(
         return chances_of_kind(kinds.without, requested[0], excluded[0][0], said)
     whole = regression.answer_probability(sure, requested, excluded)
     return Chances(
-        whole, tuple(_of_part(sure, hit, reading, k, why) for k in range(len(reading.parts)))
+        whole,
+        tuple(_of_part(sure, hit, reading, k, why, requested) for k in range(len(reading.parts))),
     )
+
+
+def _at_most_its_heads(
+    sure: regression.Certainty, why: Sequence[reasons.WordReason], heads: frozenset[int]
+) -> list[tuple[float, float]]:
+    """Log-odds of every requested action, and what captions add, of its least probable part.
+
+    The log-odds of an action are the means of its words', so that "hand" alone could make "shake
+    hands" probable. An action is at most as probable as each of its words that name it.
+    """
+    odds = reasons.by_action(why)
+    requested = [reason for reason in why if reason.exclusion < 0]
+    for n, action in enumerate(sorted({reason.action for reason in requested})):
+        words = [reason for reason in requested if reason.action == action]
+        weight = len(odds) * len(words)  # of a word in the mean over all actions
+        naming = [reason for reason in words if reason.word in heads]
+        alone = [(reason.log_odds, weight * reason.written) for reason in naming]
+        odds[n] = min([odds[n], *alone], key=lambda pair: _of_action(sure, *pair))
+    return odds
+
+
+def _of_action(sure: regression.Certainty, odds: float, said: float) -> float:
+    """Calibrated log-odds of an action by its motion, with what captions add."""
+    return float(sure.log_odds(np.array([odds - said]))) + said
 
 
 def words_of_reading(reading: Reading) -> set[str]:
@@ -158,6 +196,7 @@ def _of_part(
     reading: Reading,
     k: int,
     why: Sequence[reasons.WordReason],
+    requested: Sequence[tuple[float, float]],
 ) -> PartChance | None:
     """The certainty that a capture shows part k, unchecked without ``sure``.
 
@@ -165,7 +204,7 @@ def _of_part(
     """
     asked = [n for n, statement in enumerate(hit.statements) if statement.exclusion < 0]
     of_part = {n for n in asked if hit.statements[n].part == k}
-    odds_of_part = [odds for n, odds in zip(asked, reasons.by_action(why)) if n in of_part]
+    odds_of_part = [odds for n, odds in zip(asked, requested) if n in of_part]
     if not reading.parts[k].actions or not odds_of_part:
         return None
     by_caption = all(reason.written > 0.0 for reason in why if reason.action in of_part)
@@ -256,8 +295,6 @@ def word_sources(learned: Learned, words: Iterable[str]) -> tuple[WordSource, ..
 def why_unchecked(asked: AskedWords, words: Iterable[str]) -> str:
     """The reason why answers about some words carry no probabilities; "" where they do."""
     learned = asked.learned
-    if learned.started is None and learned.word_certainty is not None:
-        return ""
     number = asked.numbers
     unsure = [w for w in dict.fromkeys(words) if w in number and not asked.checked[number[w]]]
     if not unsure and learned.word_certainty is not None:

@@ -8,11 +8,12 @@ The log-odds of a word in a window are linear in the window's score vector v
 with z_i the standardised scores of segment i and f_i its frames inside the window. Segment i
 therefore contributes f_i (z_i . k_w) / |...|; this share is attributed to the segment's symbol.
 Shares are already averaged over an action's words and over the windows (that of the action and the
-whole capture). The log-odds of several actions together are not the mean of their log-odds; the
+whole capture). To the whole capture the word's likeness (:mod:`motiondb.meaning.caption_map`) is
+added. The log-odds of several actions together are not the mean of their log-odds; the
 difference is one further part, ``together``. Excluded words are decomposed in the same way, and
 every exclusion lowers the answer by one number, ``Lowering.amount``. The parts of the requested
-words, ``together``, these amounts and the contributions of the words to a whole caption
-(``as_caption``) sum (``math.fsum``) to exactly the number by which the answer is ranked.
+words, ``together`` and these amounts sum (``math.fsum``) to exactly the number by which the answer
+is ranked.
 
 **Explanation of the rank of an answer to words, in words and seconds.**
 
@@ -57,19 +58,17 @@ class WordReason:
     # excluded word sum to its share of the log-odds of its action, not to anything that is added to
     # the answer
     exclusion: int = -1
-    # What the word adds because the whole question is similar to the caption that the motion
-    # suggests. It is not part of the log-odds of the word's action
-    as_caption: float = 0.0
+    likeness: float = 0.0  # Contribution of the likeness to the caption that the motion suggests
 
     @property
     def parts(self) -> tuple[float, ...]:
         """All summands of the log-odds of the word's action that are due to this word."""
-        return (self.prior, self.written, *(share.amount for share in self.shares))
+        return (self.prior, self.written, self.likeness, *(s.amount for s in self.shares))
 
     @property
     def contribution(self) -> float:
-        """Sum of the parts, and of the contribution of the word to the whole caption."""
-        return math.fsum([*self.parts, self.as_caption])
+        """Sum of the parts."""
+        return math.fsum(self.parts)
 
     @property
     def log_probability(self) -> float:
@@ -88,6 +87,7 @@ class Evidence:
     ends: IntArray  # (segments,): one past the last frame of each segment
     symbols: IntArray  # (segments,): symbols of the segments
     written: FloatArray  # (segments,): log-odds that captions add, 0 without captions
+    likeness: float = 0.0  # Likeness of the word to what the motion of the capture suggests, nats
 
 
 def segment_shares(evidence: Evidence, low: int, high: int) -> FloatArray:
@@ -132,7 +132,8 @@ def explain_look(evidence: Evidence, word: int, look: Look, place: WordPlace) ->
             evidence.symbols, evidence.starts, evidence.ends, amounts
         )
     )
-    log_odds = math.fsum([evidence.constant, said, *amounts])
+    alike = 2.0 * (1.0 - look.near) * evidence.likeness
+    log_odds = math.fsum([evidence.constant, said, alike, *amounts])
     return WordReason(
         word,
         place.action,
@@ -141,6 +142,7 @@ def explain_look(evidence: Evidence, word: int, look: Look, place: WordPlace) ->
         place.weight * said,
         shares,
         place.exclusion,
+        place.weight * alike,
     )
 
 
@@ -203,13 +205,9 @@ def lowerings(reasons: Sequence[WordReason]) -> list[Lowering]:
 
 
 def total(reasons: Sequence[WordReason]) -> float:
-    """The number that ranks the answer: the exactly rounded sum of all parts and lowerings.
-
-    The log-odds of the answer, with the contribution of the question as a whole caption.
-    """
+    """The log-odds that rank the answer: the exactly rounded sum of all parts and lowerings."""
     amounts = [lowering.amount for lowering in lowerings(reasons)]
-    captions = [reason.as_caption for reason in reasons]
-    return math.fsum([*asked_parts(reasons), *captions, together(reasons), *amounts])
+    return math.fsum([*asked_parts(reasons), together(reasons), *amounts])
 
 
 def strongest(reason: WordReason, limit: int = 3) -> list[Share]:
@@ -248,13 +246,13 @@ class ExplainedWord:
     log_probability : float
         Logarithm of the probability that belongs to these log-odds.
     contribution : float
-        Sum of ``prior``, ``written``, ``as_caption`` and all ``symbols``.
+        Sum of ``prior``, ``written``, ``likeness`` and all ``symbols``.
     prior : float
         Contribution of the word's frequency, before any motion is considered.
     written : float
         Contribution of captions.
-    as_caption : float
-        Contribution of the comparison of a long question with whole captions.
+    likeness : float
+        Contribution of the likeness to the caption that the motion of the capture suggests.
     symbols : tuple of SymbolShare
         Contribution of every segment, in order of time.
     strongest : tuple of SymbolShare
@@ -269,7 +267,7 @@ class ExplainedWord:
     contribution: float
     prior: float
     written: float
-    as_caption: float
+    likeness: float
     symbols: tuple[SymbolShare, ...]
     strongest: tuple[SymbolShare, ...]
     others: float
@@ -288,7 +286,7 @@ class ExplainedExclusion:
 class Explanation:
     """Parts of the log-odds that rank an answer.
 
-    ``math.fsum`` of the parts of ``words`` (prior, written, as_caption, symbols), of ``together``
+    ``math.fsum`` of the parts of ``words`` (prior, written, likeness, symbols), of ``together``
     and of the amounts of ``excluded`` is exactly ``log_odds``.
 
     Attributes
@@ -301,15 +299,21 @@ class Explanation:
         The requested words.
     excluded : tuple of ExplainedExclusion
         What every exclusion adds.
+    suggests : tuple of str
+        Captions of other captures nearest in meaning to what the motion of this one suggests: what
+        the likeness of the words is to.
     """
 
     log_odds: float
     together: float
     words: tuple[ExplainedWord, ...]
     excluded: tuple[ExplainedExclusion, ...]
+    suggests: tuple[str, ...] = ()
 
 
-def explain(why: Sequence[WordReason], vocabulary: Sequence[str]) -> Explanation:
+def explain(
+    why: Sequence[WordReason], vocabulary: Sequence[str], suggests: tuple[str, ...] = ()
+) -> Explanation:
     """Explain one answer."""
     excluded = tuple(
         ExplainedExclusion(
@@ -320,12 +324,12 @@ def explain(why: Sequence[WordReason], vocabulary: Sequence[str]) -> Explanation
         for lowering in lowerings(why)
     )
     asked = tuple(_word(w, vocabulary) for w in why if w.exclusion < 0)
-    return Explanation(total(why), together(why), asked, excluded)
+    return Explanation(total(why), together(why), asked, excluded, suggests)
 
 
 def _word(reason: WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
     shares = tuple(map(_in_seconds, strongest(reason)))
-    named = reason.prior + reason.written + reason.as_caption
+    named = reason.prior + reason.written + reason.likeness
     return ExplainedWord(
         vocabulary[reason.word],
         reason.log_odds,
@@ -333,7 +337,7 @@ def _word(reason: WordReason, vocabulary: Sequence[str]) -> ExplainedWord:
         reason.contribution,
         reason.prior,
         reason.written,
-        reason.as_caption,
+        reason.likeness,
         tuple(map(_in_seconds, reason.shares)),
         shares,
         reason.contribution - named - sum(s.share for s in shares),

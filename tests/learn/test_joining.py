@@ -18,7 +18,7 @@ from motiondb.meaning import regression as certainty
 from motiondb.meaning.counting import Counts, make_reference
 from motiondb.meaning.regression import Certainties, Certainty, KindCertainty
 from motiondb.meaning.score_vectors import ScoreSpace
-from motiondb.meaning.word_map import WordMoments, map_words, word_moments
+from motiondb.meaning.word_map import map_words, word_moments
 from motiondb.records import Association, SegmentTable
 
 JOINT = ("dash", "jump", "run", "walk")
@@ -93,9 +93,7 @@ def test_every_word_is_fitted_to_the_intervals_whose_writers_use_it() -> None:
 def test_without_own_captions_the_map_is_that_of_the_start() -> None:
     vectors, presence = small_rows(0)
     first = started()
-    nothing = WordMoments(
-        0.0, np.zeros(N_COLUMNS), np.zeros(3), np.zeros((N_COLUMNS,) * 2), np.zeros((N_COLUMNS, 3))
-    )
+    nothing = word_moments(np.zeros((0, N_COLUMNS)), np.zeros((0, 3), dtype=bool))
     taught = first.taught
     fit = joining.join_word_map(nothing, taught.words, first, taught.ridge, taught.calibration)
     same = map_words(vectors, presence, taught.ridge, taught.calibration)

@@ -78,19 +78,15 @@ def test_the_likeliest_are_those_of_a_search_of_everything(
     seed: int, text: str, limit: int
 ) -> None:
     takes, read = random_takes(seed, 12), asked(text)
-    added = {capture: float(capture % 3) for capture in takes}
     every = []
     for capture, each in takes.items():
         hit = by_question.search_take(each, read, NUMBER)
         if hit is not None:
-            every.append((-hit.log_odds - added[capture], capture))
+            every.append((-hit.log_odds, capture))
     extremes = take_extremes(takes)
     bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, NUMBER).tolist()))
     likeliest = likeliest_takes(
-        {capture: bound + added[capture] for capture, bound in bounds.items()},
-        lambda capture: by_question.search_take(takes[capture], read, NUMBER),
-        lambda capture: added[capture],
-        limit,
+        bounds, lambda capture: by_question.search_take(takes[capture], read, NUMBER), limit
     )
     assert [capture for capture, _ in likeliest] == [c for _, c in sorted(every)[:limit]]
 
@@ -102,6 +98,6 @@ def test_captures_below_the_answers_are_not_looked_at() -> None:
         looked.append(capture)
         return by_question.QuestionHit(0, 1, 5.0 - capture, ((0, 1),), ())
 
-    best = likeliest_takes({n: 5.0 - n for n in range(100)}, search, lambda _: 0.0, 3)
+    best = likeliest_takes({n: 5.0 - n for n in range(100)}, search, 3)
     assert [capture for capture, _ in best] == [0, 1, 2]
     assert looked == [0, 1, 2]

@@ -83,3 +83,27 @@ def test_a_motion_of_the_rest_is_not_called_shown(
     assert made.why_not.startswith(why_not)
     assert not made.shows_all
     assert db.generate("walk").why_not == ""
+
+
+def test_a_word_heard_by_its_meaning_ranks_without_a_probability(db: motiondb.MotionDB) -> None:
+    answer = db.search("stretch", limit=3)
+    (heard,) = answer.taken.values()
+    assert heard.heard == ("bend", "jog", "sway")
+    assert sum(heard.shares) == pytest.approx(1.0)
+    assert heard.sentence() == (
+        "'stretch' is not in the captions; ranked by its meaning, nearest: bend, jog, sway"
+    )
+    assert (answer.missing, answer.matches_anything) == ((), None)
+    assert answer.unchecked == "no probabilities: no caption of this database holds 'stretch'"
+    chances = [part.probability for match in answer.matches for part in (match, *match.parts)]
+    assert set(chances) == {None}
+    assert db.search("stretch", limit=1, where="caption~bend").matches
+
+
+def test_an_action_is_at_most_as_probable_as_the_word_that_names_it(db: motiondb.MotionDB) -> None:
+    """The hand of a wave makes no kick."""
+    names = {match.capture: match.probability for match in db.search("kick", limit=101).matches}
+    both = db.search("kicks with the hand", limit=101).matches
+    assert both
+    assert all(match.probability <= names[match.capture] + 1e-9 for match in both)
+    assert any(match.probability < 0.5 < names[match.capture] for match in both)

@@ -64,7 +64,7 @@ test("the reasons add up to the log-odds", () => {
     contribution,
     prior: -1.6,
     written: 2,
-    as_caption: 0,
+    likeness: 0,
     symbols: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
     strongest: [{ symbol: 1, from: 0, to: 2.9, share: 3.5 }],
     others: 0,
@@ -72,6 +72,7 @@ test("the reasons add up to the log-odds", () => {
   const rows = reasonRows({
     log_odds: 4,
     together: 0.5,
+    suggests: [],
     words: [word("turn", 3), word("left", 1)],
     excluded: [{ amount: -0.5, log_odds: -3, words: [word("run", -3)] }],
   });
@@ -94,7 +95,7 @@ test("every number of --explain is shown, and they add up", () => {
     contribution: 2.45,
     prior: -1.2,
     written: 0,
-    as_caption: 0.7,
+    likeness: 0.7,
     symbols: [],
     strongest: [
       { symbol: 2, from: 0, to: 1.5, share: 3 },
@@ -102,7 +103,7 @@ test("every number of --explain is shown, and they add up", () => {
     ],
     others: 0.35,
   };
-  const [row] = reasonRows({ log_odds: 2.45, together: 0, words: [word], excluded: [] });
+  const [row] = reasonRows({ log_odds: 2.45, together: 0, words: [word], excluded: [], suggests: [] });
   assert.equal(
     row!.detail,
     "usual −1.200, as part of the caption +0.700, symbol 2 +3.000 (0.0–1.5 s)," +

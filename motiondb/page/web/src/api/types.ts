@@ -318,7 +318,7 @@ export interface ExplainedWord {
   contribution: number;
   prior: number;
   written: number;
-  as_caption: number;
+  likeness: number;
   symbols: SymbolShare[];
   strongest: SymbolShare[];
   others: number;
@@ -329,6 +329,7 @@ export interface Explanation {
   together: number;
   words: ExplainedWord[];
   excluded: ExplainedExclusion[];
+  suggests: string[];
 }
 
 export interface FacetRow {
@@ -581,6 +582,7 @@ export interface MadeReply {
   recognised: number[];
   decodings: DecodedAction[];
   sources: Source[];
+  smoothness: Smoothness;
   words_from: WordSource[];
   question: UnderstoodQuestion;
   id: string;
@@ -941,6 +943,17 @@ export interface ShownSegment {
 export interface SideOfAction {
   side: string;
   limb: string;
+}
+
+export interface Smoothness {
+  foot_slip: number;
+  foot_slip_of_sources: number | null;
+  toe_slip: number;
+  toe_slip_of_sources: number | null;
+  speed_jump: number;
+  speed_jump_of_sources: number | null;
+  floating: number;
+  floating_of_sources: number | null;
 }
 
 export interface Source {

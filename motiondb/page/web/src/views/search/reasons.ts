@@ -18,7 +18,7 @@ function partsOf(word: ExplainedWord): string {
   return [
     `usual ${nats(word.prior)}`,
     word.written === 0 ? "" : `written ${nats(word.written)}`,
-    word.as_caption === 0 ? "" : `as part of the caption ${nats(word.as_caption)}`,
+    word.likeness === 0 ? "" : `likeness ${nats(word.likeness)}`,
     ...word.strongest.map(
       ({ symbol, from, to, share }) =>
         `symbol ${symbol} ${nats(share)} (${from.toFixed(1)}–${to.toFixed(1)} s)`,
@@ -64,6 +64,7 @@ export function reasonsElement(explanation: Explanation, score: number): HTMLEle
       "caption",
       {},
       `Evidence in nats. The rows add up to the log-odds ${nats(explanation.log_odds)}, a score of ${score.toFixed(3)}.`,
+      explanation.suggests.length ? ` Its motion suggests: ${explanation.suggests.join("; ")}.` : "",
     ),
     h(
       "tbody",

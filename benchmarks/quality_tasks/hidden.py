@@ -1,0 +1,139 @@
+"""Words that no caption holds: each word is hidden from all captions, then asked for.
+
+Five folds by performer. A hidden word is heard by its meaning, as ``search`` does where the table
+of nearby words is silent: by the known words nearest to its vector, and by its own likeness to the
+captions that motion suggests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motiondb.database.session import nearby_table
+from motiondb.language.vocabulary import MODIFIERS, words_of
+from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
+from motiondb.meaning import word_map
+from motiondb.records import FloatArray
+from motiondb.search.takings import LEAST_NEAR, Taking, take_word
+from quality_protocol.captures import load_cmu, performer_folds, without_copies
+from quality_protocol.confidence import mean_of
+from quality_protocol.recognition import Recognised, recognise
+from quality_protocol.report import Measure, TaskReport
+
+LEAST_TRAINED, LEAST_SHOWN = 3, 2
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Average precision of one hidden word in one fold; NaN where a method is silent."""
+
+    near: float  # Cosine of the nearest known word
+    meaning: float
+    nearby: float
+    chance: float
+
+
+def run(data: Path, seed: int) -> TaskReport:
+    """Hide every word, and ask for it."""
+    captures = without_copies(load_cmu(data))
+    said = [{w for text in c.captions for w in words_of(text)} for c in captures]
+    names = sorted(set().union(*said))
+    words = np.array([[name in each for name in names] for each in said])
+    folds, has = performer_folds([c.performer for c in captures]), words.any(axis=1)
+    groups = np.unique([c.performer for c in captures], return_inverse=True)[1]
+    seen = recognise(captures, np.ones(len(captures), dtype=bool), seed)
+    asked = []
+    for k in range(5):
+        train, gallery = np.flatnonzero((folds != k) & has), np.flatnonzero((folds == k) & has)
+        shown = words[gallery]
+        usable = words[train].sum(axis=0) >= LEAST_TRAINED
+        usable &= (shown.sum(axis=0) >= LEAST_SHOWN) & ~shown.all(axis=0)
+        for word in np.flatnonzero(usable):
+            if names[word] not in MODIFIERS:
+                asked.append(_ask(seen, words, (train, gallery), groups, names, int(word)))
+    return _report(asked, len(captures), seed)
+
+
+def _ask(
+    seen: Recognised,
+    words: NDArray[np.bool_],
+    parts: tuple[NDArray[np.int64], NDArray[np.int64]],
+    groups: NDArray[np.int64],
+    names: Sequence[str],
+    word: int,
+) -> Asked:
+    """Hide a word from the training captures, and ask for it in the gallery."""
+    train, gallery = parts
+    said = words[train].copy()
+    said[:, word] = False
+    train, said = train[said.any(axis=1)], said[said.any(axis=1)]
+    fit = word_map.fit_word_map(seen.vectors[train], said, groups[train])
+    captions = seen.captions(train, said, names)
+    suggested = captions.suggest(seen.vectors[gallery])
+    vectors = np.where(said.any(axis=0)[:, None], captions.meanings, 0.0)
+    vectors[[n for n, name in enumerate(names) if name in MODIFIERS]] = 0.0
+    own = word_vectors().of([names[word]])
+    shares = shares_by_meaning(vectors, own[0])
+    takes = seen.hear(fit, captions, gallery)
+    odds = np.stack([0.5 * (t.windows @ shares).max() + 0.5 * (t.whole @ shares) for t in takes])
+    odds += suggested.likeness_of(own)[:, 0] - suggested.likeness_of(captions.meanings) @ shares
+    right = words[gallery, word]
+    known = {name for n, name in enumerate(names) if said[:, n].any()}
+    taking = take_word(names[word], known, nearby_table())
+    nearby = float("nan")
+    if taking.is_taken:
+        taken = _taken(taking, names)
+        both = [replace(t, windows=t.windows @ taken, whole=t.whole @ taken) for t in takes]
+        nearby = precision(np.array([0.5 * t.windows.max() + 0.5 * t.whole for t in both]), right)
+    near = float((vectors @ own[0]).max())
+    return Asked(near, precision(odds, right), nearby, float(right.mean()))
+
+
+def _taken(taking: Taking, names: Sequence[str]) -> FloatArray:
+    """Shares of the words of the captions in a word that they replace: array (words,)."""
+    shares = np.zeros(len(names))
+    for word, share in zip(taking.heard, taking.shares):
+        shares[list(names).index(word)] = share
+    return shares
+
+
+def precision(scores: FloatArray, right: NDArray[np.bool_]) -> float:
+    """Average precision of a ranking.
+
+    >>> precision(np.array([3.0, 2.0, 1.0]), np.array([True, False, True])).__round__(3)
+    0.833
+    """
+    hits = right[np.argsort(-scores, kind="stable")]
+    return float((np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean())
+
+
+def _report(asked: Sequence[Asked], n_captures: int, seed: int) -> TaskReport:
+    """One row for each group of words, and for those that the table replaces."""
+    groups = {
+        "all words": list(asked),
+        f"nearest known word at {LEAST_NEAR:g} or more": [a for a in asked if a.near >= LEAST_NEAR],
+        f"nearest known word below {LEAST_NEAR:g}": [a for a in asked if a.near < LEAST_NEAR],
+        "replaced by the table": [a for a in asked if not np.isnan(a.nearby)],
+    }
+    rows: list[tuple[str | float | Measure, ...]] = []
+    for name, some in groups.items():
+        by_table: str | Measure = ""
+        if name == "replaced by the table":
+            by_table = mean_of([a.nearby for a in some], seed)
+        means = (mean_of([getattr(a, what) for a in some], seed) for what in ("meaning", "chance"))
+        rows.append((name, str(len(some)), next(means), by_table, next(means)))
+    return TaskReport(
+        "Words that no caption holds",
+        f"{n_captures} CMU captures, five folds by performer. Every word with at least "
+        f"{LEAST_TRAINED} training captures and {LEAST_SHOWN} in the gallery, other than "
+        "directions, manners and parts of the body, is hidden from all captions and then asked "
+        "for. Mean average precision; intervals over words. `search` ranks by meaning only words "
+        "that the table does not replace and whose nearest known word is at the bound or above.",
+        ("words", "number", "by meaning", "by the table of nearby words", "chance"),
+        tuple(rows),
+    )

@@ -1,0 +1,1 @@
+"""Vectors of words, by which words and sentences are compared in meaning."""
