@@ -5,16 +5,17 @@
     python benchmarks/robustness.py damage --out DIR [--cases 200]
     python benchmarks/robustness.py together --out DIR
     python benchmarks/robustness.py questions --out DIR
-    python benchmarks/robustness.py model --out DIR [--cases 20000] [--start 0] [--minutes 30]
-    python benchmarks/robustness.py page --out DIR > docs/measured/robustness.md
+    python benchmarks/robustness.py model --out DIR [--cases 20000] [--processes 2]
+    python benchmarks/robustness.py page --out DIR
 
 Each part appends what became of its cases to ``DIR/PART.jsonl``, a line a case. ``fuzz``,
 ``kills``, ``damage`` and ``model`` leave out the seeds that are there already, and begin no
 further case after ``--minutes``: the same command, given again, goes on where it stopped.
-``--start`` is the first seed. ``page`` counts the cases of all pieces. The databases that are
-attacked are learned from the sample data once and kept in DIR; every case has a copy of its own.
-``model`` runs chains of 200 steps, a chain a seed; two commands with other values of ``--start``
-may share DIR. It waits less with the environment variable TMPDIR in a file system in memory.
+``--start`` is the first seed. The databases that are attacked are learned from the sample data once
+and kept in DIR; every case has a copy of its own. ``model`` runs chains of 200 steps, a chain a
+seed; it waits less with the environment variable TMPDIR in a file system in memory. ``page`` counts
+the cases of all pieces, and writes ``docs/measured/robustness.md`` anew; parts without cases in DIR
+stay as they are there.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ _TESTS = Path(__file__).resolve().parents[1] / "tests"
 _SHARED = ("files", "store", "fetch")  # odd files, damage, sites
 sys.path[:0] = [str(_TESTS / name) for name in _SHARED]
 
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "measured" / "robustness.md"
 PARTS = ("fuzz", "kills", "damage", "together", "questions", "model")
 CASES = {"fuzz": 50_000, "kills": 200, "damage": 200, "model": 20_000}
 CASES_OF_A_SEED = {"damage": 5, "model": 200}
@@ -55,7 +57,7 @@ def main() -> None:
     if asked.part == "page":
         from robustness_tasks.page import page
 
-        print(page(asked.out), end="")
+        PAGE.write_text(page(asked.out, PAGE.read_text(encoding="utf-8")), encoding="utf-8")
         return
     began, count = time.time(), 0
     with (
@@ -90,7 +92,8 @@ def outcomes(asked: argparse.Namespace) -> Generator[Any, None, None]:
     each = CASES_OF_A_SEED.get(asked.part, 1)
     seeds = range(asked.start // each, (asked.start + count) // each)
     left = [seed for seed in seeds if times[seed] < each]
-    yield from task.run(left, small, *([asked.processes] if asked.part == "fuzz" else []))
+    several = [asked.processes] if asked.part in ("fuzz", "model") else []
+    yield from task.run(left, small, *several)
 
 
 if __name__ == "__main__":

@@ -14,11 +14,13 @@ that steps write are the old ones or the new ones. At the end no file and no pro
 from __future__ import annotations
 
 import hashlib
+import multiprocessing
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
@@ -83,13 +85,41 @@ class Outcome:
         return bool(self.faults)
 
 
-def run(seeds: Sequence[int], database: Path) -> Iterator[Outcome]:
-    """Run a chain for each seed; what all chains use is made once and kept beside the database."""
+def run(seeds: Sequence[int], database: Path, processes: int = 1) -> Iterator[Outcome]:
+    """Run a chain for each seed; what all chains use is made once and kept beside the database.
+
+    Processes part from this one, and each runs its share of the chains.
+    """
     material = prepared(database.with_name("model"))
     import_everything()
     warm_up(material)
+    fork = multiprocessing.get_context("fork")
+    running, told = [], []
+    for number in range(processes):
+        here, there = fork.Pipe(duplex=False)
+        share = seeds[number::processes]
+        running.append(fork.Process(target=_run_chains, args=(share, material, there)))
+        running[-1].start()
+        there.close()
+        told.append(here)
+    try:
+        while told:
+            for each in wait(told):
+                assert isinstance(each, Connection)
+                try:
+                    yield each.recv()
+                except EOFError:
+                    told.remove(each)
+    finally:
+        for process in running:
+            process.terminate()
+
+
+def _run_chains(seeds: Sequence[int], material: Material, told: Connection) -> None:
+    """Run a chain for each seed, and tell what becomes of every step."""
     for seed in seeds:
-        yield from chain(seed, material)
+        for outcome in chain(seed, material):
+            told.send(outcome)
 
 
 def prepared(folder: Path) -> Material:

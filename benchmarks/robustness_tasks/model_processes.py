@@ -37,6 +37,7 @@ from urllib.parse import urlencode
 import psutil
 
 from motiondb.errors import MotionDBError
+from motiondb.files.parent_process import end_with_parent
 from motiondb.store.connection import opening
 from robustness_tasks.model_verbs import DB, Hand
 from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN, Arguments
@@ -190,7 +191,8 @@ def _receive(of: socket.socket) -> Any:
 
 
 def _part(place: Path, threads: int) -> None:
-    """Be another process: own temporary files, nothing printed, so many threads of DuckDB."""
+    """Be another process: own temporary files, nothing printed, an end with the parent."""
+    end_with_parent(os.getppid(), True)
     opening._CONFIG["threads"] = threads
     os.environ["TMPDIR"] = str(place / "tmp")
     tempfile.tempdir = None

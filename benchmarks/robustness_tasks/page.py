@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -27,8 +28,9 @@ UNKNOWN = """## Limits
 
 * **A log that was cut off.** Changes that are not yet in the database file are in a log beside it
   (`.wal`). DuckDB replays the log up to its last complete transaction and does not report what
-  follows. After a full disk, or a copy made while a command writes, the database is therefore in a
-  consistent earlier state, and `check` reports no fault. A log with flipped bits is refused.
+  follows. After a full disk, or a copy of the log made while a command writes, the database is
+  therefore in a consistent earlier state, and `check` reports no fault. A log with flipped bits is
+  refused, and a log that is missing as a whole is reported.
 * **A file that is not a log.** DuckDB ignores a file of that name that does not begin like one of
   its logs, and `check` reports no fault.
 * **Learning while others change captures.** `learn` computes without holding the file, and saves
@@ -44,11 +46,8 @@ UNKNOWN = """## Limits
   does `rescue` of a database with a damaged log."""
 
 
-def page(folder: Path) -> str:
-    """The page of the logs in a folder; parts without a log are named as not run.
-
-    Remarks on the runs are in ``notes.md`` of the folder.
-    """
+def page(folder: Path, before: str) -> str:
+    """The page of the logs in a folder; parts without a log are as in the page before."""
     parts: list[tuple[str, str, Callable[[list[Case]], str]]] = [
         ("fuzz", "Odd files and texts", _fuzz),
         ("kills", "Kills", _kills),
@@ -58,15 +57,25 @@ def page(folder: Path) -> str:
         ("model", "Chains of steps", _model),
     ]
     cases = {name: load(folder, name) for name, _, _ in parts}
-    sections = [HEAD, f"{machine()}; {versions('numpy', 'duckdb')}.", _targets(cases)]
-    notes = folder / "notes.md"
-    if notes.exists():
-        sections.append(notes.read_text(encoding="utf-8").strip())
+    sections = [HEAD, f"{machine()}; {versions('numpy', 'duckdb')}."]
+    earlier = [title for name, title, _ in parts if not cases[name]]
+    if earlier:
+        sections.append(
+            "Measured with an earlier state of the program, and not again with the rest:"
+            f" {', '.join(earlier).lower()}."
+        )
+    sections.append(_targets(cases, before))
     for name, title, write in parts:
-        cases_of_kind = cases[name]
-        sections.append(f"## {title}\n\n{write(cases_of_kind) if cases_of_kind else 'Not run.'}")
+        of_part = cases[name]
+        sections.append(f"## {title}\n\n{write(of_part) if of_part else _section(before, title)}")
     sections.append(UNKNOWN)
     return "\n\n".join(sections) + "\n"
+
+
+def _section(before: str, title: str) -> str:
+    """The text of a section of a page."""
+    found = re.search(rf"^## {title}\n\n(.*?)\n*(?=^## |\Z)", before, re.MULTILINE | re.DOTALL)
+    return found[1] if found else "Not run."
 
 
 def load(folder: Path, part: str) -> list[Case]:
@@ -96,8 +105,10 @@ def seeds_of(cases: Sequence[Case]) -> str:
     return ", ".join(f"{a} to {b}" if a < b else f"{a}" for a, b in zip(starts, ends))
 
 
-def _targets(cases: dict[str, list[Case]]) -> str:
-    """The targets of the tests, with the results."""
+def _targets(cases: dict[str, list[Case]], before: str) -> str:
+    """The targets of the tests, with the results; those of the page before for parts not run."""
+    lines = [line.strip("| ").split(" | ") for line in before.splitlines() if line.startswith("|")]
+    known = {line[0]: tuple(line) for line in lines}
     wanted = {
         "fuzz": ("no failure in 50,000 odd files and texts", 50_000),
         "kills": ("nothing lost and nothing left over in 200 kills", 200),
@@ -108,6 +119,9 @@ def _targets(cases: dict[str, list[Case]]) -> str:
     }
     rows = []
     for name, (target, least) in wanted.items():
+        if not cases[name] and target in known:
+            rows.append(known[target])
+            continue
         ran, failed = len(cases[name]), sum(case["failed"] for case in cases[name])
         met = "yes" if ran >= least and not failed else "no" if failed else f"no: {ran} ran"
         rows.append((target, f"{ran:,}", f"{failed:,}", met))

@@ -138,7 +138,7 @@ def _phases(heights: FloatArray, contact: NDArray[np.bool_]) -> NDArray[np.bool_
 def _turns(along: FloatArray, phases: NDArray[np.bool_]) -> FloatArray:
     """Turns that hold the direction of a foot (frames, 3) while all of it is down: (frames,)."""
     angle = np.unwrap(np.arctan2(along[:, 0], along[:, 2]))
-    flat = phases.all(axis=1)
+    flat = np.asarray(phases.all(axis=1))
     turns = np.zeros((len(along), 1))
     for start, end in runs(flat):
         turns[start:end, 0] = np.median(angle[start:end]) - angle[start:end]
@@ -154,7 +154,7 @@ def _corrections(
     moved = np.zeros((n_frames, 3))
     for start, end in runs(contact):
         steps = np.diff(np.stack([ankle, toe], axis=1)[start:end][..., [0, 2]], axis=0)
-        flat = phases[start:end].all(axis=1)
+        flat = np.asarray(phases[start:end].all(axis=1))
         flat = flat[1:] & flat[:-1]
         toe_moves_less = _length(steps[flat, 1]) < _length(steps[flat, 0])
         by_toe = np.where(flat, toe_moves_less, phases[start + 1 : end, 1])

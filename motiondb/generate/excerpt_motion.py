@@ -152,7 +152,7 @@ def excerpt_motion(
             sources[key] = resample(*material.paths[excerpt.capture], one.rate)
             origins[key] = (excerpt.capture, one.rate)
         elif variation.is_monotonous(one.layout):
-            one = _vary(material, row, one, rng)
+            one = _vary(material, row, one, is_last, rng)
         played = [stitching.Piece(key, a, b) for a, b in one.layout.parts]
         played[1:1] = one.between
         pieces += played
@@ -217,12 +217,24 @@ def _moved(
 
 
 def _vary(
-    material: _Material, row: _Rows, one: ShownExcerpt, rng: np.random.Generator
+    material: _Material,
+    row: _Rows,
+    one: ShownExcerpt,
+    is_last: bool,
+    rng: np.random.Generator,
 ) -> ShownExcerpt:
     """The same with other excerpts of the action in place of a loop's repetitions."""
     moved = _moved(material, row, row.costs, cuts.Position(False, False))
+    asked = one.action.seconds
     layout, between = variation.vary(
-        one.excerpt.capture, one.layout, moved, material.takes, (JOIN_WEIGHT, MOST_JOIN), rng
+        one.excerpt.capture,
+        one.layout,
+        moved,
+        material.takes,
+        (JOIN_WEIGHT, MOST_JOIN),
+        is_last,
+        asked is not None and asked.most is None,
+        rng,
     )
     return replace(one, layout=layout, between=between)
 

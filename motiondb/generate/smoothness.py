@@ -93,7 +93,7 @@ def _measure(motion: Motion) -> _Frames:
         np.where(is_low, speeds, np.nan),
         jumps,
         np.maximum(foot_heights(positions).min(axis=1), 0.0),
-        contacts.any(axis=1),
+        np.asarray(contacts.any(axis=1)),
     )
 
 

@@ -24,7 +24,7 @@ from motiondb.records import FloatArray, IntArray
 
 LONG = 120  # Frames (4 s) from which on a movement is varied
 TYPICAL = (75, 50, 35)  # Frames of an excerpt that is inserted; captures of runs are short
-PER_FRAME = 0.05  # Cost of a frame by which an excerpt is longer or shorter than its share, nats
+PER_FRAME = 0.15  # Cost of a frame by which an excerpt is longer or shorter than its share, nats
 UNEVEN = 20.0  # Cost of a speed that differs by that of the loop, or by ``SLOW``, nats
 SLOW, STEP = 0.5, 15  # Metres a second; frames over which the speed over the ground is averaged
 RANDOM = 1.0  # Largest random cost of an excerpt, nats
@@ -42,12 +42,16 @@ def vary(
     moved: tuple[stitching.Candidates, IntArray],
     takes: dict[int, Take],
     weights: tuple[float, float],
+    is_last: bool,
+    is_least: bool,
     rng: np.random.Generator,
 ) -> tuple[Layout, tuple[stitching.Piece, ...]]:
     """A layout without its repetitions, and the pieces between its two parts.
 
     `moved`: the excerpts with moved cuts that may be inserted, and the number of the excerpt of
-    each; `weights`: of join costs, and their limit. If none fill the time, the layout as it is.
+    each; `weights`: of join costs, and their limit; `is_last`: whether no action follows, so that
+    the end may be cut; `is_least`: whether the layout must not become shorter. If none fill the
+    time, the layout as it is.
     """
     candidates, owner = moved
     first, last = layout.parts[0], layout.parts[-1]
@@ -62,8 +66,10 @@ def vary(
     for length in TYPICAL:
         between = _insert(candidates, ends, frames, max(round(frames / length), 1), weights)
         missing = frames - sum(piece.end - piece.start for piece in between)
-        end = int(np.clip(last[1] + missing, last[0] + 1, len(takes[capture].poses)))
-        if abs(last[1] + missing - end) <= TOLERANCE * layout.n_frames:
+        end = max(last[1] + min(missing, 0), last[0] + 1) if is_last else last[1]
+        short = last[1] + missing - end
+        most = TOLERANCE * layout.n_frames
+        if -most <= short <= (0.0 if is_least else most):
             return Layout((first, (last[0], end)), said_of(between)), between
     return layout, ()
 

@@ -181,8 +181,8 @@ class Worker:
             job.end(
                 FAILED,
                 f"{job.title}: expected the work to end, found that its process ended with code"
-                f" {code}. What it changes was saved as a whole or not at all: look at it, and try"
-                " again if it was not; there may be too little memory.",
+                f" {code}. What was saved before stays, nothing is half saved. Try again; there may"
+                " be too little memory.",
                 "WorkerError",
             )
 

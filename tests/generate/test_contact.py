@@ -149,3 +149,20 @@ def test_a_nearly_straight_knee_does_not_snap() -> None:
 def test_a_frame_or_two_are_left_alone(n_frames: int) -> None:
     motion = standing(n_frames)
     assert contact.lock_feet(motion) is motion
+
+
+def test_a_planted_foot_neither_slides_nor_turns() -> None:
+    """The whole figure turns by 20 degrees while it stands, as at the seam of two headings."""
+    motion = standing(30, bend=20.0, height=0.85)
+    turn = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), np.linspace(0.0, 0.35, 30))
+    local = motion.local_rotations.astype(np.float64)
+    local[:, 0] = turn
+    lifted = body.ANKLE_HEIGHT - retarget.motion_positions(motion)[0][0, I["l_ankle"], 1]
+    root = motion.root_positions + np.array([0.0, lifted, 0.0], dtype=np.float32)
+    turning = replace(motion, local_rotations=local.astype(np.float32), root_positions=root)
+    stands = np.ones((30, 2), dtype=bool)
+    before, _ = retarget.motion_positions(turning)
+    after, _ = retarget.motion_positions(contact.lock_feet(turning, contacts=stands))
+    for joint in ("l_ankle", "l_toe", "r_ankle", "r_toe"):
+        assert np.ptp(before[:, I[joint]], axis=0).max() > 0.02
+        assert np.ptp(after[:, I[joint]], axis=0).max() < 2e-3

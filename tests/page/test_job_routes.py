@@ -11,6 +11,7 @@ from page_serving import Serve, get, post, refused
 from starlette.testclient import TestClient
 
 import motiondb
+from motiondb.page.jobs import Job, Worker
 
 
 def ended(client: TestClient, job: dict[str, Any]) -> dict[str, Any]:
@@ -100,6 +101,17 @@ def test_a_job_that_fails_says_why(tmp_path: Path, serve: Serve) -> None:
     job = ended(client, post(client, "/api/learn", {}))
     assert (job["state"], job["error_kind"]) == ("failed", "MotionDBError")
     assert "captures" in job["message"]
+
+
+def test_a_job_whose_process_dies_does_not_say_that_nothing_was_saved(tmp_path: Path) -> None:
+    worker, job = Worker(tmp_path / "new.duckdb", True, tmp_path), Job("add", "add captures")
+    worker._process.kill()
+    worker.run(job, {})
+    worker.stop()
+    assert job.message == (
+        "add captures: expected the work to end, found that its process ended with code -9. What "
+        "was saved before stays, nothing is half saved. Try again; there may be too little memory."
+    )
 
 
 def test_a_cancelled_job_leaves_the_database_as_it_was(learned_copy: Path, serve: Serve) -> None:
