@@ -189,7 +189,10 @@ def _pick(
     candidates = []
     for k, row in enumerate(rows):
         timed = row.of.action.seconds is not None
-        position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed)
+        pace = (
+            0.0 if {"stop", "start"} & {*row.words} else cuts.pace_of(row.excerpts, material.takes)
+        )
+        position = cuts.Position(k == 0, k == len(rows) - 1, bool(row.words), timed, pace)
         preferred = row.costs + _preference(row.places, row.values, choice)
         preferred = preferred + rng.uniform(0.0, 0.05, size=len(preferred))
         moved, owner = _moved(material, row, preferred, position)

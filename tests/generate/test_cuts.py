@@ -78,6 +78,18 @@ def test_a_break_of_the_capture_is_left_out() -> None:
     assert end == 140
 
 
+def test_who_stands_does_not_run() -> None:
+    """The last 40 frames before the cut rest; without a pace this costs nothing."""
+    speeds = np.interp(np.arange(200), [0, 100, 120, 200], [3.0, 3.0, 0.0, 0.0])
+    take = _take(speeds)
+    one = Excerpt(7, 0, 100, 0.0, (0, 100))
+    pace = cuts.pace_of([one], {7: take})
+    assert pace == pytest.approx(1.0)
+    assert _best(take, Position(False, False, pace=pace))[1] < 140
+    assert _best(take, Position(False, False))[1] == 140
+    assert cuts.pace_of([Excerpt(7, 120, 200, 0.0, (120, 200))], {7: take}) == 0.0
+
+
 def test_chosen_cuts_are_moved_to_where_both_sides_agree() -> None:
     take = _take()  # at frame t its edges are t
     before, after = Excerpt(7, 0, 100, 0.0, (0, 100)), Excerpt(8, 103, 180, 0.0, (103, 180))
