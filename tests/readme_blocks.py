@@ -101,7 +101,7 @@ def _refreshed(example: Example) -> str:
     code, out, err = run(example.command)
     if code:
         raise SystemExit(f"{example.command}: exit {code}\n{err}")
-    said = "".join(line + "\n" for line in err.splitlines() if line.startswith("unknown word"))
+    said = "".join(line + "\n" for line in err.splitlines() if "; left out" in line)
     out = said + out
     shown = example.output.splitlines()
     if shown and shown[-1] == "...":

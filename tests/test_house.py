@@ -56,6 +56,7 @@ OPENERS = {
     "motiondb/database/scenes/scene_texts.py": "the package's own",
     "motiondb/store/catalogue/cache.py": "writes",
     "motiondb/fetch/download.py": "its own parts",
+    "motiondb/language/word_vectors": "the package's own",
     "motiondb/page": "its own files, and uploads",
     "cli/main.py": "the null device",
 }  # Where files are opened in another way than ``open_file``, and which

@@ -64,7 +64,7 @@ def _differences(expected: str, actual: str) -> list[str]:
 def _check(example: Any, place: Path) -> None:
     code, out, err = readme.run(example.command)
     assert code == 0, err
-    unknown = [line for line in err.splitlines() if line.startswith("unknown word")]
+    unknown = [line for line in err.splitlines() if "; left out" in line]
     assert _differences(example.output, "\n".join([*unknown, out])) == []
     for written in re.findall(r"(?:-o|--png|--strings) (\S+)", example.command):
         assert (place / written).stat().st_size > 1000

@@ -237,7 +237,7 @@ class Learned(LearnedModel):
         words = sorted({word for each in said.values() for word in each})
         vectors, number = word_vectors().of(words), {word: n for n, word in enumerate(words)}
         means = [vectors[[number[w] for w in each]].sum(axis=0) for each in said.values()]
-        return list(said), score_vectors.unit(np.array(means).reshape(len(said), -1))
+        return list(said), score_vectors.unit(np.reshape(means, (len(said), vectors.shape[1])))
 
     def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
         """Captions of other captures nearest in meaning to what the motion of one suggests."""
