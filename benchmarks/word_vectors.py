@@ -106,7 +106,7 @@ def judge() -> None:
     table, known = nearby_table(), sorted({lemma(word) for word in read_vocabulary("captions")})
     meanings = word_vectors().of(known)
     for name in ("key", "blind"):
-        right = {"vectors": [], "table": []}
+        right: dict[str, list[tuple[bool, bool, bool]]] = {"vectors": [], "table": []}
         for word, answers in read_key(name).items():
             wanted = {lemma(answer) for answer in answers}.intersection(known)
             if lemma(word) in known:

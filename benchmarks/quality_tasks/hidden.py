@@ -75,8 +75,9 @@ def _ask(
     fit = word_map.fit_word_map(seen.vectors[train], said, groups[train])
     captions = seen.captions(train, said, names)
     suggested = captions.suggest(seen.vectors[gallery])
-    vectors = np.where(said.any(axis=0)[:, None], captions.meanings, 0.0)
-    vectors[[n for n, name in enumerate(names) if name in MODIFIERS]] = 0.0
+    acts = np.array([name not in MODIFIERS for name in names])
+    held = np.asarray(said.any(axis=0), dtype=bool) & acts
+    vectors = np.where(held[:, None], captions.meanings, 0.0)
     own = word_vectors().of([names[word]])
     shares = shares_by_meaning(vectors, own[0])
     takes = seen.hear(fit, captions, gallery)
