@@ -36,7 +36,12 @@ function litParts(match: ShownMatch): Interval[] {
 
 function meter(name: string, value: number | null | undefined, hint: string): Child {
   if (value === null || value === undefined) {
-    return h("div", { class: "meter", title: hint }, h("span", { class: "meter-name" }, name), h("span", { class: "muted" }, "not measured"));
+    return h(
+      "div",
+      { class: "meter", title: hint },
+      h("span", { class: "meter-name" }, name),
+      h("span", { class: "muted" }, "not measured"),
+    );
   }
   const bar = h("span", { class: "meter-fill" });
   bar.style.width = `${Math.round(value * 100)}%`;
