@@ -30,6 +30,12 @@ class Ended:
 Command = Callable[..., Ended]
 
 
+@pytest.fixture(autouse=True)
+def unprotected() -> None:
+    """A command that a test ran in this process may have protected the files of others."""
+    motiondb.protect_others(False)
+
+
 @pytest.fixture(scope="session")
 def samples_folder() -> Path:
     """The captures that motiondb made itself."""

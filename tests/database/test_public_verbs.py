@@ -44,14 +44,18 @@ def test_an_answer_explains_itself_in_words_and_seconds(learned_file: Path) -> N
     for match, why in zip(answer.matches, answer.explanations, strict=True):
         assert {word.word for word in why.words} == {"walk", "turn", "left"}
         assert [[w.word for w in one.words] for one in why.excluded] == [["wave"]]
-        parts = [p for w in why.words for p in (w.prior, w.written, *(s.share for s in w.symbols))]
+        parts = [
+            part
+            for w in why.words
+            for part in (w.prior, w.written, w.likeness, *(s.share for s in w.symbols))
+        ]
         amounts = [one.amount for one in why.excluded]
         assert math.fsum([*parts, why.together, *amounts]) == why.log_odds
         assert match.score == pytest.approx(1.0 / (1.0 + math.exp(-why.log_odds)))
         for word in why.words:
             assert word.symbols[-1].to <= durations[match.capture] + 1.0
             strongest = math.fsum(s.share for s in word.strongest)
-            rest = word.contribution - word.prior - word.written - strongest
+            rest = word.contribution - word.prior - word.written - word.likeness - strongest
             assert word.others == pytest.approx(rest, abs=1e-12)
             assert len(word.strongest) <= 3
 

@@ -113,4 +113,7 @@ def test_downloads_are_files_or_a_zip(client: TestClient, samples_folder: Path) 
     made = post(client, "/api/generate", {"words": "jump"})["variants"][0]
     downloaded = client.get("/api/download", params={"ref": made["ref"]})
     with zipfile.ZipFile(io.BytesIO(downloaded.content)) as archive:
-        assert [name.partition(".")[2] for name in archive.namelist()] == ["bvh", "provenance.json"]
+        assert [name.partition(".")[2] for name in archive.namelist()] == [
+            "bvh",
+            "bvh.provenance.json",
+        ]

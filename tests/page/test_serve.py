@@ -104,5 +104,8 @@ def test_it_serves_until_it_is_ended_and_leaves_nothing(
                 assert json.load(answer) == {"jobs": []}
         finally:
             server.send_signal(ending)
-            server.communicate(timeout=60)
+            try:
+                server.communicate(timeout=60)
+            finally:
+                server.kill()  # under nohup, a hangup does not end it
     assert list(tmp_path.iterdir()) == []
