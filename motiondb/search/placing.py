@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import prod
 
 import numpy as np
 
@@ -163,12 +162,15 @@ def _refined(evidence: FloatArray, span: tuple[int, int], room: tuple[int, int])
 def interval_probability(
     probability: float | None, parts: Sequence[PartPlace], reading: Reading
 ) -> float | None:
-    """Probability that the intervals of an answer show the requested actions; None: not known."""
+    """Probability that the interval of an answer shows the requested action; None: not known.
+
+    It was learned from single actions. Those of several parts are not independent, and how often
+    all of them are right was never measured.
+    """
     asked = [place for place, part in zip(parts, reading.parts) if part.actions]
-    right = [place.right for place in asked if place.right is not None and not place.unknown]
-    if probability is None or not asked or len(right) < len(asked):
+    if probability is None or len(asked) != 1 or asked[0].unknown or asked[0].right is None:
         return None
-    return probability * prod(right)
+    return probability * asked[0].right
 
 
 def _placed(
