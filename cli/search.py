@@ -80,7 +80,11 @@ def search(
     if answer.missing:
         printing.say(answer.not_understood)
     printing.print_question(answer.understood, answer.unknown, answer.not_used, "search")
-    _print_answer(answer, reasons=True, unscored=bool(answer.missing))
+    _print_answer(
+        answer,
+        reasons=True,
+        unscored=bool(answer.missing or any(each.nearest for each in answer.taken.values())),
+    )
     if explain:
         _print_explanations(answer)
 
@@ -211,7 +215,7 @@ def _print_explanations(answer: WordAnswer) -> None:
         for word in why.words:
             printing.say(f"    {_word_line(word)}")
         if why.suggests:
-            printing.say(f"    its motion suggests: {'; '.join(why.suggests)}")
+            printing.say(f"    captions nearest to its motion: {'; '.join(why.suggests)}")
         if why.together:
             printing.say(f"    all of them together: {why.together:+.3f}")
         for excluded in why.excluded:

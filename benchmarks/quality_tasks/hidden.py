@@ -1,7 +1,7 @@
 """Words that no caption holds: each word is hidden from all captions, then asked for.
 
-Five folds by performer. A hidden word is heard by its meaning, as ``search`` does where the table
-of nearby words is silent: by the known words nearest to its vector, and by its own likeness to the
+Five folds by performer. A hidden word is heard by its meaning, whether or not the table of nearby
+words would replace it: by the known words nearest to its vector, and by its own likeness to the
 captions that motion suggests.
 """
 

@@ -185,6 +185,7 @@ def known_words(takings: Mapping[str, Taking]) -> dict[str, tuple[WordProbabilit
     return {
         word: tuple(WordProbability(known, p) for known, p in taking.words)
         for word, taking in takings.items()
+        if not taking.nearest
     }
 
 
@@ -241,6 +242,8 @@ class SearchAnswer(WordsOfQuestion, LikeAnswer):
     decoding: Decoding | None  # Of a search by symbols
     sources: tuple[WordSource, ...]  # Which captions taught the words
     written: tuple[WrittenAnswer, ...]
+    # Words that are ranked by their meaning, with the nearest known words
+    by_meaning: dict[str, tuple[str, ...]]
 
 
 def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
@@ -278,4 +281,5 @@ def search_answer(answer: WordAnswer, explain: bool = True) -> SearchAnswer:
         decoding=answer.decoding,
         sources=answer.sources,
         written=written,
+        by_meaning={word: each.heard for word, each in answer.taken.items() if each.nearest},
     )

@@ -76,7 +76,7 @@ def search(
             lambda capture: session.features.of_capture(capture),  # loaded only if needed
         )
         answer = with_takings(answer, takings)
-        behind = [word for taking in answer.taken.values() for word, _ in taking.words]
+        behind = [word for taking in answer.taken.values() for word in taking.heard]
         sources = (*answer.sources, *word_sources(learned, behind))
         question = replace(answer.question, text=text)
         answer = replace(answer, question=question, sources=sources, taken={**same, **answer.taken})

@@ -89,6 +89,9 @@ def family_of(name: str) -> str:
     return stem if stem and not stem.endswith("/") else name
 
 
+LEAST_ALIKE = 0.5  # Smallest cosine of a caption and what motion suggests, to be named
+
+
 @dataclass(frozen=True, eq=False)
 class Learned(LearnedModel):
     """The data for questions: the learned model, with the catalogue of the same revision."""
@@ -240,10 +243,12 @@ class Learned(LearnedModel):
         return list(said), score_vectors.unit(np.reshape(means, (len(said), vectors.shape[1])))
 
     def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
-        """Captions of other captures nearest in meaning to what the motion of one suggests."""
+        """Captions of other captures near in meaning to what the motion of one suggests."""
         captions, meanings = self._caption_meanings
         suggested = self.suggested.meanings[list(self.rows).index(capture)]
-        nearest = np.argsort(-(meanings @ suggested), kind="stable") if captions else ()
+        cosines = meanings @ suggested
+        order = np.argsort(-cosines, kind="stable")
+        nearest = order[cosines[order] >= LEAST_ALIKE]
         texts = (captions[n][1] for n in nearest if captions[n][0] != capture)
         return tuple(islice(dict.fromkeys(texts), limit))
 

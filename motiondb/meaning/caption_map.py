@@ -14,9 +14,9 @@ a word is
 
     CAPTION_WEIGHT c_w r_w / |c * r|  +  MEANING_WEIGHT cos(s, e_w)
 
-less its mean over the captures, in nats. A word that no caption holds has the second term alone,
-since its vector is known. A question's words each add their likeness, at the whole capture; order
-and place are left to the word map.
+less its mean over the captures, in nats. A word that no caption holds has the second term of its
+own vector, and the first of the known words nearest to it. A question's words each add their
+likeness, at the whole capture; order and place are left to the word map.
 
 t holds neither the rarity nor the vectors, so that the sums that the regression needs are additive
 over captures and can be kept exactly.

@@ -302,12 +302,14 @@ def with_replaced(asked: AskedWords, takings: Mapping[str, Taking]) -> AskedWord
     n_learned = len(learned.association.words)
     # written words say nothing of the motion: their share adds 0
     alike = _own_likeness(learned, taken, shares[:n_learned])
+    # what is written stands for a word that it replaces, not for one that is near in meaning
+    standing = np.where([bool(taking.nearest) for taking in taken.values()], 0.0, shares)
     evidence = asked.evidence.with_columns(
         {
             capture: with_likeness(odds @ shares, more)
             for (capture, odds), more in zip(asked.evidence.odds.items(), alike)
         },
-        {capture: said @ shares for capture, said in asked.evidence.written.items()},
+        {capture: said @ standing for capture, said in asked.evidence.written.items()},
     )
     likeness = asked.likeness @ shares + alike
     # a replaced word is checked if all words are that replace it

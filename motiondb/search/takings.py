@@ -53,7 +53,8 @@ how often each range of probabilities is right."""
 LEAST_NEAR = 0.5
 """Smallest cosine of a word that is heard by its meaning and the nearest known word. Words that
 were hidden from the captions of CMU performers were found with an average precision of .39 above it
-(chance .18) and .28 below (.13): ``docs/measured/quality.md``, "Words that no caption holds"."""
+(chance .18) and .28 below (.13), so the bound itself is a judgement
+(``docs/measured/quality.md``, "Words that no caption holds")."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class Taking:
             return f"{self.word!r} is not {where}; taken as {' or '.join(said)}"
         if self.nearest:
             near = ", ".join(word for word, _ in self.nearest)
-            return f"{self.word!r} is not {where}; ranked by its meaning, nearest: {near}"
+            return f"{self.word!r} is not {where}; ranked by meaning; nearest known words: {near}"
         return say_unknown(self.word, said or self.spelling, where)
 
     @property
@@ -195,7 +196,7 @@ def hear_by_meaning(
         shares = shares_by_meaning(vectors, vector)
         nearest = [(known[n], float(shares[n])) for n in np.argsort(-shares, kind="stable")]
         nearest = [pair for pair in nearest if pair[1] > 0.0]
-        heard[word] = replace(taking, nearest=tuple(nearest))
+        heard[word] = replace(taking, words=(), nearest=tuple(nearest))
     return heard
 
 

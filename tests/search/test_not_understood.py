@@ -91,7 +91,7 @@ def test_a_word_heard_by_its_meaning_ranks_without_a_probability(db: motiondb.Mo
     assert heard.heard == ("bend", "jog", "sway")
     assert sum(heard.shares) == pytest.approx(1.0)
     assert heard.sentence() == (
-        "'stretch' is not in the captions; ranked by its meaning, nearest: bend, jog, sway"
+        "'stretch' is not in the captions; ranked by meaning; nearest known words: bend, jog, sway"
     )
     assert (answer.missing, answer.matches_anything) == ((), None)
     assert answer.unchecked == "no probabilities: no caption of this database holds 'stretch'"

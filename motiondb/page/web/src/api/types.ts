@@ -856,6 +856,7 @@ export interface SearchReply {
   decoding: Decoding | null;
   sources: WordSource[];
   written: WrittenAnswer[];
+  by_meaning: Record<string, string[]>;
   not_yet_learned: number;
   took: number | null;
 }

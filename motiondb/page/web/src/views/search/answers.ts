@@ -68,7 +68,9 @@ export function makeAnswers(
       cards = answer.matches.map((match: ShownMatch) =>
         makeAnswer(context, match, {
           matches,
-          scored: !("missing" in answer) || answer.missing.length === 0,
+          scored:
+            !("missing" in answer) ||
+            (answer.missing.length === 0 && Object.keys(answer.by_meaning).length === 0),
           ...(selection
             ? { actions: { select: (one: ShownMatch, on: boolean) => selection.set(one, on) } }
             : {}),

@@ -64,7 +64,9 @@ export function reasonsElement(explanation: Explanation, score: number): HTMLEle
       "caption",
       {},
       `Evidence in nats. The rows add up to the log-odds ${nats(explanation.log_odds)}, a score of ${score.toFixed(3)}.`,
-      explanation.suggests.length ? ` Its motion suggests: ${explanation.suggests.join("; ")}.` : "",
+      explanation.suggests.length
+        ? ` Captions nearest to its motion: ${explanation.suggests.join("; ")}.`
+        : "",
     ),
     h(
       "tbody",
