@@ -18,8 +18,9 @@ from motiondb.database.session import nearby_table
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.meaning import word_map
-from motiondb.records import FloatArray
-from motiondb.search.takings import LEAST_NEAR, Taking, take_word
+from motiondb.search.asked_words import mixture
+from motiondb.search.takings import LEAST_NEAR, take_word
+from nearby_words.retrieval import precision
 from quality_protocol.captures import load_cmu, performer_folds, without_copies
 from quality_protocol.confidence import mean_of
 from quality_protocol.recognition import Recognised, recognise
@@ -88,29 +89,11 @@ def _ask(
     taking = take_word(names[word], known, nearby_table())
     nearby = float("nan")
     if taking.is_taken:
-        taken = _taken(taking, names)
+        taken = mixture([taking], names)[:, 0]
         both = [replace(t, windows=t.windows @ taken, whole=t.whole @ taken) for t in takes]
         nearby = precision(np.array([0.5 * t.windows.max() + 0.5 * t.whole for t in both]), right)
     near = float((vectors @ own[0]).max())
     return Asked(near, precision(odds, right), nearby, float(right.mean()))
-
-
-def _taken(taking: Taking, names: Sequence[str]) -> FloatArray:
-    """Shares of the words of the captions in a word that they replace: array (words,)."""
-    shares = np.zeros(len(names))
-    for word, share in zip(taking.heard, taking.shares):
-        shares[list(names).index(word)] = share
-    return shares
-
-
-def precision(scores: FloatArray, right: NDArray[np.bool_]) -> float:
-    """Average precision of a ranking.
-
-    >>> precision(np.array([3.0, 2.0, 1.0]), np.array([True, False, True])).__round__(3)
-    0.833
-    """
-    hits = right[np.argsort(-scores, kind="stable")]
-    return float((np.cumsum(hits) / np.arange(1, len(hits) + 1))[hits].mean())
 
 
 def _report(asked: Sequence[Asked], n_captures: int, seed: int) -> TaskReport:

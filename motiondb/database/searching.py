@@ -19,9 +19,6 @@ from motiondb.search.chances import word_sources
 from motiondb.search.reasons import ExplainedWord
 from motiondb.search.takings import (
     Taking,
-    check_known,
-    find_takings,
-    hear_by_meaning,
     leave_unknown,
     not_understood,
     unknown_words,
@@ -55,13 +52,10 @@ def search(
             if not exact:
                 words, same = write_otherwise(learned, words, find)
             asked = written_words_of(learned, words, find, None if exact else table)
-        if by_symbols or exact:
-            take = leave_unknown if exact else unknown_words
-            takings = take(learned, words, table, asked.added)
+        if exact:
+            takings = leave_unknown(learned, words, table, asked.added)
         else:
-            takings = find_takings(learned, words, table, asked.added)
-            takings = hear_by_meaning(learned, takings, table)
-            check_known(learned, words, takings, asked.added)
+            takings = unknown_words(learned, words, table, asked.added, not by_symbols)
         if by_symbols:
             asked = learned_words(with_likeliest(learned, takings))
         else:

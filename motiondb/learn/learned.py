@@ -109,6 +109,11 @@ class Learned(LearnedModel):
         return capture_rows(self.segments)
 
     @cached_property
+    def places_in_rows(self) -> dict[int, int]:
+        """Capture number -> its place among ``rows``, as in arrays over captures."""
+        return {capture: place for place, capture in enumerate(self.rows)}
+
+    @cached_property
     def standardised(self) -> FloatArray:
         """Standardised scores and movement of all segments: array (segments, symbols + columns)."""
         return self.score_space.standardise(self.segments.scores, self.segments.movement)
@@ -245,7 +250,7 @@ class Learned(LearnedModel):
     def captions_like(self, capture: int, limit: int = 3) -> tuple[str, ...]:
         """Captions of other captures near in meaning to what the motion of one suggests."""
         captions, meanings = self._caption_meanings
-        suggested = self.suggested.meanings[list(self.rows).index(capture)]
+        suggested = self.suggested.meanings[self.places_in_rows[capture]]
         cosines = meanings @ suggested
         order = np.argsort(-cosines, kind="stable")
         nearest = order[cosines[order] >= LEAST_ALIKE]

@@ -135,7 +135,7 @@ class AskedWords:
         """Evidence of all words in all captures, from the motion, the captions and the tags."""
         return self.learned.evidence if self.columns is None else self.columns.evidence
 
-    @property
+    @cached_property
     def likeness(self) -> FloatArray:
         """Likeness of all words to what every capture suggests: array (captures, words), nats."""
         own = self.learned.likeness
@@ -334,10 +334,13 @@ def _own_likeness(learned: Learned, taken: Mapping[str, Taking], shares: FloatAr
 
     0 for words that are replaced. Shapes: `shares` (learned words, words).
     """
+    by_meaning = [bool(taking.nearest) for taking in taken.values()]
+    if not any(by_meaning):
+        return np.zeros((len(learned.rows), len(taken)))
     suggested = learned.suggested
     own = suggested.likeness_of(word_vectors().of(list(taken)))
     added = own - suggested.likeness_of(suggested.of.meanings) @ shares
-    return np.where([bool(taking.nearest) for taking in taken.values()], added, 0.0)
+    return np.where(by_meaning, added, 0.0)
 
 
 def mixture(takings: Collection[Taking], vocabulary: Collection[str]) -> FloatArray:

@@ -494,7 +494,7 @@ def explain_hit(
     rows, table = learned.rows[capture], learned.segments
     starts, ends = table.starts[rows], table.ends[rows]
     said = asked.evidence.written.get(capture) if written else None
-    alike = asked.likeness[list(learned.rows).index(capture)]
+    alike = asked.likeness[learned.places_in_rows[capture]]
     n_asked = sum(statement.exclusion < 0 for statement in hit.statements)
     why = []
     for number, statement in enumerate(hit.statements):

@@ -186,17 +186,23 @@ def hear_by_meaning(
     """
     heard = dict(takings)
     known = [word for word in learned.known_words if word not in MODIFIERS]
-    for word, taking in takings.items():
-        english = table.is_english(word) or table.is_english(taking.word.lower())
-        if taking.is_taken or not english or word in MODIFIERS or not known:
-            continue
-        vectors, vector = word_vectors().of(known), word_vectors().of([word])[0]
+    silent = [
+        word
+        for word, taking in takings.items()
+        if not taking.is_taken
+        and word not in MODIFIERS
+        and (table.is_english(word) or table.is_english(taking.word.lower()))
+    ]
+    if not known or not silent:
+        return heard
+    vectors = word_vectors().of(known)
+    for word, vector in zip(silent, word_vectors().of(silent)):
         if (vectors @ vector).max() < LEAST_NEAR:
             continue
         shares = shares_by_meaning(vectors, vector)
         nearest = [(known[n], float(shares[n])) for n in np.argsort(-shares, kind="stable")]
         nearest = [pair for pair in nearest if pair[1] > 0.0]
-        heard[word] = replace(taking, words=(), nearest=tuple(nearest))
+        heard[word] = replace(takings[word], words=(), nearest=tuple(nearest))
     return heard
 
 
@@ -238,11 +244,20 @@ def find_takings(
 
 
 def unknown_words(
-    learned: Learned, text: str, table: NearbyTable, added: Collection[str] = ()
+    learned: Learned,
+    text: str,
+    table: NearbyTable,
+    added: Collection[str] = (),
+    by_meaning: bool = False,
 ) -> dict[str, Taking]:
-    """As :func:`find_takings`; a question without any known or replaced word is refused."""
+    """As :func:`find_takings`; a question without any known or replaced word is refused.
+
+    `by_meaning`: Whether words that are not replaced are heard by their meaning.
+    """
     takings = find_takings(learned, text, table, added)
-    check_known(learned, text, takings, added)
+    if by_meaning:
+        takings = hear_by_meaning(learned, takings, table)
+    _check_known(learned, text, takings, added)
     return takings
 
 
@@ -255,7 +270,7 @@ def leave_unknown(
     """
     found = find_takings(learned, text, table, added)
     takings = {word: replace(taking, words=()) for word, taking in found.items()}
-    check_known(learned, text, takings, added)
+    _check_known(learned, text, takings, added)
     return takings
 
 
@@ -281,7 +296,7 @@ def nearest_suggested(learned: Learned, text: str, table: NearbyTable) -> dict[s
     return suggested
 
 
-def check_known(
+def _check_known(
     learned: Learned, text: str, takings: Mapping[str, Taking], added: Collection[str]
 ) -> None:
     """Refuse a question without any known or replaced word."""
