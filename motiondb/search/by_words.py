@@ -105,7 +105,8 @@ class WordAnswer:
         Words that name an action of the question and are not understood. The answers are for the
         rest alone; they carry no probabilities, and whether any matches is not known.
     doubtful : bool
-        Whether some action is more likely not shown than shown by each of the first answers.
+        Whether each of the first answers is more likely wrong than right, or none shows some action,
+        or none shows the order.
     """
 
     matches: tuple[Match, ...]
@@ -487,14 +488,14 @@ def find(
     `verbs`: The words of the question that are verbs.
     """
     number = asked.numbers
-    certainty = question_certainty(asked, read, verbs)
+    certainty = question_certainty(asked, read)
     evidence = asked.evidence
     takes = evidence.takes if written else evidence.seen
     extremes = evidence.extremes if written else evidence.seen_extremes
     bounds = dict(zip(extremes.captures.tolist(), upper_bounds(extremes, read, number).tolist()))
     likeliest = likeliest_takes(
         {capture: bounds[capture] for capture in allowed if capture in takes},
-        lambda capture: by_question.search_take(takes[capture], read, number),
+        lambda capture: by_question.search_take(takes[capture], read, number, verbs),
         limit,
     )
     answers = []
