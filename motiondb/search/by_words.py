@@ -105,8 +105,8 @@ class WordAnswer:
         Words that name an action of the question and are not understood. The answers are for the
         rest alone; they carry no probabilities, and whether any matches is not known.
     doubtful : bool
-        Whether each of the first answers is more likely wrong than right, or none shows some action,
-        or none shows the order.
+        Whether each of the first answers is more likely wrong than right, or some action or the
+        order is shown by none of them.
     """
 
     matches: tuple[Match, ...]
