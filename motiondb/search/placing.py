@@ -148,8 +148,11 @@ def refine_places(
     ]
     ordered = is_order(reading) and not any(fixed)
     kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
+    seen = not (written and is_order(reading)) or _is_labelled_there(
+        asked, capture, reading, places
+    )
     if edges is None or all(kept):
-        return Placed(tuple(places))
+        return Placed(tuple(places), None if seen else False)
     frames = asked.learned.feature_space.project(features(capture))
     bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
     evidence = [
@@ -159,13 +162,13 @@ def refine_places(
     if ordered:
         return _ordered(places, np.stack([each for each in evidence if each is not None]))
     refined, end = [], 0
-    for k, (place, seen) in enumerate(zip(places, evidence)):
-        if seen is not None:
-            start, stop = _refined(seen, (place.start, place.end), (end, bounds[k + 1]))
+    for k, (place, found) in enumerate(zip(places, evidence)):
+        if found is not None:
+            start, stop = _refined(found, (place.start, place.end), (end, bounds[k + 1]))
             place = replace(place, start=start, end=stop)
         refined.append(place)
         end = place.end
-    return Placed(tuple(refined))
+    return Placed(tuple(refined), None if seen else False)
 
 
 def is_order(reading: Reading) -> bool:
@@ -300,3 +303,18 @@ def _is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
 def _words(asked: AskedWords, part: Part) -> list[int]:
     """Numbers of the words that a part asks for."""
     return [asked.numbers[word] for action in part.actions for word in action]
+
+
+def _is_labelled_there(
+    asked: AskedWords, capture: int, reading: Reading, places: Sequence[PartPlace]
+) -> bool:
+    """Whether captions of intervals say the words of each part inside it, where they do at all."""
+    said, rows = asked.said_places.get(capture), asked.learned.rows[capture]
+    table = asked.learned.segments
+    for part, place in zip(reading.parts, places):
+        if said is None or not part.actions or not _is_labelled(asked, capture, part):
+            continue
+        inside = (table.starts[rows] < place.end) & (table.ends[rows] > place.start)
+        if not (said[inside][:, _words(asked, part)] > 0.0).all(axis=1).any():
+            return False
+    return True
