@@ -19,7 +19,8 @@ from quality_protocol.targets import write_targets
 
 TASKS = (
     "words", "hidden", "question", "order", "order_frames", "example", "absent", "interval",
-    "interval_certainty", "boundaries", "labelled", "segmentation", "analogy", "generation", "seams", "errors",
+    "interval_certainty", "boundaries", "labelled", "segmentation", "analogy", "generation",
+    "seams", "errors",
 )  # fmt: skip
 HEAD = """# Are the answers right?
 

@@ -59,24 +59,25 @@ def _measure(
     learned: Learned, first: Capture, second: Capture, verbs: Sequence[str]
 ) -> Iterator[tuple[str, float]]:
     """What is seen in one join; nothing if a verb was not learned."""
-    if learned.edges is None or not set(verbs) <= learned.word_numbers.keys():
+    edges, placed = learned.edges, learned.placed
+    if edges is None or placed is None or not set(verbs) <= learned.word_numbers.keys():
         return
     numbers = [learned.word_numbers[verb] for verb in verbs]
-    if learned.placed is None or not learned.placed.words.issuperset(numbers):
+    if not placed.words.issuperset(numbers):
         return
 
     def lay(order: Sequence[int], features: Float32Array) -> FrameOrder | None:
         frames = learned.feature_space.project(features)
-        evidence = np.stack([learned.edges.evidence(frames, [number]) for number in order])
+        evidence = np.stack([edges.evidence(frames, [number]) for number in order])
         return lay_in_order(averaged(evidence), (0, len(frames)))
 
     a, b = numbers
     joined = np.concatenate([first.features, second.features])
     right, cut = lay([a, b], joined), len(first.features)
     near = NEAR * FEATURE_FPS
-    placed = right is not None and (right.spans[0][1] - near <= cut <= right.spans[1][0] + near)
+    apart = right is not None and (right.spans[0][1] - near <= cut <= right.spans[1][0] + near)
     yield "a, then b is seen", right is not None and right.is_seen
-    yield f"a ends before the seam and b begins behind it, within {NEAR} s", placed
+    yield f"a ends before the seam and b begins behind it, within {NEAR} s", apart
     for name, order, of in (
         ("b, then a is seen", [b, a], joined),
         ("a, b, a is seen", [a, b, a], joined),

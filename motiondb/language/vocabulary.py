@@ -471,15 +471,15 @@ def _dictionary_lemma(word: str) -> str:
 
 @lru_cache(maxsize=20_000)
 def is_also_verb(word: str) -> bool:
-    """Whether a word can be a verb: whether the dictionary has its form in -ing.
+    """Whether a word can be a verb: whether the dictionary has a form of it in -ing or -ed.
 
     >>> [is_also_verb(word) for word in ("eat", "juggle", "pizza", "zombie")]
     [True, True, False, False]
     """
     if word in VERBS:
         return True
-    forms = [word + "ing", word.removesuffix("e") + "ing", word + word[-1:] + "ing"]
-    return any(form != word and _dictionary_lemma(form) == word for form in forms)
+    stems = (word, word.removesuffix("e"), word + word[-1:])
+    return any(_dictionary_lemma(stem + end) == word for stem in stems for end in ("ing", "ed"))
 
 
 def parse_synonyms(text: str, source: str = "synonyms") -> dict[str, str]:

@@ -161,6 +161,8 @@ def say_chance(probability: float) -> str:
 
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     """The known words that may replace a word: the table's entry of its lemma, or its own."""
+    if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
+        word = lemma(word)
     forms = list(dict.fromkeys((lemma(word), word.lower())))
     entry = next(filter(None, map(table.entry, forms)), ())
     chances = [pair for pair in entry if pair[0] in known and pair[0] not in forms]

@@ -92,7 +92,8 @@ def verbs_in(
             light = not is_last
         elif before not in _ARTICLES:
             begins = is_first and is_last and follower not in _CLAUSE | _AUXILIARY | MODIFIERS
-            acts = is_first and not is_last and words[k + 1] not in VERBS and is_also_verb(token)
+            follows = None if is_last else words[k + 1]
+            acts = is_first and follows and is_also_verb(word) and not is_also_verb(follows)
             if begins or acts or _is_verb(token, word, before):
                 clause.add(word)
         is_first = token in _CLAUSE or (is_first and word is None)
