@@ -34,7 +34,7 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.readings import Part, Reading
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import PlacedReading, QuestionHit
-from motiondb.meaning.edge_map import averaged, refine_interval
+from motiondb.meaning.edge_map import HALF, averaged, refine_interval
 from motiondb.meaning.frame_order import lay_in_order
 from motiondb.meaning.place_certainty import PlaceCertainty, count_performers, interval_cues
 from motiondb.records import Float32Array, FloatArray
@@ -166,6 +166,7 @@ def refine_places(
         if found is not None:
             start, stop = _refined(found, (place.start, place.end), (end, bounds[k + 1]))
             place = replace(place, start=start, end=stop)
+            seen = seen and (not is_order(reading) or _reaches_half(found, start, stop))
         refined.append(place)
         end = place.end
     return Placed(tuple(refined), None if seen else False)
@@ -303,6 +304,13 @@ def _is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
 def _words(asked: AskedWords, part: Part) -> list[int]:
     """Numbers of the words that a part asks for."""
     return [asked.numbers[word] for action in part.actions for word in action]
+
+
+def _reaches_half(evidence: FloatArray, start: int, end: int) -> bool:
+    """Whether the evidence of a take reaches half of its peak in frames [start, end) of motion."""
+    smooth = averaged(evidence)
+    inside = smooth[start // FEATURE_STEP : max(end // FEATURE_STEP, start // FEATURE_STEP + 1)]
+    return float(inside.max(initial=0.0)) >= HALF * float(smooth.max())
 
 
 def _is_labelled_there(
