@@ -148,28 +148,30 @@ def refine_places(
     ]
     ordered = is_order(reading) and not any(fixed)
     kept = [not ordered and (fix or place.unknown) for fix, place in zip(fixed, places)]
-    seen = not (written and is_order(reading)) or _is_labelled_there(
-        asked, capture, reading, places
-    )
-    if edges is None or all(kept):
-        return Placed(tuple(places), None if seen else False)
+    if edges is None or (all(kept) and not is_order(reading)):
+        return Placed(tuple(places))
     frames = asked.learned.feature_space.project(features(capture))
-    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
     evidence = [
-        None if keep else edges.evidence(frames, _words(asked, part))
-        for keep, part in zip(kept, reading.parts)
+        edges.evidence(frames, words) if words and known.issuperset(words) else None
+        for words in (_words(asked, part) for part in reading.parts)
     ]
     if ordered:
         return _ordered(places, np.stack([each for each in evidence if each is not None]))
+    bounds = [0, *(place.start for place in places[1:]), FEATURE_STEP * len(frames)]
     refined, end = [], 0
     for k, (place, found) in enumerate(zip(places, evidence)):
-        if found is not None:
+        if found is not None and not kept[k]:
             start, stop = _refined(found, (place.start, place.end), (end, bounds[k + 1]))
             place = replace(place, start=start, end=stop)
-            seen = seen and (not is_order(reading) or _reaches_half(found, start, stop))
         refined.append(place)
         end = place.end
-    return Placed(tuple(refined), None if seen else False)
+    not_seen = is_order(reading) and not all(
+        found is None
+        or _reaches_half(found, place)
+        or (written and _is_labelled_there(asked, capture, part, place))
+        for part, place, found in zip(reading.parts, refined, evidence)
+    )
+    return Placed(tuple(refined), False if not_seen else None)
 
 
 def is_order(reading: Reading) -> bool:
@@ -306,23 +308,18 @@ def _words(asked: AskedWords, part: Part) -> list[int]:
     return [asked.numbers[word] for action in part.actions for word in action]
 
 
-def _reaches_half(evidence: FloatArray, start: int, end: int) -> bool:
-    """Whether the evidence of a take reaches half of its peak in frames [start, end) of motion."""
-    smooth = averaged(evidence)
-    inside = smooth[start // FEATURE_STEP : max(end // FEATURE_STEP, start // FEATURE_STEP + 1)]
+def _reaches_half(evidence: FloatArray, place: PartPlace) -> bool:
+    """Whether the evidence of the frames of a take reaches half of its peak in a place."""
+    smooth, first = averaged(evidence), place.start // FEATURE_STEP
+    inside = smooth[first : max(place.end // FEATURE_STEP, first + 1)]
     return float(inside.max(initial=0.0)) >= HALF * float(smooth.max())
 
 
-def _is_labelled_there(
-    asked: AskedWords, capture: int, reading: Reading, places: Sequence[PartPlace]
-) -> bool:
-    """Whether captions of intervals say the words of each part inside it, where they do at all."""
+def _is_labelled_there(asked: AskedWords, capture: int, part: Part, place: PartPlace) -> bool:
+    """Whether captions of intervals say the words of a part inside a place."""
     said, rows = asked.said_places.get(capture), asked.learned.rows[capture]
+    if said is None:
+        return False
     table = asked.learned.segments
-    for part, place in zip(reading.parts, places):
-        if said is None or not part.actions or not _is_labelled(asked, capture, part):
-            continue
-        inside = (table.starts[rows] < place.end) & (table.ends[rows] > place.start)
-        if not (said[inside][:, _words(asked, part)] > 0.0).all(axis=1).any():
-            return False
-    return True
+    inside = (table.starts[rows] < place.end) & (table.ends[rows] > place.start)
+    return bool((said[inside][:, _words(asked, part)] > 0.0).all(axis=1).any())

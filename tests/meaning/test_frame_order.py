@@ -1,6 +1,6 @@
 """Intervals of actions in order, against a search through all of them."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from hypothesis import given
@@ -17,7 +17,7 @@ def _best_of_all(values: FloatArray) -> float:
     sums = [
         sum(values[k, a:b].sum() for k, (a, b) in enumerate(laid))
         for laid in product(spans, repeat=n_actions)
-        if all(before[1] <= after[0] for before, after in zip(laid, laid[1:]))
+        if all(before[1] <= after[0] for before, after in pairwise(laid))
     ]
     return float(max(sums))
 
@@ -28,7 +28,7 @@ def test_the_best_spans_are_those_of_a_search_through_all(seed: int, n_actions: 
     values = rng.normal(size=(n_actions, int(rng.integers(SHORTEST * n_actions, 12))))
     spans = best_spans(values)
     assert all(b - a >= SHORTEST for a, b in spans)
-    assert all(before[1] <= after[0] for before, after in zip(spans, spans[1:]))
+    assert all(before[1] <= after[0] for before, after in pairwise(spans))
     laid = sum(values[k, a:b].sum() for k, (a, b) in enumerate(spans))
     assert np.isclose(laid, _best_of_all(values))
 
@@ -52,21 +52,25 @@ def test_a_second_run_must_run() -> None:
     stands = lay_in_order(np.stack([run, stop, run]), (0, 30))
     run, stop = _take((2.0, 0.0), (0.1, 0.5), (1.2, 0.1))
     runs = lay_in_order(np.stack([run, stop, run]), (0, 30))
-    assert stands is not None and not stands.is_seen
-    assert runs is not None and runs.is_seen
+    assert stands is not None
+    assert not stands.is_seen
+    assert runs is not None
+    assert runs.is_seen
     assert runs.spans == ((0, 10), (10, 20), (20, 30))
 
 
 def test_the_reverse_of_an_order_is_not_seen() -> None:
     first, second = _take((1.0, 0.0), (0.0, 1.0))
     order = lay_in_order(np.stack([second, first]), (0, 20))
-    assert order is not None and not order.is_seen
+    assert order is not None
+    assert not order.is_seen
 
 
 def test_the_largest_evidence_may_lie_outside_the_room() -> None:
     first, second = _take((0.4, 0.0), (0.0, 1.0), (1.0, 0.0))
     order = lay_in_order(np.stack([first, second]), (0, 20))
-    assert order is not None and not order.is_seen
+    assert order is not None
+    assert not order.is_seen
 
 
 def test_without_room_or_evidence_there_is_no_answer() -> None:
