@@ -1,24 +1,31 @@
-"""Adding captures: find the files, read them, save all that is new in one transaction."""
+"""Adding captures: find the files, read them, save what is new.
+
+Files are read and saved in batches that fit into memory, each in one transaction. If the command is
+killed, the batches that were saved stay, whole; the same command then adds the others.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from motiondb import files, store
 from motiondb.answers.catalogue import AddReport
+from motiondb.database.catalogue import copy_search
 from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
-from motiondb.search import copies
+from motiondb.records import Caption, CaptureInfo
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
+
+BATCH_BYTES = 256 * 2**20
+"""Motions and packed files that are read before they are saved, bytes: about three hours."""
 
 
 def add_captures(
@@ -42,21 +49,52 @@ def add_captures(
     jobs = [
         (name, path, sheets.entry(name), folder, settings) for name, path in sorted(names.items())
     ]
-    readings = []
     store.check_writable(opened)
-    with store.released(opened):
-        for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
-            readings.append(reading)
-            tell("reading captures", done, len(jobs))
-    problems += [r.problem for r in readings if r.problem]
-    with store.reading(opened):  # where nothing is new, nothing is written
-        chosen = _sort_readings(opened, readings)
-        report = _report_known(opened, sheets, chosen, problems)
-    if chosen.new:
-        with store.transaction(opened):  # others may have added meanwhile
+    batches, saved = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell), 0
+    report = AddReport((), (), tuple(problems), (), (), 0.0)
+    for readings, done in batches:
+        faults = [r.problem for r in readings if r.problem]
+        with store.reading(opened):  # where nothing is new, nothing is written
             chosen = _sort_readings(opened, readings)
-            report = _save(opened, folder, sheets, settings, chosen, problems, tell)
+            part = _report_known(opened, sheets, chosen, faults)
+        if chosen.new:
+            outlines = copy_search.load_outlines(opened)
+            with store.transaction(opened):  # others may have added meanwhile
+                chosen = _sort_readings(opened, readings)
+                part = _save(opened, folder, sheets, settings, chosen, faults, outlines)
+        saved += len(readings)
+        tell("saving captures", saved, done)
+        report = _joined(report, part)
     return replace(report, notes=(*files.not_read(folder), *report.notes))
+
+
+def _batches(
+    opened: store.Store, readings: Iterator[ReadFile], n_files: int, tell: Progress
+) -> Iterator[tuple[list[ReadFile], int]]:
+    """Readings that fit into memory together, and the number of files; read while it is free."""
+    ended, done = False, 0
+    while not ended:
+        batch: list[ReadFile] = []
+        n_bytes, ended = 0, True
+        with store.released(opened):
+            for reading in readings:
+                batch.append(reading)
+                n_bytes += reading.n_bytes
+                done += 1
+                tell("reading captures", done, n_files)
+                if n_bytes > BATCH_BYTES:
+                    ended = False
+                    break
+        yield batch, n_files
+
+
+def _joined(first: AddReport, second: AddReport) -> AddReport:
+    """The report of two batches."""
+    both = {}
+    for name, value in vars(first).items():
+        both[name] = value + vars(second)[name]
+    words = tuple(sorted({*first.new_words, *second.new_words}))
+    return AddReport(**{**both, "new_words": words})
 
 
 def _save(
@@ -66,9 +104,9 @@ def _save(
     settings: AddSettings,
     chosen: _Chosen,
     problems: Sequence[str],
-    tell: Progress,
+    outlines: store.CaptureRows,
 ) -> AddReport:
-    """Save the new captures; inside a transaction."""
+    """Save the new captures of a batch; inside a transaction."""
     known = _report_known(opened, sheets, chosen, problems)
     if not chosen.new:
         return known
@@ -85,7 +123,7 @@ def _save(
     }
     run_id = store.start_run(opened, "add", parameters)
     with updating.counted(opened, run_id) as change:
-        for done, reading in enumerate(chosen.new, start=1):
+        for reading in chosen.new:
             info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
@@ -93,13 +131,10 @@ def _save(
             n_events += _save_events(opened, sheets.events, info, faults)
             change.added.append(info.capture_id)
             seconds += info.duration
-            tell("saving captures", done, len(chosen.new))
-    tell("looking for copies", 0, 1)
     added = tuple(reading.name for reading in chosen.new)
-    relations = find_relations(opened, set(added))
+    relations = copy_search.find_relations(opened, set(added), outlines)
     store.save_relations(opened, relations)
     store.finish_run(opened, run_id)
-    tell("looking for copies", 1, 1)
     return AddReport(
         added,
         chosen.known,
@@ -163,28 +198,6 @@ def _save_events(
     if events:
         store.save_events(opened, info.capture_id, events)
     return len(events)
-
-
-def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
-    """Copies, mirror images and cuts among the captures, of which at least one is new."""
-    infos = store.load_captures(opened)
-    pool = store.load_motion_pool(opened)
-    poses = [copies.copy_poses(pool.motion(info.capture_id)) for info in infos]
-    library = copies.build_library(poses)
-    fresh = [n for n, info in enumerate(infos) if info.name in new]
-    old = [n for n in range(len(infos)) if n not in set(fresh)]
-    relations = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
-    return [
-        Relation(
-            infos[c.query].name,
-            infos[c.take].name,
-            c.kind,
-            c.start / MOTION_FPS,
-            c.end / MOTION_FPS,
-            c.distance,
-        )
-        for c in relations
-    ]
 
 
 def check_captures(folder: Path) -> None:
