@@ -6,8 +6,8 @@ killed, the batches that were saved stay, whole; the same command then adds the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb import files, store
@@ -19,7 +19,7 @@ from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
-from motiondb.records import Caption, CaptureInfo
+from motiondb.records import Caption, CaptureInfo, Event
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
@@ -30,52 +30,72 @@ BATCH_BYTES = 256 * 2**20
 
 def add_captures(
     opened: store.Store,
-    folder: Path,
+    folders: Sequence[Path],
     sheets: Sheets,
     settings: AddSettings,
     progress: Progress | None = None,
 ) -> AddReport:
-    """Add a file, or all captures below a folder, as ``MotionDB.add`` does."""
+    """Add files, and all captures below folders, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
-    paths, unusable = _text_names(_files(folder, settings.within))
-    names = {capture_name(_below(path, folder)): path for path in reversed(paths)}
+    if settings.prefix:
+        store.check_new_name(f"{settings.prefix}x", "capture")
+    sheets = sheets.below(settings.prefix)
+    found = [(path, folder) for folder in folders for path in _files(folder, settings.within)]
+    usable, unusable = _text_names([path for path, _ in found])
+    readable = set(usable)
+    paths = {path: folder for path, folder in reversed(found) if path in readable}
+    named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
+    names = {name: path for path, name in named.items()}
     problems = sheets.unknown(names) + unusable
     problems += [
         f"{path}: expected one file per name, found "
-        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
-        for path in paths
-        if names[capture_name(_below(path, folder))] != path
+        f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
+        "Rename one of them."
+        for path, name in sorted(named.items())
+        if names[name] != path
     ]
     jobs = [
-        (name, path, sheets.entry(name), folder, settings) for name, path in sorted(names.items())
+        (name, path, sheets.entry(name), paths[path], settings)
+        for name, path in sorted(names.items())
     ]
     store.check_writable(opened)
-    batches, saved = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell), 0
-    report = AddReport((), (), tuple(problems), (), (), 0.0)
-    for readings, done in batches:
+    report, run_id = AddReport((), (), tuple(problems), (), (), 0.0), None
+    faulty: dict[str, str] = {}
+    batches = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell)
+    for readings, n_read in batches:
         faults = [r.problem for r in readings if r.problem]
+        faulty |= {r.path: r.problem for r in readings if r.problem}
         with store.reading(opened):  # where nothing is new, nothing is written
-            chosen = _sort_readings(opened, readings)
+            chosen = _sort_readings(opened, readings, settings.replace)
             part = _report_known(opened, sheets, chosen, faults)
-        if chosen.new:
+            is_noted = n_read < len(jobs) or store.is_faulty_noted(opened, folders, faulty)
+        if chosen.new or not is_noted:
             outlines = copy_search.load_outlines(opened)
             with store.transaction(opened):  # others may have added meanwhile
-                chosen = _sort_readings(opened, readings)
-                part = _save(opened, folder, sheets, settings, chosen, faults, outlines)
-        saved += len(readings)
-        tell("saving captures", saved, done)
+                if not is_noted:
+                    store.save_faulty(opened, folders, faulty)
+                chosen = _sort_readings(opened, readings, settings.replace)
+                if chosen.new and run_id is None:
+                    run_id = _start_run(opened, folders, sheets, settings)
+                part = _report_known(opened, sheets, chosen, faults)
+                if chosen.new and run_id is not None:
+                    part = _save(opened, sheets, settings, chosen, part, (run_id, outlines))
+        tell("saving captures", n_read, len(jobs))
         report = _joined(report, part)
-    return replace(report, notes=(*files.not_read(folder), *report.notes))
+    others = [sentence for folder in folders for sentence in files.not_read(folder)]
+    return replace(report, notes=(*others, *report.notes))
 
 
 def _batches(
     opened: store.Store, readings: Iterator[ReadFile], n_files: int, tell: Progress
 ) -> Iterator[tuple[list[ReadFile], int]]:
-    """Readings that fit into memory together, and the number of files; read while it is free."""
-    ended, done = False, 0
-    while not ended:
-        batch: list[ReadFile] = []
-        n_bytes, ended = 0, True
+    """Readings that fit into memory together, and the number of files read until then.
+
+    The file is free while they are read.
+    """
+    done = 0
+    while True:
+        batch, n_bytes = list[ReadFile](), 0
         with store.released(opened):
             for reading in readings:
                 batch.append(reading)
@@ -83,37 +103,24 @@ def _batches(
                 done += 1
                 tell("reading captures", done, n_files)
                 if n_bytes > BATCH_BYTES:
-                    ended = False
                     break
-        yield batch, n_files
+        yield batch, done
+        if done == n_files:
+            return
 
 
 def _joined(first: AddReport, second: AddReport) -> AddReport:
     """The report of two batches."""
-    both = {}
-    for name, value in vars(first).items():
-        both[name] = value + vars(second)[name]
-    words = tuple(sorted({*first.new_words, *second.new_words}))
-    return AddReport(**{**both, "new_words": words})
+    both = {name: value + vars(second)[name] for name, value in vars(first).items()}
+    return AddReport(**both | {"new_words": tuple(sorted({*both["new_words"]}))})
 
 
-def _save(
-    opened: store.Store,
-    folder: Path,
-    sheets: Sheets,
-    settings: AddSettings,
-    chosen: _Chosen,
-    problems: Sequence[str],
-    outlines: store.CaptureRows,
-) -> AddReport:
-    """Save the new captures of a batch; inside a transaction."""
-    known = _report_known(opened, sheets, chosen, problems)
-    if not chosen.new:
-        return known
-    notes, faults = list(known.notes), list(known.problems)
-    seconds, n_events = 0.0, 0
+def _start_run(
+    opened: store.Store, folders: Sequence[Path], sheets: Sheets, settings: AddSettings
+) -> int:
+    """The run of all batches."""
     parameters = {
-        "folder": str(folder),
+        "folder": ", ".join(map(str, folders)),
         "sheet": sheets.words.path if sheets.words else None,
         "events": sheets.events.path if sheets.events else None,
         "unit": settings.unit,
@@ -121,14 +128,41 @@ def _save(
         "joint_map": dict(settings.joint_map),
         "keep_implausible": settings.keep_implausible,
     }
-    run_id = store.start_run(opened, "add", parameters)
-    with updating.counted(opened, run_id) as change:
+    return store.start_run(opened, "add", parameters)
+
+
+def _save(
+    opened: store.Store,
+    sheets: Sheets,
+    settings: AddSettings,
+    chosen: _Chosen,
+    known: AddReport,
+    of_run: tuple[int, store.CaptureRows],
+) -> AddReport:
+    """Save the new captures of a batch; inside a transaction.
+
+    `known`: The report without them. `of_run`: Number of the run, and the outlines of the captures
+    that are there.
+    """
+    run_id, outlines = of_run
+    notes, faults = list(known.notes), list(known.problems)
+    seconds, n_events = 0.0, 0
+    old = {info.name: info for info in store.load_captures(opened)} if settings.replace else {}
+    replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
+    touched = [info.capture_id for info in replaced.values()]
+    with updating.counted(opened, run_id, touched) as change:
         for reading in chosen.new:
             info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
+            kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
+            info = replace(info, tags={**kept.tags, **info.tags})
+            captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
-            n_events += _save_events(opened, sheets.events, info, faults)
+            given = _save_events(opened, sheets.events, info, faults)
+            n_events += given
+            if not given:
+                kept.save_events(opened, info, notes)
             change.added.append(info.capture_id)
             seconds += info.duration
     added = tuple(reading.name for reading in chosen.new)
@@ -146,7 +180,35 @@ def _save(
         change.new_words,
         n_events,
         sum("performer" not in _tags(sheets.entry(name)) for name in added),
+        tuple(replaced),
     )
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """What the capture that takes another one's place keeps of it."""
+
+    tags: Mapping[str, str] = field(default_factory=dict)
+    captions: tuple[Caption, ...] = ()
+    events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(cls, opened: store.Store, info: CaptureInfo) -> _Kept:
+        """Load it, and remove the capture."""
+        number = info.capture_id
+        captions = store.load_captions(opened, number).get(number, ())
+        events = store.load_events(opened, number).get(number, ())
+        store.remove_capture(opened, number)
+        return cls(info.tags, captions, events)
+
+    def save_events(self, opened: store.Store, info: CaptureInfo, notes: list[str]) -> None:
+        """Save the events that lie within the new capture; a note if there are others."""
+        within = [event for event in self.events if event.frame < info.motion_frames]
+        if within:
+            store.save_events(opened, info.capture_id, within)
+        if len(within) < len(self.events):
+            left = len(self.events) - len(within)
+            notes.append(f"{info.name}: {left} events after the end of the new file were left out")
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +220,7 @@ class _Chosen:
     problems: tuple[str, ...]
 
 
-def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen:
+def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing: bool) -> _Chosen:
     """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
@@ -170,11 +232,11 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen
             continue
         if reading.source.sha256 in digests:
             known.append((reading.name, digests[reading.source.sha256]))
-        elif reading.name in names:
+        elif reading.name in names and not replacing:
             problems.append(
                 f"{reading.path}: expected a new name, found another capture called "
-                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or "
-                "rename the file."
+                f"{reading.name}. Put a folder before the new names (--prefix FOLDER/), or let "
+                "the new files take the place of the old ones (--replace)."
             )
         else:
             digests[reading.source.sha256] = reading.name

@@ -72,7 +72,8 @@ def test_another_content_under_a_known_name_is_refused(tmp_path: Path, some: Pat
         (problem,) = db.add(some).problems
         assert problem == (
             f"{some}/ana/bow_1.bvh: expected a new name, found another capture called ana/bow_1. "
-            "Remove that one first (motiondb remove ana/bow_1) or rename the file."
+            "Put a folder before the new names (--prefix FOLDER/), or let the new files take the "
+            "place of the old ones (--replace)."
         )
 
 
@@ -264,7 +265,7 @@ def test_batches_add_what_one_batch_adds(
             assert sorted(map(repr, report.relations)) == sorted(map(repr, db.relations()))
             relations.append(sorted(map(repr, report.relations)))
             assert db.check() == []
-            assert sum(run["kind"] == "add" for run in db.runs()) == (2 if name == "one" else 8)
+            assert [run["kind"] for run in db.runs()] == ["add", "add"]
     assert reports[0] == reports[1]
     assert len(relations[0]) >= 4
     assert relations[0] == relations[1]
