@@ -124,6 +124,7 @@ from motiondb.store.grammars import (
 from motiondb.store.learned import (
     is_learned,
     learning_is_current,
+    learning_mark,
     load_association,
     load_learning,
     load_learning_size,

@@ -109,6 +109,14 @@ def load_learning_size(store: Store) -> LearningSize:
     return LearningSize(*row)
 
 
+def learning_mark(store: Store) -> str:
+    """A text that is another one when what was learned, or what it is asked with, has changed."""
+    size = load_learning_size(store)
+    query = "SELECT started, version, parameters FROM run WHERE run_id = ?"
+    run = store.connection.execute(query, [size.run_id]).fetchone()
+    return repr((vars(size), run, content_revision(store)))
+
+
 def is_learned(store: Store) -> bool:
     """Whether ``learn`` has run."""
     return store.connection.execute("SELECT 1 FROM learning").fetchone() is not None
