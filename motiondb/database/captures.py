@@ -219,12 +219,12 @@ class Captures(Archive):
         whole = start is None and end is None and not canonical
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            source = store.load_source(self.store, info.capture_id)
-            if whole and path.suffix.lower() == Path(source.file_name).suffix.lower():
-                return write_bytes(path, source.data)
             if canonical:
                 motion = store.load_motion(self.store, info.capture_id)
                 return write_clip(to_clip(cut_motion(motion, start, end)), path)
+            source = store.load_source(self.store, info.capture_id)
+            if whole and path.suffix.lower() == Path(source.file_name).suffix.lower():
+                return write_bytes(path, source.data)
             return write_clip(cut_clip(self.clip(name), start, end), path)
 
     def captions(self, name: str) -> tuple[Caption, ...]:

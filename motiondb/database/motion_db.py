@@ -230,7 +230,7 @@ class MotionDB(Captures):
         from motiondb.database.learn import start
 
         with self.session.reading():
-            return start.start_facts(self.learned) if self.is_learned() else None
+            return start.start_facts(self.session)
 
     def search(
         self,

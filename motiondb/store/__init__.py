@@ -62,6 +62,7 @@ from motiondb.store.catalogue.runs import (
 from motiondb.store.catalogue.sources import (
     Source,
     digest,
+    leave_out,
     load_source,
     pack_source,
 )
@@ -79,6 +80,7 @@ from motiondb.store.catalogue.where import (
     parse_where,
 )
 from motiondb.store.checks import (
+    check_quickly,
     check_store,
 )
 from motiondb.store.compaction import (
@@ -122,6 +124,7 @@ from motiondb.store.grammars import (
     save_grammar,
 )
 from motiondb.store.learned import (
+    has_parameter,
     is_learned,
     learning_is_current,
     learning_mark,

@@ -217,6 +217,12 @@ def load_transition_counts(store: Store) -> FloatArray:
     return counts
 
 
+def has_parameter(store: Store, name: str) -> bool:
+    """Whether there are further values of a name, or below it."""
+    query = "SELECT 1 FROM parameter WHERE name = $1 OR starts_with(name, $1 || '.') LIMIT 1"
+    return store.connection.execute(query, [name]).fetchone() is not None
+
+
 def load_parameters(store: Store, *names: str) -> dict[str, FloatArray | str]:
     """Load further values by name: those of these names and below them ("NAME.x"), or all."""
     load_learning_size(store)

@@ -81,6 +81,8 @@ class AddSettings:
         Put before the name of every capture, such as "studio2/".
     replace : bool
         Replace captures of the same names; captions, tags and events that no sheet gives are kept.
+    originals : bool
+        Keep the files as they are, so that they can be exported bit for bit.
     """
 
     unit: float | None = None
@@ -94,6 +96,7 @@ class AddSettings:
     within: Path | None = None
     prefix: str = ""
     replace: bool = False
+    originals: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,6 +289,8 @@ def _read_capture(
     clip = capture.read_capture_bytes(data, kind, path=path, skeleton=skeleton, options=options)
     motion = retarget.to_motion(clip, settings.joint_map, settings.keep_implausible)
     source = store.pack_source(path.name, data, kind, asf.name if asf else None, skeleton_data)
+    if not settings.originals:
+        source = store.leave_out(source)
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes

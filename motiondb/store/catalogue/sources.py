@@ -27,7 +27,7 @@ class Source:
     format: str  # Format of the file, as in ``Clip``
     file_name: str  # Name of the file, without folders
     # Content of the file. It is compressed with zlib in the store and after :func:`pack_source`,
-    # and uncompressed after :func:`load_source`
+    # and uncompressed after :func:`load_source`. Nothing if it was left out (:func:`leave_out`)
     data: bytes
     # Name of the skeleton file, without folders; None: there is no skeleton file
     skeleton_name: str | None = None
@@ -64,6 +64,12 @@ def pack_source(
     )
 
 
+def leave_out(source: Source) -> Source:
+    """A packed file without its content: names and digest alone are kept."""
+    skeleton = None if source.skeleton_data is None else b""
+    return replace(source, data=b"", skeleton_data=skeleton)
+
+
 def load_source(store: Store, capture_id: int) -> Source:
     """Load the file of a capture, uncompressed and equal bit for bit to the file that was added."""
     row = store.connection.execute(
@@ -73,6 +79,12 @@ def load_source(store: Store, capture_id: int) -> Source:
     ).fetchone()
     if row is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
+    if not row[3]:
+        raise QueryError(
+            f"{row[2]}: expected the file as it was added, found that it was left out "
+            "(--no-originals). Export the motion on the canonical body (--canonical), or remove "
+            "the capture and add its file again."
+        )
     return unpack_source(store.path, Source(*row))
 
 
