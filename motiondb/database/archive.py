@@ -170,6 +170,7 @@ class Archive:
 
         What can be undone: ``add``, ``remove``, ``rename``, ``merge``, changes of words, tags and
         events, kept generated motion, and an ``undo``. Compacting the file makes removals final.
+        If the database has learned, captures that come back are cut and counted as new ones are.
 
         Parameters
         ----------
