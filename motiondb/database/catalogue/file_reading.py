@@ -109,6 +109,13 @@ class ReadFile:
     notes: tuple[str, ...] = ()  # What is unusual in the file
     problem: str = ""  # Why the file cannot be saved; "" where it can
 
+    @property
+    def n_bytes(self) -> int:
+        """Memory that its motion and its packed files take, bytes."""
+        arrays = () if self.motion is None else vars(self.motion).values()
+        packed = (self.source.data, self.source.skeleton_data or b"") if self.source else ()
+        return sum(map(len, packed)) + sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
+
 
 _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
