@@ -137,11 +137,11 @@ def test_files_are_read_here_where_no_process_can_start(
 def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (folder / "link").symlink_to(tmp_path / "elsewhere")
-    for name in ("a.fbx", "b.FBX", "c.trc", ".hidden.fbx"):
+    for name in ("a.mvnx", "b.MVNX", "c.trc", ".hidden.mvnx"):
         (folder / name).touch()
     assert add(folder, tmp_path).notes == (
         f"{folder}/link: a link to a folder is not followed; add that folder by itself",
-        f"{folder}/a.fbx and 1 more: .fbx (Autodesk FBX) is not read; export as BVH",
+        f"{folder}/a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH",
         f"{folder}/c.trc: .trc (marker tracks of Motion Analysis or OpenSim) is not read; "
         "export as BVH",
     )
@@ -149,7 +149,7 @@ def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     with pytest.raises(MotionDBError) as caught:
         add(folder, tmp_path)
     assert "found none." in str(caught.value)
-    assert "a.fbx and 1 more: .fbx (Autodesk FBX) is not read; export as BVH." in str(caught.value)
+    assert "a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH." in str(caught.value)
 
 
 def test_the_skeleton_of_another_performer_is_not_taken(tmp_path: Path, folder: Path) -> None:

@@ -32,8 +32,7 @@ def add_captures(
     tell = progress or (lambda _what, _done, _total: None)
     paths, unusable = _text_names(_files(folder, settings.within))
     names = {capture_name(_below(path, folder)): path for path in reversed(paths)}
-    problems = sheets.unknown(names) + unusable
-    problems += [
+    problems = unusable + [
         f"{path}: expected one file per name, found "
         f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
         for path in paths
@@ -42,12 +41,15 @@ def add_captures(
     jobs = [
         (name, path, sheets.entry(name), folder, settings) for name, path in sorted(names.items())
     ]
-    readings = []
+    readings: list[ReadFile] = []
+    takes: list[str] = []
     store.check_writable(opened)
     with store.released(opened):
-        for done, reading in enumerate(read_all(jobs, settings.jobs), start=1):
-            readings.append(reading)
+        for done, (job, reading) in enumerate(zip(jobs, read_all(jobs, settings.jobs)), start=1):
+            readings += reading
+            takes += [_takes_note(job[0], sheets, reading)] if len(reading) > 1 else []
             tell("reading captures", done, len(jobs))
+    problems = sheets.unknown({*names, *(r.name for r in readings)}) + problems
     problems += [r.problem for r in readings if r.problem]
     with store.reading(opened):  # where nothing is new, nothing is written
         chosen = _sort_readings(opened, readings)
@@ -56,7 +58,19 @@ def add_captures(
         with store.transaction(opened):  # others may have added meanwhile
             chosen = _sort_readings(opened, readings)
             report = _save(opened, folder, sheets, settings, chosen, problems, tell)
-    return replace(report, notes=(*files.not_read(folder), *report.notes))
+    return replace(report, notes=(*files.not_read(folder), *takes, *report.notes))
+
+
+def _takes_note(name: str, sheets: Sheets, readings: Sequence[ReadFile]) -> str:
+    """A note on a file that became several captures."""
+    names = ", ".join(reading.name for reading in readings)
+    entry = sheets.entry(name)
+    if entry is None or not entry.captions or name in {reading.name for reading in readings}:
+        return f"{name} holds {len(readings)} takes: {names}"
+    return (
+        f"{name} holds {len(readings)} takes: {names}; the sheet's captions of {name} are given to "
+        f"none of them, since they do not say which is meant (write {readings[0].name} in `file`)"
+    )
 
 
 def _save(
