@@ -128,7 +128,7 @@ def test_files_are_read_here_where_no_process_can_start(
     monkeypatch.setattr(WorkerManager, "create_channels", refuse)
     path = folder / "good.bvh"
     jobs = [(f"take{n}", path, None, folder, AddSettings()) for n in range(6)]
-    readings = list(read_all(jobs, 2))
+    readings = [reading for (reading,) in read_all(jobs, 2)]
     assert [(reading.name, reading.problem) for reading in readings] == [
         (f"take{n}", "") for n in range(6)
     ]
@@ -208,7 +208,7 @@ def test_a_reader_process_that_dies_costs_only_its_file(folder: Path) -> None:
         path = folder / f"take{number}.bvh"
         path.write_text(BVH)
         jobs.append((path.stem, Deadly(path) if number == 3 else path, None, folder, AddSettings()))
-    readings = list(read_all(jobs, 2))
+    readings = [reading for (reading,) in read_all(jobs, 2)]
     assert [reading.name for reading in readings] == [f"take{n}" for n in range(7)]
     assert [bool(reading.problem) for reading in readings] == [n == 3 for n in range(7)]
     assert readings[3].problem == (
@@ -241,7 +241,7 @@ def test_a_reader_process_that_is_ended_once_costs_no_file(
         for n in range(5)
     ]
     monkeypatch.setattr(file_reading, "_read_one", here)
-    assert [reading.problem for reading in read_all(jobs, 2)] == [""] * 5
+    assert [reading.problem for (reading,) in read_all(jobs, 2)] == [""] * 5
     assert (folder / "good.bvh.begun").exists()
 
 
@@ -268,5 +268,5 @@ def test_after_an_idle_process_has_died_files_are_read_in_others(
     os.kill(next(iter(manager.worker_manager.workers)), signal.SIGKILL)
     while manager.context.alive and time.monotonic() < limit:
         time.sleep(0.02)
-    assert [reading.problem for reading in (first, *readings)] == [""] * 9
+    assert [reading.problem for (reading,) in (first, *readings)] == [""] * 9
     assert len(managers) == 2
