@@ -1,4 +1,4 @@
-"""Commands add, list, show, export, remove and fetch: captures in and out."""
+"""Commands add, list, show, export and fetch: captures in and out."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ def register(app: typer.Typer) -> None:
     app.command("list")(list_captures)
     app.command()(show)
     app.command()(export)
-    app.command()(remove)
     fetching = options.Commands(
         help="Download captures from public databases.", no_args_is_help=True
     )
@@ -34,7 +33,10 @@ def register(app: typer.Typer) -> None:
 
 def add(
     shared: options.Shared,
-    folder: Annotated[Path, typer.Argument(help="A folder with captures, or one capture file.")],
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="FOLDER...", help="Folders with captures, or capture files."),
+    ],
     words: Annotated[
         Path | None, typer.Option("--words", help="A sheet of captions and tags (TSV or CSV).")
     ] = None,
@@ -88,6 +90,17 @@ def add(
     jobs: Annotated[
         int, typer.Option("--jobs", min=1, max=1024, help="Processes that read files.")
     ] = 2,
+    prefix: Annotated[
+        str, typer.Option("--prefix", help="Put this before every name, such as studio2/.")
+    ] = "",
+    replacing: Annotated[
+        bool,
+        typer.Option(
+            "--replace",
+            help="Replace captures of the same names; words, tags and events that no sheet gives "
+            "are kept.",
+        ),
+    ] = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import (
@@ -100,7 +113,8 @@ def add(
     from motiondb.answers.catalogue import AddAnswer
     from motiondb.answers.plain import extended
 
-    check_captures(folder)
+    for folder in folders:
+        check_captures(folder)
     settings = AddSettings(
         unit=unit_from_name(unit) if unit else None,
         fps=fps,
@@ -110,12 +124,14 @@ def add(
         limits=ReadLimits(seconds=time_limit, memory=int(memory_limit * 1e9)),
         keep_implausible=keep_implausible,
         outside_skeletons=outside_skeletons,
+        prefix=prefix,
+        replace=replacing,
     )
     with (
         shared.database(writing=True, create=True) as base,
         printing.progress(shared) as tell,
     ):
-        report = base.add(folder, words, settings, tell, events)
+        report = base.add(folders, words, settings, tell, events)
         total, drift = len(base.captures()), base.drift()
         wordless = bool(total) and not base.all_captions() and base.start_facts() is None
     if not printing.as_json(shared, extended(AddAnswer, report, captures=total, drift=drift)):
@@ -127,6 +143,8 @@ def add(
         )
         if report.counted:
             printing.say(f"  {report.counted} of them can be searched now")
+        if report.replaced:
+            printing.say(f"  {len(report.replaced)} of them replaced captures of the same names")
         if report.events:
             printing.say(f"  {printing.number(report.events, 'event')} added with them")
         _note_performers(report.without_performer)
@@ -324,19 +342,6 @@ def export(
         printing.say(f"{name} written to {path}")
 
 
-def remove(
-    shared: options.Shared,
-    names: Annotated[list[str], typer.Argument(metavar="CAPTURE...", help="Names of captures.")],
-) -> None:
-    """Remove captures from the database: all named ones, or none."""
-    from motiondb.answers.catalogue import Removed
-
-    with shared.database(writing=True) as base:
-        gone = base.remove(names)
-    if not printing.as_json(shared, Removed(gone)):
-        printing.say(f"removed {', '.join(gone)}")
-
-
 def _accepts() -> bool:
     """Ask whether the user accepts the terms."""
     from motiondb import QueryError
@@ -399,6 +404,6 @@ def fetch_cmu(
         )
     printing.print_problems([f"{file}: {reason}" for file, reason in report.refused])
     if not only_fetch and report.sheet.exists():
-        add(shared, folder, report.sheet)
+        add(shared, [folder], report.sheet)
     if report.refused:
         raise typer.Exit(1)

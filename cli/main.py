@@ -13,6 +13,7 @@ import typer
 
 import motiondb
 from motiondb.cli import (
+    archive,
     cataloguing,
     generation,
     grammars,
@@ -57,6 +58,7 @@ _NO_OUTPUT = (errno.ENOSPC, errno.EBADF, errno.EIO, errno.EFBIG, errno.EDQUOT)
 
 for module in (
     cataloguing,
+    archive,
     learning,
     search,
     generation,

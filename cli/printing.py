@@ -21,6 +21,7 @@ import typer
 
 if TYPE_CHECKING:
     from motiondb import (
+        Caption,
         Drift,
         Grammars,
         MotionDB,
@@ -148,6 +149,14 @@ def say_word(word: str, probability: float | None) -> str:
     ('walk 0.96', 'walk')
     """
     return word if probability is None else f"{word} {probability:.2f}"
+
+
+def say_caption(caption: Caption) -> str:
+    """A caption with its interval in seconds, where it has one."""
+    if caption.start is None and caption.end is None:
+        return caption.words
+    end = "end" if caption.end is None else f"{caption.end:g}"
+    return f"{caption.words} ({caption.start or 0:g}-{end} s)"
 
 
 def note(text: str) -> None:

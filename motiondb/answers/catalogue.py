@@ -123,6 +123,7 @@ class AddReport:
     new_words: tuple[str, ...] = ()
     events: int = 0  # Number of events saved with ``added``
     without_performer: int = 0  # Number of captures of ``added`` whose performer is not given
+    replaced: tuple[str, ...] = ()  # Those of ``added`` that took the place of another capture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,6 +150,71 @@ class Removed:
     captures: list[str] | None = field(default=None, metadata=OPTIONAL)  # Of a scene
     # Sequences of a grammar
     no_longer_editable: list[str] | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class Renamed:
+    """The captures that were renamed: old name -> new name."""
+
+    renamed: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Undone:
+    """What was taken back, by names of captures."""
+
+    run: int  # The run that took it back; undoing this run does it again
+    undone_run: int
+    kind: str  # Of the run that was undone, such as "remove"
+    restored: tuple[str, ...]
+    removed: tuple[str, ...]
+    changed: tuple[str, ...]  # Names, tags, captions or events are as they were
+
+
+@dataclass(frozen=True)
+class TagsSet:
+    """The captures whose tags have changed."""
+
+    tags: dict[str, str]
+    captures: list[str]
+
+
+@dataclass(frozen=True)
+class TagRow:
+    """A tag, with its number of captures and of different values."""
+
+    tag: str
+    captures: int
+    values: int
+
+
+@dataclass(frozen=True)
+class CaptionVersion:
+    """The captions that a capture had from a run on."""
+
+    run: int
+    kind: str  # Of the run that set them, such as "words"
+    time: str  # Start of the run, ISO 8601, UTC
+    words: tuple[Caption, ...]
+
+
+@dataclass(frozen=True)
+class SheetWritten:
+    """A sheet of captions and tags that was written."""
+
+    output: Path
+    captures: int
+    captions: int
+    notes: tuple[str, ...]  # What the sheet cannot hold
+
+
+@dataclass(frozen=True)
+class FaultyFile:
+    """A file that could not be read when it was added."""
+
+    path: str
+    problem: str
+    noted: str  # Time, ISO 8601, UTC
 
 
 @dataclass(frozen=True)

@@ -1,133 +1,36 @@
-"""The verbs on captures: in and out, their captions and events, their facts and pictures."""
+"""The verbs that ask about captures: the catalogue, motions, captions, facts and pictures."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.body.features import FEATURE_STEP
 from motiondb.body.retarget import to_clip, to_motion
+from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
-from motiondb.database.catalogue.parts import cut_clip, cut_motion, outside, write_bytes, write_clip
-from motiondb.database.learn import updating
-from motiondb.errors import MotionDBError, QueryError
+from motiondb.database.catalogue.parts import cut_clip, cut_motion, write_bytes, write_clip
 from motiondb.files import read_capture, split_take
 from motiondb.files.safe_files import is_file
-from motiondb.language.vocabulary import parse_synonyms
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
 from motiondb.search.takings import Taking
-from motiondb.store import Provenance, Store
+from motiondb.store import Provenance
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
     from motiondb.answers.catalogue import (
-        AddReport,
         CaptureFacts,
         EventRow,
         ShownActivity,
         ShownSegment,
     )
-    from motiondb.database.catalogue import cataloguing, sheets
-    from motiondb.database.session import Session
     from motiondb.search.copies import DuplicateGroup
 
 
-class Captures:
-    """The captures of a database.
-
-    Parameters
-    ----------
-    session : Session
-        The open database.
-    """
-
-    def __init__(self, session: Session) -> None:
-        self.session = session
-
-    @property
-    def store(self) -> Store:
-        """The open store."""
-        return self.session.store
-
-    def add(
-        self,
-        folder: str | Path,
-        words: str | Path | None = None,
-        settings: cataloguing.AddSettings | None = None,
-        progress: cataloguing.Progress | None = None,
-        events: str | Path | None = None,
-    ) -> AddReport:
-        """Add a capture, or every capture below a folder.
-
-        Broken files are left out and reported; a file whose content is there already changes
-        nothing.
-
-        Parameters
-        ----------
-        folder : str or Path
-            A file or a folder.
-        words : str or Path, optional
-            Sheet of words and tags, TSV or CSV.
-        settings : AddSettings, optional
-            How files are read.
-        progress : callable, optional
-            Called with the name of the step, the number done, and the total number.
-        events : str or Path, optional
-            Sheet of events, TSV or CSV.
-
-        Raises
-        ------
-        MotionDBError
-            When there are no captures to add, or a sheet cannot be read.
-        """
-        from motiondb.database.catalogue import cataloguing, sheets
-        from motiondb.files.sheets import read_event_sheet, read_sheet
-
-        given = sheets.Sheets(
-            read_sheet(words) if words is not None else None,
-            read_event_sheet(events) if events is not None else None,
-        )
-        return cataloguing.add_captures(
-            self.store, Path(folder), given, settings or cataloguing.AddSettings(), progress
-        )
-
-    def import_words(self, sheet: str | Path) -> sheets.ImportReport:
-        """Replace words and tags by those of a sheet; captures without words in it keep theirs.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
-        from motiondb.database.catalogue import sheets
-
-        return sheets.import_words(self.store, sheet)
-
-    def import_events(self, sheet: str | Path) -> sheets.EventReport:
-        """Replace the events of the captures that a sheet names.
-
-        Parameters
-        ----------
-        sheet : str or Path
-            TSV or CSV.
-        """
-        from motiondb.database.catalogue import sheets
-
-        return sheets.import_events(self.store, sheet)
-
-    def check_name_free(self, name: str) -> None:
-        """Refuse a name that a capture has already.
-
-        Raises
-        ------
-        QueryError
-            When the name is empty or taken.
-        """
-        from motiondb.database.catalogue.cataloguing import check_name_free
-
-        check_name_free(self.store, name)
+class Captures(Archive):
+    """The captures of a database."""
 
     def captures(self, where: str = "", exact: bool = False) -> list[CaptureInfo]:
         """The catalogue.
@@ -323,33 +226,6 @@ class Captures:
                 return write_clip(to_clip(cut_motion(motion, start, end)), path)
             return write_clip(cut_clip(self.clip(name), start, end), path)
 
-    def remove(self, names: Iterable[str]) -> list[str]:
-        """Remove captures, all or none; their counts are removed from the learned model.
-
-        Parameters
-        ----------
-        names : iterable of str
-            Names of captures.
-
-        Returns
-        -------
-        list of str
-            Full names of the captures removed.
-
-        Raises
-        ------
-        QueryError
-            When there is no capture of one of the names.
-        """
-        with store.transaction(self.store):
-            infos = [store.load_capture(self.store, name) for name in names]
-            numbers = [info.capture_id for info in infos]
-            parameters = {"names": [info.name for info in infos]}
-            with updating.changing(self.store, "remove", parameters, numbers):
-                for number in numbers:
-                    store.remove_capture(self.store, number)
-        return [info.name for info in infos]
-
     def captions(self, name: str) -> tuple[Caption, ...]:
         """The captions of a capture.
 
@@ -366,69 +242,6 @@ class Captures:
         """The captions of all captures, by capture number."""
         with self.session.reading():
             return dict(store.load_captions(self.store))
-
-    def set_words(
-        self,
-        name: str,
-        words: str,
-        start: float | None = None,
-        end: float | None = None,
-        keep: bool = False,
-    ) -> updating.Change:
-        """Set the caption of a capture, or of a part of it, and count it.
-
-        Words that are new to the vocabulary are counted at the next ``learn``.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        words : str
-            What it shows.
-        start : float, optional
-            Start of the part of the capture, seconds.
-        end : float, optional
-            End of the part of the capture, seconds.
-        keep : bool
-            Add to the captions that are there instead of replacing them.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, no word, or the part lies outside the capture.
-        """
-        return self._save_captions(name, [Caption(words, start, end)], keep)
-
-    def set_captions(self, name: str, captions: Iterable[Caption]) -> updating.Change:
-        """Replace all captions of a capture, and count them.
-
-        Parameters
-        ----------
-        name : str
-            Name of the capture.
-        captions : iterable of Caption
-            Its captions; none removes those that are there.
-
-        Raises
-        ------
-        QueryError
-            When there is no such capture, a caption has no word, or its interval lies outside the
-            capture.
-        """
-        return self._save_captions(name, list(captions), keep=False)
-
-    def _save_captions(self, name: str, new: list[Caption], keep: bool) -> updating.Change:
-        """Save captions of a capture, in place of those there, or after them (``keep``)."""
-        with store.transaction(self.store):
-            info = store.load_capture(self.store, name)
-            for caption in new:
-                _check_caption(info, caption)
-            number = info.capture_id
-            old = store.load_captions(self.store, number).get(number, ()) if keep else ()
-            parameters = {"name": info.name, "words": "; ".join(c.words for c in new)}
-            with updating.changing(self.store, "words", parameters, [number]) as change:
-                store.save_captions(self.store, number, [*old, *new])
-        return change
 
     def events(self, name: str) -> tuple[Event, ...]:
         """Instants of a capture, by frames of its motion (30 a second).
@@ -455,38 +268,6 @@ class Captures:
         events = Counter(event.name for of_one in known for event in of_one)
         captures = Counter(name for of_one in known for name in {e.name for e in of_one})
         return [EventRow(name, count, captures[name]) for name, count in sorted(events.items())]
-
-    def set_synonyms(self, path: str | Path) -> Mapping[str, str]:
-        """Replace the synonyms for captions and questions by those of a file.
-
-        Parameters
-        ----------
-        path : str or Path
-            Lines ``word = canonical``.
-
-        Raises
-        ------
-        MotionDBError
-            When the file cannot be read.
-        """
-        from motiondb.files.safe_files import read_bounded_text
-
-        path = Path(path)
-        try:
-            table = parse_synonyms(read_bounded_text(path, "utf-8"), str(path))
-        except OSError as error:
-            raise MotionDBError(
-                f"{path}: expected a readable file of synonyms, found: {error.strerror}."
-            ) from None
-        except UnicodeDecodeError:
-            raise MotionDBError(
-                f"{path}: expected text in UTF-8, found another encoding. Save it as UTF-8."
-            ) from None
-        with store.transaction(self.store):
-            every = [info.capture_id for info in store.load_captures(self.store)]
-            with updating.changing(self.store, "words", {"synonyms": str(path)}, every):
-                store.save_synonyms(self.store, table)
-        return table
 
     def segments(self, name: str) -> list[ShownSegment]:
         """Symbols of a capture with their times (seconds); empty if it is not learned.
@@ -568,12 +349,3 @@ class Captures:
         with self.session.reading():
             name = store.load_capture(self.store, name).name
             return pictures.draw_animation(self.motion(name, start, end), path)
-
-
-def _check_caption(info: CaptureInfo, caption: Caption) -> None:
-    """Refuse a caption without words, or of an interval outside its capture (QueryError)."""
-    first, last = caption.start or 0.0, info.duration if caption.end is None else caption.end
-    if not 0.0 <= first < last <= info.duration + 1.0:
-        raise QueryError(f"{info.name}: {outside(info.duration, caption.start, caption.end)}")
-    if not caption.words.strip():
-        raise QueryError(f"{info.name}: expected words, found none. Say what it shows.")

@@ -546,7 +546,10 @@ class MotionDB(Captures):
         with store.transaction(self.store):
             run_id = store.start_run(self.store, "generate", {"words": words}, seed)
             captions = [Caption(words)]
-            info = keep_generated(self.store, name, made.motion, made.provenance, captions, run_id)
+            with store.noting_edits(self.store, run_id):
+                info = keep_generated(
+                    self.store, name, made.motion, made.provenance, captions, run_id
+                )
             store.finish_run(self.store, run_id)
         return info
 

@@ -150,6 +150,22 @@ def check_columns(path: Path, line: int, header: list[str]) -> None:
         )
 
 
+def tag_fault(key: str) -> str:
+    """Say what keeps the name of a tag from being a column of a sheet of words, or "".
+
+    >>> tag_fault("mood"), tag_fault("Start"), tag_fault("license")
+    ('', 'a column of sheets with another meaning', 'another spelling of licence')
+    """
+    lower = key.lower()
+    if lower in _WORD_SYNONYMS:
+        return f"another spelling of {_WORD_SYNONYMS[lower]}"
+    if lower in KNOWN and key not in ("performer", "licence"):
+        return "a column of sheets with another meaning"
+    if not key or key != key.strip() or not key.isprintable() or set(key) & set("=\"'"):
+        return "no text, or outer spaces, quotes, '=' or characters that cannot be printed"
+    return ""
+
+
 def shown_row(cells: list[str]) -> str:
     """Return the cells of a row as a message shows them.
 
@@ -241,7 +257,7 @@ def _gather_words(path: Path, header: list[str], rows: Rows) -> Sheet:
     seen: dict[Hashable, int] = {}
     advice = " Put text with separators in quotes."
     for line, cells in _cells_of(path, header, rows, faults, advice):
-        if repeat := _repeats(path, line, tuple(sorted(cells.values())), seen):
+        if repeat := _repeats(path, line, tuple(sorted(cells.items())), seen):
             repeats += repeat
             continue
         try:

@@ -27,7 +27,20 @@ from motiondb.store.catalogue.captures import (
     load_digests,
     load_motion,
     remove_capture,
+    rename_capture,
     save_capture,
+)
+from motiondb.store.catalogue.edits import (
+    UNDO,
+    Edit,
+    find_undoable,
+    load_edits,
+    noting_edits,
+)
+from motiondb.store.catalogue.faulty import (
+    is_faulty_noted,
+    load_faulty,
+    save_faulty,
 )
 from motiondb.store.catalogue.generated import (
     Provenance,
@@ -50,6 +63,10 @@ from motiondb.store.catalogue.sources import (
     digest,
     load_source,
     pack_source,
+)
+from motiondb.store.catalogue.trash import (
+    load_trash,
+    restore_capture,
 )
 from motiondb.store.catalogue.where import (
     CAPTION,

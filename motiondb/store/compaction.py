@@ -16,6 +16,7 @@ from motiondb.files.safe_files import (
     log_of,
     plain_name,
 )
+from motiondb.store.catalogue.trash import empty_trash
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.opening import is_lock, open_store
@@ -23,7 +24,7 @@ from motiondb.store.connection.statements import Connection
 
 
 def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
-    """Copy the database into a new file, check it, and put it in the old one's place.
+    """Empty the trash, copy the database into a new file, and put it in the old one's place.
 
     Other processes may read the file meanwhile, but not write: it is held open for reading until
     the new file has taken its place, so that no change can be lost. A kill leaves the
@@ -59,6 +60,7 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
     with open_store(path, create=False, wait=wait) as store:  # brings the log into the file
         if store.lacked_log:  # the copy would no longer fit to the log
             raise StoreError(store.log_note)
+        empty_trash(store)
     before, identity = path.stat().st_size, _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
         if log_of(path).exists():
@@ -144,12 +146,12 @@ def _copy(store: Store) -> None:
 
 def _count(connection: Connection, database: str) -> dict[str, int]:
     tables = connection.execute(
-        "SELECT database_name, table_name FROM duckdb_tables() "
-        f"WHERE database_name = {database} ORDER BY table_name"
+        "SELECT database_name, schema_name, table_name FROM duckdb_tables() "
+        f"WHERE database_name = {database} ORDER BY schema_name, table_name"
     ).fetchall()
     counts: dict[str, int] = {}
-    for name, table in tables:
+    for name, schema, table in tables:
         name = str(name).replace('"', '""')
-        row = connection.execute(f'SELECT count(*) FROM "{name}".main."{table}"').fetchone()
-        counts[table] = int(row[0]) if row else 0
+        row = connection.execute(f'SELECT count(*) FROM "{name}".{schema}."{table}"').fetchone()
+        counts[table if schema == "main" else f"{schema}.{table}"] = int(row[0]) if row else 0
     return counts

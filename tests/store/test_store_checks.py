@@ -201,4 +201,4 @@ def test_every_row_of_a_run_is_checked() -> None:
         written.execute(present_schema())
         query = "SELECT table_name FROM duckdb_columns() WHERE column_name = 'run_id'"
         named = {row[0] for row in written.execute(query).fetchall()}
-    assert named == {"run", "capture", *learned.TABLES, *grammars.TABLES, *scenes.TABLES}
+    assert named == {"run", "capture", "edit", *learned.TABLES, *grammars.TABLES, *scenes.TABLES}

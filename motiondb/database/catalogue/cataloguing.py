@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb import files, store
@@ -14,7 +14,7 @@ from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Relation
+from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Event, Relation
 from motiondb.search import copies
 
 Progress = Callable[[str, int, int], None]
@@ -23,23 +23,32 @@ Progress = Callable[[str, int, int], None]
 
 def add_captures(
     opened: store.Store,
-    folder: Path,
+    folders: Sequence[Path],
     sheets: Sheets,
     settings: AddSettings,
     progress: Progress | None = None,
 ) -> AddReport:
-    """Add a file, or all captures below a folder, as ``MotionDB.add`` does."""
+    """Add files, and all captures below folders, as ``MotionDB.add`` does."""
     tell = progress or (lambda _what, _done, _total: None)
-    paths, unusable = _text_names(_files(folder, settings.within))
-    names = {capture_name(_below(path, folder)): path for path in reversed(paths)}
+    if settings.prefix:
+        store.check_new_name(f"{settings.prefix}x", "capture")
+    sheets = sheets.below(settings.prefix)
+    found = [(path, folder) for folder in folders for path in _files(folder, settings.within)]
+    usable, unusable = _text_names([path for path, _ in found])
+    readable = set(usable)
+    paths = {path: folder for path, folder in reversed(found) if path in readable}
+    named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
+    names = {name: path for path, name in named.items()}
     problems = unusable + [
         f"{path}: expected one file per name, found "
-        f"{names[capture_name(_below(path, folder))].name} beside it. Rename one of them."
-        for path in paths
-        if names[capture_name(_below(path, folder))] != path
+        f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
+        "Rename one of them."
+        for path, name in sorted(named.items())
+        if names[name] != path
     ]
     jobs = [
-        (name, path, sheets.entry(name), folder, settings) for name, path in sorted(names.items())
+        (name, path, sheets.entry(name), paths[path], settings)
+        for name, path in sorted(names.items())
     ]
     readings: list[ReadFile] = []
     takes: list[str] = []
@@ -51,14 +60,18 @@ def add_captures(
             tell("reading captures", done, len(jobs))
     problems = sheets.unknown({*names, *(r.name for r in readings)}) + problems
     problems += [r.problem for r in readings if r.problem]
+    faulty = {r.path: r.problem for r in readings if r.problem}
     with store.reading(opened):  # where nothing is new, nothing is written
-        chosen = _sort_readings(opened, readings)
+        chosen = _sort_readings(opened, readings, settings.replace)
         report = _report_known(opened, sheets, chosen, problems)
-    if chosen.new:
+        is_noted = store.is_faulty_noted(opened, folders, faulty)
+    if chosen.new or not is_noted:
         with store.transaction(opened):  # others may have added meanwhile
-            chosen = _sort_readings(opened, readings)
-            report = _save(opened, folder, sheets, settings, chosen, problems, tell)
-    return replace(report, notes=(*files.not_read(folder), *takes, *report.notes))
+            store.save_faulty(opened, folders, faulty)
+            chosen = _sort_readings(opened, readings, settings.replace)
+            report = _save(opened, folders, sheets, settings, chosen, problems, tell)
+    others = [sentence for folder in folders for sentence in files.not_read(folder)]
+    return replace(report, notes=(*others, *takes, *report.notes))
 
 
 def _takes_note(name: str, sheets: Sheets, readings: Sequence[ReadFile]) -> str:
@@ -75,7 +88,7 @@ def _takes_note(name: str, sheets: Sheets, readings: Sequence[ReadFile]) -> str:
 
 def _save(
     opened: store.Store,
-    folder: Path,
+    folders: Sequence[Path],
     sheets: Sheets,
     settings: AddSettings,
     chosen: _Chosen,
@@ -89,7 +102,7 @@ def _save(
     notes, faults = list(known.notes), list(known.problems)
     seconds, n_events = 0.0, 0
     parameters = {
-        "folder": str(folder),
+        "folder": ", ".join(map(str, folders)),
         "sheet": sheets.words.path if sheets.words else None,
         "events": sheets.events.path if sheets.events else None,
         "unit": settings.unit,
@@ -98,13 +111,22 @@ def _save(
         "keep_implausible": settings.keep_implausible,
     }
     run_id = store.start_run(opened, "add", parameters)
-    with updating.counted(opened, run_id) as change:
+    old = {info.name: info for info in store.load_captures(opened)} if settings.replace else {}
+    replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
+    touched = [info.capture_id for info in replaced.values()]
+    with updating.counted(opened, run_id, touched) as change:
         for done, reading in enumerate(chosen.new, start=1):
             info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
+            kept = _Kept.of(opened, replaced[info.name]) if info.name in replaced else _Kept()
+            info = replace(info, tags={**kept.tags, **info.tags})
+            captions = captions or captions_within(info.name, kept.captions, info.duration, notes)
             info = store.save_capture(opened, info, reading.motion, reading.source, captions)
-            n_events += _save_events(opened, sheets.events, info, faults)
+            given = _save_events(opened, sheets.events, info, faults)
+            n_events += given
+            if not given:
+                kept.save_events(opened, info, notes)
             change.added.append(info.capture_id)
             seconds += info.duration
             tell("saving captures", done, len(chosen.new))
@@ -125,7 +147,35 @@ def _save(
         change.new_words,
         n_events,
         sum("performer" not in _tags(sheets.entry(name)) for name in added),
+        tuple(replaced),
     )
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """What the capture that takes another one's place keeps of it."""
+
+    tags: Mapping[str, str] = field(default_factory=dict)
+    captions: tuple[Caption, ...] = ()
+    events: tuple[Event, ...] = ()
+
+    @classmethod
+    def of(cls, opened: store.Store, info: CaptureInfo) -> _Kept:
+        """Load it, and remove the capture."""
+        number = info.capture_id
+        captions = store.load_captions(opened, number).get(number, ())
+        events = store.load_events(opened, number).get(number, ())
+        store.remove_capture(opened, number)
+        return cls(info.tags, captions, events)
+
+    def save_events(self, opened: store.Store, info: CaptureInfo, notes: list[str]) -> None:
+        """Save the events that lie within the new capture; a note if there are others."""
+        within = [event for event in self.events if event.frame < info.motion_frames]
+        if within:
+            store.save_events(opened, info.capture_id, within)
+        if len(within) < len(self.events):
+            left = len(self.events) - len(within)
+            notes.append(f"{info.name}: {left} events after the end of the new file were left out")
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +187,7 @@ class _Chosen:
     problems: tuple[str, ...]
 
 
-def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen:
+def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing: bool) -> _Chosen:
     """Divide the readings into new and known ones by the present database."""
     digests = store.load_digests(opened)
     names = {info.name for info in store.load_captures(opened)}
@@ -149,11 +199,11 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile]) -> _Chosen
             continue
         if reading.source.sha256 in digests:
             known.append((reading.name, digests[reading.source.sha256]))
-        elif reading.name in names:
+        elif reading.name in names and not replacing:
             problems.append(
                 f"{reading.path}: expected a new name, found another capture called "
-                f"{reading.name}. Remove that one first (motiondb remove {reading.name}) or "
-                "rename the file."
+                f"{reading.name}. Put a folder before the new names (--prefix FOLDER/), or let "
+                "the new files take the place of the old ones (--replace)."
             )
         else:
             digests[reading.source.sha256] = reading.name

@@ -77,6 +77,10 @@ class AddSettings:
         Allow a sheet to name skeletons outside the added folder.
     within : Path or None
         Folder that links must not lead out of; None: they may lead anywhere.
+    prefix : str
+        Put before the name of every capture, such as "studio2/".
+    replace : bool
+        Replace captures of the same names; captions, tags and events that no sheet gives are kept.
     """
 
     unit: float | None = None
@@ -88,6 +92,8 @@ class AddSettings:
     keep_implausible: bool = False
     outside_skeletons: bool = False
     within: Path | None = None
+    prefix: str = ""
+    replace: bool = False
 
 
 @dataclass(frozen=True, eq=False)

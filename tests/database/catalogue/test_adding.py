@@ -71,7 +71,8 @@ def test_another_content_under_a_known_name_is_refused(tmp_path: Path, some: Pat
         (problem,) = db.add(some).problems
         assert problem == (
             f"{some}/ana/bow_1.bvh: expected a new name, found another capture called ana/bow_1. "
-            "Remove that one first (motiondb remove ana/bow_1) or rename the file."
+            "Put a folder before the new names (--prefix FOLDER/), or let the new files take the "
+            "place of the old ones (--replace)."
         )
 
 
