@@ -226,7 +226,7 @@ def generate(
     made: list[MadeMotion] = []
     motions: list[Generated] = []
     with session.reading():
-        takes = Takes(session.features, session.motions.motion)
+        takes = Takes(session.features, lambda capture: store.load_motion(session.store, capture))
         text, same = words, dict[str, Taking]()
         if exact:
             learned = session.learned

@@ -8,12 +8,13 @@ need not be removed by hand. Threads may share a session.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -28,7 +29,7 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
-from motiondb.records import SegmentTable
+from motiondb.records import Motion, SegmentTable
 
 T = TypeVar("T")
 TABLE = "words.table"  # The shipped table of nearby words
@@ -111,21 +112,18 @@ class Session:
         """Recognition features of all captures."""
         return self.kept("features", lambda: load_features(self.store))
 
-    @property
-    def motions(self) -> store.MotionPool:
-        """Motions of all captures."""
-        return self.kept("motions", lambda: store.load_motion_pool(self.store))
-
-    def has_features(self) -> bool:
-        """Whether the features of all captures are in the cache of the database."""
+    def lacking_features(self) -> dict[int, Motion]:
+        """Motions of the captures whose features are not in the cache of the database."""
         with self.reading():
-            return store.is_cached(self.store, FEATURES)
+            return store.lacking_rows(self.store, FEATURES)
 
-    def keep_features(self, motions: store.MotionPool, arrays: dict[str, NDArray[Any]]) -> None:
-        """Keep features that were computed while the file was free, unless the database changed."""
+    def keep_features(self, made: Mapping[int, FeaturesMade]) -> None:
+        """Keep features that were computed while the file was free.
+
+        `made`: Features of captures by number; those that were removed meanwhile are left out.
+        """
         with self.reading():
-            if self.motions is motions:
-                self.kept("features", lambda: load_features(self.store, arrays))
+            self.kept("features", lambda: load_features(self.store, made))
 
 
 def load_learned(opened: store.Store) -> Learned:
@@ -146,28 +144,26 @@ def load_learned(opened: store.Store) -> Learned:
         )
 
 
+FeaturesMade = tuple[NDArray[Any], float]
+"""Features (frames, 130) of a capture, and the length of its motion in frames."""
+
+
 def load_features(
-    opened: store.Store, arrays: dict[str, NDArray[Any]] | None = None
+    opened: store.Store, ready: Mapping[int, FeaturesMade] = MappingProxyType({})
 ) -> FeaturePool:
-    """Features of all motions; computed once, then memory-mapped from the cache of the database."""
+    """Features of all motions; computed once, then memory-mapped from the cache of the database.
 
-    def build() -> dict[str, NDArray[Any]]:
-        return arrays or feature_arrays(store.load_motion_pool(opened))
+    `ready`: Features that were computed already, by number of the capture.
+    """
+    held = store.cached_rows(opened, FEATURES, make_features, ready)
+    features = held.rows if len(held.rows) else np.zeros((0, N_FEATURES), dtype=np.float32)
+    return FeaturePool(held.capture_ids, held.bounds, features, held.values.astype(np.int64))
 
-    return FeaturePool(**store.cached_arrays(opened, FEATURES, build))
 
-
-def feature_arrays(pool: store.MotionPool) -> dict[str, NDArray[Any]]:
-    """The arrays of a :class:`FeaturePool` by name."""
-    parts = features_of_motions([pool.motion(int(c)) for c in pool.capture_ids])
-    bounds = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
-    none = np.zeros((0, N_FEATURES), dtype=np.float32)
-    return {
-        "capture_ids": pool.capture_ids,
-        "bounds": bounds,
-        "features": np.concatenate(parts) if parts else none,
-        "lengths": np.diff(pool.offsets),
-    }
+def make_features(motions: Sequence[Motion]) -> list[FeaturesMade]:
+    """Features and length of some motions, in their order."""
+    parts = features_of_motions(motions)
+    return [(part, float(motion.n_frames)) for part, motion in zip(parts, motions)]
 
 
 def _with_generated(opened: store.Store, learned: Learned) -> Learned:

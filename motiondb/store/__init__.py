@@ -16,10 +16,11 @@ from motiondb.store.catalogue.annotations import (
     save_tags,
 )
 from motiondb.store.catalogue.cache import (
-    MotionPool,
+    CaptureRows,
     cached_arrays,
+    cached_rows,
     is_cached,
-    load_motion_pool,
+    lacking_rows,
 )
 from motiondb.store.catalogue.captures import (
     load_capture,

@@ -1,24 +1,31 @@
-"""Adding captures: find the files, read them, save all that is new in one transaction."""
+"""Adding captures: find the files, read them, save what is new.
+
+Files are read and saved in batches that fit into memory, each in one transaction. If the command is
+killed, the batches that were saved stay, whole; the same command then adds the others.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motiondb import files, store
 from motiondb.answers.catalogue import AddReport
-from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
+from motiondb.database.catalogue import copy_search
+from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, Readings, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.safe_files import is_file, is_folder, odd_kind
 from motiondb.files.sheets import EventSheet, SheetEntry, capture_name
-from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Event, Relation
-from motiondb.search import copies
+from motiondb.records import Caption, CaptureInfo, Event
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of the step, the number done, and the total number."""
+
+BATCH_BYTES = 256 * 2**20
+"""Motions and packed files that are read before they are saved, bytes: about three hours."""
 
 
 def add_captures(
@@ -50,57 +57,89 @@ def add_captures(
         (name, path, sheets.entry(name), paths[path], settings)
         for name, path in sorted(names.items())
     ]
-    readings: list[ReadFile] = []
-    takes: list[str] = []
     store.check_writable(opened)
-    with store.released(opened):
-        for done, (job, reading) in enumerate(zip(jobs, read_all(jobs, settings.jobs)), start=1):
-            readings += reading
-            takes += [_takes_note(job[0], sheets, reading)] if len(reading) > 1 else []
-            tell("reading captures", done, len(jobs))
-    problems = sheets.unknown({*names, *(r.name for r in readings)}) + problems
-    problems += [r.problem for r in readings if r.problem]
-    faulty = {r.path: r.problem for r in readings if r.problem}
-    with store.reading(opened):  # where nothing is new, nothing is written
-        chosen = _sort_readings(opened, readings, settings.replace)
-        report = _report_known(opened, sheets, chosen, problems)
-        is_noted = store.is_faulty_noted(opened, folders, faulty)
-    if chosen.new or not is_noted:
-        with store.transaction(opened):  # others may have added meanwhile
-            store.save_faulty(opened, folders, faulty)
+    report, run_id = AddReport((), (), tuple(problems), (), (), 0.0), None
+    faulty: dict[str, str] = {}
+    takes: list[tuple[str, ...]] = []
+    batches = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell)
+    for of_files, n_read in batches:
+        readings = [reading for of_file in of_files for reading in of_file]
+        takes += [tuple(r.name for r in of_file) for of_file in of_files if len(of_file) > 1]
+        faults = [r.problem for r in readings if r.problem]
+        faulty |= {r.path: r.problem for r in readings if r.problem}
+        with store.reading(opened):  # where nothing is new, nothing is written
             chosen = _sort_readings(opened, readings, settings.replace)
-            report = _save(opened, folders, sheets, settings, chosen, problems, tell)
+            part = _report_known(opened, sheets, chosen, faults)
+            is_noted = n_read < len(jobs) or store.is_faulty_noted(opened, folders, faulty)
+        if chosen.new or not is_noted:
+            outlines = copy_search.load_outlines(opened)
+            with store.transaction(opened):  # others may have added meanwhile
+                if not is_noted:
+                    store.save_faulty(opened, folders, faulty)
+                chosen = _sort_readings(opened, readings, settings.replace)
+                if chosen.new and run_id is None:
+                    run_id = _start_run(opened, folders, sheets, settings)
+                part = _report_known(opened, sheets, chosen, faults)
+                if chosen.new and run_id is not None:
+                    part = _save(opened, sheets, settings, chosen, part, (run_id, outlines))
+        tell("saving captures", n_read, len(jobs))
+        report = _joined(report, part)
     others = [sentence for folder in folders for sentence in files.not_read(folder)]
-    return replace(report, notes=(*others, *takes, *report.notes))
-
-
-def _takes_note(name: str, sheets: Sheets, readings: Sequence[ReadFile]) -> str:
-    """A note on a file that became several captures."""
-    names = ", ".join(reading.name for reading in readings)
-    entry = sheets.entry(name)
-    if entry is None or not entry.captions or name in {reading.name for reading in readings}:
-        return f"{name} holds {len(readings)} takes: {names}"
-    return (
-        f"{name} holds {len(readings)} takes: {names}; the sheet's captions of {name} are given to "
-        f"none of them, since they do not say which is meant (write {readings[0].name} in `file`)"
+    others += [_takes_note(each, sheets) for each in takes]
+    unknown = sheets.unknown({*names, *(name for each in takes for name in each)})
+    return replace(
+        report,
+        notes=(*others, *report.notes),
+        problems=(*unknown, *report.problems),
     )
 
 
-def _save(
-    opened: store.Store,
-    folders: Sequence[Path],
-    sheets: Sheets,
-    settings: AddSettings,
-    chosen: _Chosen,
-    problems: Sequence[str],
-    tell: Progress,
-) -> AddReport:
-    """Save the new captures; inside a transaction."""
-    known = _report_known(opened, sheets, chosen, problems)
-    if not chosen.new:
-        return known
-    notes, faults = list(known.notes), list(known.problems)
-    seconds, n_events = 0.0, 0
+def _takes_note(takes: Sequence[str], sheets: Sheets) -> str:
+    """A note on a file that became several captures."""
+    file = takes[0].rpartition("#")[0]
+    note = f"{file} holds {len(takes)} takes: {', '.join(takes)}"
+    entry = sheets.entry(file)
+    if entry is None or not entry.captions:
+        return note
+    return (
+        f"{note}; the sheet's captions of {file} are given to none of them, since they do not say "
+        f"which is meant (write {takes[0]} in the column `file`)"
+    )
+
+
+def _batches(
+    opened: store.Store, readings: Iterator[Readings], n_files: int, tell: Progress
+) -> Iterator[tuple[list[Readings], int]]:
+    """Readings of files that fit into memory together, and the number of files read until then.
+
+    The file is free while they are read.
+    """
+    done = 0
+    while True:
+        batch, n_bytes = list[Readings](), 0
+        with store.released(opened):
+            for reading in readings:
+                batch.append(reading)
+                n_bytes += sum(each.n_bytes for each in reading)
+                done += 1
+                tell("reading captures", done, n_files)
+                if n_bytes > BATCH_BYTES:
+                    break
+        yield batch, done
+        if done == n_files:
+            return
+
+
+def _joined(first: AddReport, second: AddReport) -> AddReport:
+    """The report of two batches."""
+    both = {name: value + vars(second)[name] for name, value in vars(first).items()}
+    return AddReport(**both | {"new_words": tuple(sorted({*both["new_words"]}))})
+
+
+def _start_run(
+    opened: store.Store, folders: Sequence[Path], sheets: Sheets, settings: AddSettings
+) -> int:
+    """The run of all batches."""
     parameters = {
         "folder": ", ".join(map(str, folders)),
         "sheet": sheets.words.path if sheets.words else None,
@@ -110,12 +149,30 @@ def _save(
         "joint_map": dict(settings.joint_map),
         "keep_implausible": settings.keep_implausible,
     }
-    run_id = store.start_run(opened, "add", parameters)
+    return store.start_run(opened, "add", parameters)
+
+
+def _save(
+    opened: store.Store,
+    sheets: Sheets,
+    settings: AddSettings,
+    chosen: _Chosen,
+    known: AddReport,
+    of_run: tuple[int, store.CaptureRows],
+) -> AddReport:
+    """Save the new captures of a batch; inside a transaction.
+
+    `known`: The report without them. `of_run`: Number of the run, and the outlines of the captures
+    that are there.
+    """
+    run_id, outlines = of_run
+    notes, faults = list(known.notes), list(known.problems)
+    seconds, n_events = 0.0, 0
     old = {info.name: info for info in store.load_captures(opened)} if settings.replace else {}
     replaced = {r.name: old[r.name] for r in chosen.new if r.name in old}
     touched = [info.capture_id for info in replaced.values()]
     with updating.counted(opened, run_id, touched) as change:
-        for done, reading in enumerate(chosen.new, start=1):
+        for reading in chosen.new:
             info, captions = _info(reading, sheets.entry(reading.name), run_id, notes)
             assert reading.motion is not None
             assert reading.source is not None
@@ -129,13 +186,10 @@ def _save(
                 kept.save_events(opened, info, notes)
             change.added.append(info.capture_id)
             seconds += info.duration
-            tell("saving captures", done, len(chosen.new))
-    tell("looking for copies", 0, 1)
     added = tuple(reading.name for reading in chosen.new)
-    relations = find_relations(opened, set(added))
+    relations = copy_search.find_relations(opened, set(added), outlines)
     store.save_relations(opened, relations)
     store.finish_run(opened, run_id)
-    tell("looking for copies", 1, 1)
     return AddReport(
         added,
         chosen.known,
@@ -227,28 +281,6 @@ def _save_events(
     if events:
         store.save_events(opened, info.capture_id, events)
     return len(events)
-
-
-def find_relations(opened: store.Store, new: set[str]) -> list[Relation]:
-    """Copies, mirror images and cuts among the captures, of which at least one is new."""
-    infos = store.load_captures(opened)
-    pool = store.load_motion_pool(opened)
-    poses = [copies.copy_poses(pool.motion(info.capture_id)) for info in infos]
-    library = copies.build_library(poses)
-    fresh = [n for n, info in enumerate(infos) if info.name in new]
-    old = [n for n in range(len(infos)) if n not in set(fresh)]
-    relations = copies.find_copies(library, fresh) + copies.find_copies(library, old, fresh)
-    return [
-        Relation(
-            infos[c.query].name,
-            infos[c.take].name,
-            c.kind,
-            c.start / MOTION_FPS,
-            c.end / MOTION_FPS,
-            c.distance,
-        )
-        for c in relations
-    ]
 
 
 def check_captures(folder: Path) -> None:

@@ -109,12 +109,19 @@ class ReadFile:
     notes: tuple[str, ...] = ()  # What is unusual in the file
     problem: str = ""  # Why the file cannot be saved; "" where it can
 
+    @property
+    def n_bytes(self) -> int:
+        """Memory that its motion and its packed files take, bytes."""
+        arrays = () if self.motion is None else vars(self.motion).values()
+        packed = (self.source.data, self.source.skeleton_data or b"") if self.source else ()
+        return sum(map(len, packed)) + sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
 
-_Readings = tuple[ReadFile, ...]  # Of one file: more than one where it holds several takes
+
+Readings = tuple[ReadFile, ...]  # Of one file: more than one where it holds several takes
 _Job = tuple[str, Path, SheetEntry | None, Path, AddSettings]
 
 
-def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[_Readings]:
+def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[Readings]:
     """Read files, in other processes if there are more than a few; readings in order of the jobs.
 
     A file with several takes becomes as many readings.
@@ -125,7 +132,7 @@ def read_all(jobs: Sequence[_Job], n_jobs: int) -> Iterator[_Readings]:
         yield from (_read_one(*job) for job in jobs)
         return
     n_jobs = min(n_jobs, len(jobs), os.cpu_count() or 1)
-    folder, running = _working_folder(), deque[tuple[_Job, Future[_Readings] | None]]()
+    folder, running = _working_folder(), deque[tuple[_Job, Future[Readings] | None]]()
     with _pool_of(n_jobs) as pool:
         for job in jobs:
             try:
@@ -166,7 +173,7 @@ def _context() -> LokyContext:
     return context
 
 
-def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[_Readings]:
+def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[Readings]:
     """Hand out a file; the first starts the processes."""
     path, limits = job[1], job[-1].limits
     n_bytes = path.stat().st_size if path.is_file() else 0
@@ -176,7 +183,7 @@ def _submit(pool: ProcessPool, folder: str, job: _Job) -> Future[_Readings]:
         return pool.schedule(_read_beside, args=(folder, packed, n_bytes), timeout=seconds)
 
 
-def _result(folder: str, job: _Job, future: Future[_Readings] | None) -> _Readings:
+def _result(folder: str, job: _Job, future: Future[Readings] | None) -> Readings:
     """The result for a file that was handed out; it is read again if its process ended.
 
     A process may end without fault of the file: the system ends one where memory is short, and the
@@ -192,7 +199,7 @@ def _result(folder: str, job: _Job, future: Future[_Readings] | None) -> _Readin
         return _refused(job)
 
 
-def _read_alone(folder: str, job: _Job) -> _Readings:
+def _read_alone(folder: str, job: _Job) -> Readings:
     """Read a file in a process of its own, or in this one if the system lets none start."""
     from pebble import ProcessExpired
 
@@ -207,7 +214,7 @@ def _read_alone(folder: str, job: _Job) -> _Readings:
             return _refused(job)
 
 
-def _refused(job: _Job) -> _Readings:
+def _refused(job: _Job) -> Readings:
     """The result for a file that ends its process, or takes too long."""
     name, path = job[0], job[1]
     refused = ReadFile(
@@ -241,7 +248,7 @@ def _interrupts_wait() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _read_beside(folder: str, packed: bytes, n_bytes: int) -> _Readings:
+def _read_beside(folder: str, packed: bytes, n_bytes: int) -> Readings:
     """Read in another process; ``folder`` is the working directory of the one that asks."""
     os.chdir(folder)
     job: _Job = pickle.loads(packed)
@@ -251,7 +258,7 @@ def _read_beside(folder: str, packed: bytes, n_bytes: int) -> _Readings:
 
 def _read_one(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> _Readings:
+) -> Readings:
     """Read a file; an error becomes the problem of the reading."""
     try:
         n_bytes = path.stat().st_size if path.is_file() else 0
@@ -270,7 +277,7 @@ def _with_problem(name: str, path: Path, error: MotionDBError) -> ReadFile:
 
 def _read_captures(
     name: str, path: Path, entry: SheetEntry | None, folder: Path, settings: AddSettings
-) -> _Readings:
+) -> Readings:
     """Read a file and its skeleton, and solve the canonical body for each of its takes."""
     options = capture.ReadOptions(
         fps=entry.fps if entry and entry.fps else settings.fps,

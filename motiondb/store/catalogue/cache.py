@@ -15,64 +15,37 @@ must therefore be cheap: sums of 8-byte words run at 5 GB a second, CRC-32 at 0.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.errors import QueryError
 from motiondb.files.json_text import parse_json
 from motiondb.files.safe_files import read_bounded, sweep_drafts, whole_file
-from motiondb.records import Float32Array, FloatArray, IntArray, Motion
-from motiondb.store.catalogue.captures import POSE_SIZE, unflatten_motion
+from motiondb.records import FloatArray, IntArray, Motion
+from motiondb.store.catalogue.captures import load_motion
 from motiondb.store.connection.handle import Store
-from motiondb.store.connection.statements import from_rows
 from motiondb.store.connection.transactions import read_meta
 
 Arrays = dict[str, NDArray[Any]]
+_NONE: Mapping[str, NDArray[Any]] = MappingProxyType({})
+_AT_ONCE = 64  # Captures whose rows are made together: bounds memory
 
 _VERSION = 1  # Version of the list's format. A list of another version is not read
 _PAGE = 4096
 """Bytes that are summed before weighting: the size of a page of memory and of most disks."""
 _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
-
-
-@dataclass(frozen=True, eq=False)
-class MotionPool:
-    """All motions, concatenated in order of capture number."""
-
-    capture_ids: IntArray  # (captures,): numbers of the captures, ascending
-    # (captures + 1,): the rows of ``poses`` that hold capture n are [offsets[n], offsets[n + 1])
-    offsets: IntArray
-    leg_lengths: FloatArray  # (captures,): leg length of each performer, hip to ankle, metres
-    # (frames, 87), float32: root position (metres) and 21 quaternions (w, x, y, z) of each frame,
-    # as in :func:`flatten_motion`; may be a memory map
-    poses: Float32Array
-
-    def motion(self, capture_id: int) -> Motion:
-        """Return the motion of one capture, as views into ``poses`` and without its notes."""
-        number = int(np.searchsorted(self.capture_ids, capture_id))
-        if number == len(self.capture_ids) or self.capture_ids[number] != capture_id:
-            raise QueryError(f"capture {capture_id}: expected a capture in the pool, found none.")
-        rows = slice(*self.offsets[number : number + 2])
-        return unflatten_motion(self.poses[rows], float(self.leg_lengths[number]))
-
-
-def load_motion_pool(store: Store) -> MotionPool:
-    """Load all motions at once.
-
-    The first call writes the arrays to the cache. Later calls map them, until the motions change.
-    """
-    return MotionPool(**cached_arrays(store, "motions", lambda: _read_motions(store)))
 
 
 def cached_arrays(
@@ -101,6 +74,149 @@ def cached_arrays(
     return arrays
 
 
+@dataclass(frozen=True, eq=False)
+class CaptureRows:
+    """Arrays of every capture, end to end, in order of capture number."""
+
+    capture_ids: IntArray  # (captures,): numbers of the captures, ascending
+    bounds: IntArray  # (captures + 1,): capture n has the rows from bounds[n] to bounds[n + 1]
+    rows: NDArray[Any]  # (rows, columns); may be a memory map
+    values: FloatArray  # (captures,): one number of every capture
+
+
+Made = tuple[NDArray[Any], float]
+"""Rows (rows, columns) of one capture, and its number."""
+
+
+def cached_rows(
+    store: Store,
+    kind: str,
+    make: Callable[[Sequence[Motion]], Sequence[Made]],
+    ready: Mapping[int, Made] = MappingProxyType({}),
+) -> CaptureRows:
+    """Rows that follow from the motion of each capture alone, from the cache where possible.
+
+    When captures are added or removed, the rows of the others are taken from the former cache: only
+    those of new captures are made. Rows of a former cache are used only for a capture with the same
+    number, file, and run that added it. Within a transaction the cache is read but not written.
+
+    `make`: Makes rows and number of some motions, in their order.
+
+    `ready`: Capture number -> rows and number that were made already (:func:`lacking_rows`).
+    """
+    if not store.in_transaction:
+        with suppress(*_UNUSABLE):
+            return _to_capture_rows(_read_arrays(*_place(store, kind)))
+    marks = _capture_marks(store)
+    former = _former_rows(store, kind)
+    former |= {marks[number]: made for number, made in ready.items() if number in marks}
+    parts = _rows_of(store, marks, former, make)
+    folder, stem = _place(store, kind)
+    if not store.in_transaction:
+        with suppress(*_UNUSABLE):
+            _write_rows(folder, kind, stem, marks, parts)
+            return _to_capture_rows(_read_arrays(folder, stem))
+        parts = _rows_of(store, marks, former, make)
+    made = list(parts)
+    bounds = np.concatenate([[0], np.cumsum([len(rows) for rows, _ in made])]).astype(np.int64)
+    rows = np.concatenate([rows for rows, _ in made]) if made else np.zeros((0, 0))
+    values = np.array([value for _, value in made], dtype=np.float64)
+    return CaptureRows(np.array(list(marks), dtype=np.int64), bounds, rows, values)
+
+
+def lacking_rows(store: Store, kind: str) -> dict[int, Motion]:
+    """Motions of the captures whose rows are not in the cache, by number."""
+    if is_cached(store, kind):
+        return {}
+    former = _former_rows(store, kind)
+    new = [number for number, mark in _capture_marks(store).items() if mark not in former]
+    return {number: load_motion(store, number) for number in new}
+
+
+def _to_capture_rows(arrays: Arrays) -> CaptureRows:
+    return CaptureRows(*(arrays[name] for name in ("capture_ids", "bounds", "rows", "values")))
+
+
+def _capture_marks(store: Store) -> dict[int, int]:
+    """Capture number -> 64 bits that tell its motion from that of any other, by number."""
+    runs = store.connection.execute("SELECT run_id, started, version, parameters FROM run")
+    made_by = {run: repr(facts) for run, *facts in runs.fetchall()}
+    query = "SELECT capture_id, sha256, run_id FROM capture ORDER BY capture_id"
+    texts = (
+        (number, f"{number} {sha256} {made_by.get(run)}")
+        for number, sha256, run in store.connection.execute(query).fetchall()
+    )
+    return {
+        number: int.from_bytes(hashlib.sha256(text.encode()).digest()[:7], "big")
+        for number, text in texts
+    }
+
+
+def _former_rows(store: Store, kind: str) -> dict[int, Made]:
+    """Mark of a capture -> its rows and its number, from the newest cache that can be read."""
+    folder = _place(store, kind)[0]
+    listed = [file for file in folder.glob(f"{kind}-*.json") if _ours(kind).fullmatch(file.name)]
+    for file in sorted(listed, key=lambda one: -one.stat().st_mtime):
+        with suppress(*_UNUSABLE):
+            arrays = _read_arrays(folder, file.stem)
+            held, marks = _to_capture_rows(arrays), arrays["marks"].tolist()
+            places = enumerate(zip(marks, held.values.tolist()))
+            return {
+                mark: (held.rows[held.bounds[n] : held.bounds[n + 1]], value)
+                for n, (mark, value) in places
+            }
+    return {}
+
+
+def _rows_of(
+    store: Store,
+    marks: Mapping[int, int],
+    former: Mapping[int, Made],
+    make: Callable[[Sequence[Motion]], Sequence[Made]],
+) -> Iterator[Made]:
+    """Rows and number of every capture, made a few captures at a time where they are new."""
+    numbers = list(marks)
+    for first in range(0, len(numbers), _AT_ONCE):
+        some = numbers[first : first + _AT_ONCE]
+        new = [number for number in some if marks[number] not in former]
+        made = dict(zip(new, make([load_motion(store, number) for number in new])))
+        yield from (made[n] if n in made else former[marks[n]] for n in some)
+
+
+def _write_rows(
+    folder: Path, kind: str, stem: str, marks: Mapping[int, int], parts: Iterable[Made]
+) -> None:
+    """Write rows to the cache as they are made."""
+    folder.mkdir(exist_ok=True)
+    sizes, values = [0], list[float]()
+    file_name = folder / f"{stem}-rows.npy"
+    with _draft(file_name) as file:
+        shape, kind_of_rows = (0, 0), np.dtype(np.float32)
+        for rows, value in parts:
+            if len(sizes) == 1:
+                shape, kind_of_rows = (0, rows.shape[1]), rows.dtype
+                _write_head(file, shape, kind_of_rows)
+            file.write(np.ascontiguousarray(rows).data)
+            sizes.append(len(rows))
+            values.append(value)
+        file.seek(0)
+        _write_head(file, (sum(sizes), shape[1]), kind_of_rows)
+    arrays = {
+        "capture_ids": np.array(list(marks), dtype=np.int64),
+        "bounds": np.cumsum(sizes, dtype=np.int64),
+        "values": np.array(values, dtype=np.float64),
+        "marks": np.array(list(marks.values()), dtype=np.int64),
+    }
+    written = {"rows": np.load(file_name, mmap_mode="r", allow_pickle=False)}
+    _write_arrays(folder, kind, stem, arrays, written)
+
+
+def _write_head(file: BinaryIO, shape: tuple[int, int], kind: np.dtype[Any]) -> None:
+    """Write the head of a file of rows; it is as long for any number of rows."""
+    head = {"descr": kind.str, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(file, head)
+
+
 def is_cached(store: Store, kind: str) -> bool:
     """Whether the cache holds arrays of the current motions; they may yet prove to be damaged."""
     folder, stem = _place(store, kind)
@@ -111,20 +227,6 @@ def _place(store: Store, kind: str) -> tuple[Path, str]:
     """Folder of the cache, and how the names of the files of these arrays begin."""
     folder = store.path.with_name(f"{store.path.name}.cache")
     return folder, f"{kind}-{read_meta(store, 'motion_revision')}"
-
-
-def _read_motions(store: Store) -> Arrays:
-    captures = store.connection.arrays(
-        "SELECT capture_id, motion_frames, leg_length FROM capture ORDER BY capture_id",
-    )
-    query = "SELECT pose FROM motion_frame ORDER BY capture_id, frame"
-    rows = store.connection.arrays(query)["pose"]
-    return {
-        "capture_ids": captures["capture_id"],
-        "offsets": np.concatenate([[0], np.cumsum(captures["motion_frames"])]).astype(np.int64),
-        "leg_lengths": captures["leg_length"],
-        "poses": from_rows(rows, (POSE_SIZE,), np.float32),
-    }
 
 
 def _read_arrays(folder: Path, stem: str) -> Arrays:
@@ -144,23 +246,34 @@ def _read_arrays(folder: Path, stem: str) -> Arrays:
     return arrays
 
 
-def _write_arrays(folder: Path, kind: str, stem: str, arrays: Arrays) -> None:
-    """Write the arrays, then their list; then delete the files of other revisions."""
+def _write_arrays(
+    folder: Path, kind: str, stem: str, arrays: Arrays, written: Mapping[str, NDArray[Any]] = _NONE
+) -> None:
+    """Write the arrays, then their list; then delete the files of other revisions.
+
+    `written`: Arrays whose files are there already.
+    """
     folder.mkdir(exist_ok=True)
     for name, array in arrays.items():
         with _draft(folder / f"{stem}-{name}.npy") as file:
             np.save(file, array, allow_pickle=False)
+    arrays = {**arrays, **written}
     facts = {name: _facts(array) for name, array in arrays.items()}
     listed = {"version": _VERSION, "checksum": _list_checksum(facts), "arrays": facts}
     with _draft(folder / f"{stem}.json") as file:
         file.write(json.dumps(listed).encode())
     current = {f"{stem}-{name}.npy" for name in arrays} | {f"{stem}.json"}
-    ours = re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)")
+    ours = _ours(kind)
     sweep_drafts(folder, ours.pattern)
     for old in folder.glob(f"{kind}-*"):  # a user may keep files here, such as motions-2024.json
         with suppress(OSError):
             if ours.fullmatch(old.name) and old.name not in current:
                 old.unlink()
+
+
+def _ours(kind: str) -> re.Pattern[str]:
+    """Names of files of the cache."""
+    return re.compile(rf"{kind}-[0-9a-f]{{32}}(-[a-z_]+\.npy|\.json)")
 
 
 @contextmanager

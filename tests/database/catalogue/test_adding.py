@@ -12,6 +12,7 @@ import pytest
 
 import motiondb
 from motiondb.body import body, retarget
+from motiondb.database.catalogue import cataloguing
 from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
 from motiondb.database.catalogue.sheets import ImportReport
 from motiondb.errors import MotionDBError, QueryError
@@ -243,3 +244,28 @@ def test_what_does_nothing_is_said(learned_copy: Path, tmp_path: Path) -> None:
         assert db.captions("ana/bow_1") == before
         assert db.captures('name="ana/bow_1"')[0].fps == fps
         assert [c.words for c in db.captions("ana/walk_1")] == ["strolls"]
+
+
+def test_batches_add_what_one_batch_adds(
+    tmp_path: Path, some: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Copies are found across batches, and between them and captures that were there."""
+    for number, source in enumerate(sorted(some.rglob("*.bvh"))):
+        text = source.read_text().replace("HIERARCHY", "HIERARCHY ")
+        (some / f"again_{number}.bvh").write_text(text)
+    shutil.copy(some / "again_1.bvh", some / "same_file.bvh")
+    (some / "broken.bvh").write_text("no capture")
+    reports, relations = [], []
+    for name, most in (("one", cataloguing.BATCH_BYTES), ("many", 1)):
+        monkeypatch.setattr(cataloguing, "BATCH_BYTES", most)
+        with motiondb.open(tmp_path / f"{name}.duckdb") as db:
+            db.add(some / "ana")
+            report = db.add(some)
+            reports.append(replace(report, relations=(), problems=sorted(report.problems)))
+            assert sorted(map(repr, report.relations)) == sorted(map(repr, db.relations()))
+            relations.append(sorted(map(repr, report.relations)))
+            assert db.check() == []
+            assert [run["kind"] for run in db.runs()] == ["add", "add"]
+    assert reports[0] == reports[1]
+    assert len(relations[0]) >= 4
+    assert relations[0] == relations[1]
