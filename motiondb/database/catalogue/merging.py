@@ -12,7 +12,7 @@ from pathlib import Path
 
 from motiondb import store
 from motiondb.answers.catalogue import MergeReport
-from motiondb.database.catalogue.cataloguing import find_relations
+from motiondb.database.catalogue import copy_search
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError
 from motiondb.records import Caption, CaptureInfo, Event
@@ -30,6 +30,7 @@ def merge(
         raise MotionDBError(f"{path}: expected another database, found this one. Name another.")
     if prefix:
         store.check_new_name(f"{prefix}x", "capture")
+    outlines = copy_search.load_outlines(opened)
     with (
         store.open_store(path, read_only=True, wait=wait) as other,
         store.reading(other),
@@ -44,7 +45,8 @@ def merge(
                 change.added += [number] if number else []
                 tell("taking captures over", done, len(infos))
         tell("looking for copies", 0, 1)
-        relations = find_relations(opened, set(merging.added)) if merging.added else []
+        added = set(merging.added)
+        relations = copy_search.find_relations(opened, added, outlines) if added else []
         store.save_relations(opened, relations)
         store.finish_run(opened, run_id)
         tell("looking for copies", 1, 1)
