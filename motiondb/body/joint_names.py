@@ -38,7 +38,9 @@ REQUIRED = (
     "r_elbow",
 )
 """Roles that a skeleton must have; all others can be estimated from these."""
-_PREFIX = re.compile(r"^(mixamorig\d*|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])")
+_PREFIX = re.compile(
+    r"^(mixamorig\d*|character\d*_|neo_|cc_base_|bip\d+|joint_|m_avg_|f_avg_|def[-_]|org[-_])"
+)
 _SEPARATORS = re.compile(r"[\s_.\-]")
 _MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 

@@ -13,6 +13,7 @@ from motiondb.body.retarget import to_clip, to_motion
 from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
 from motiondb.database.catalogue.parts import cut_clip, cut_motion, write_bytes, write_clip
+from motiondb.files import read_capture, split_take
 from motiondb.files.safe_files import is_file
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
 from motiondb.search.takings import Taking
@@ -160,9 +161,7 @@ class Captures(Archive):
         """
         if isinstance(example, Motion):
             motion = example
-        elif is_file(example):
-            from motiondb.files import read_capture
-
+        elif is_file(split_take(example)[0]):
             motion = to_motion(read_capture(example))
         else:
             with self.session.reading():
@@ -223,7 +222,7 @@ class Captures(Archive):
                 motion = store.load_motion(self.store, info.capture_id)
                 return write_clip(to_clip(cut_motion(motion, start, end)), path)
             source = store.load_source(self.store, info.capture_id)
-            if whole and path.suffix.lower() == Path(source.file_name).suffix.lower():
+            if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
                 return write_bytes(path, source.data)
             return write_clip(cut_clip(self.clip(name), start, end), path)
 

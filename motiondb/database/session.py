@@ -29,7 +29,7 @@ from motiondb.learn.learned import Learned, prepare, with_prepared
 from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
-from motiondb.records import Motion, SegmentTable
+from motiondb.records import Motion
 
 T = TypeVar("T")
 TABLE = "words.table"  # The shipped table of nearby words
@@ -172,13 +172,7 @@ def _with_generated(opened: store.Store, learned: Learned) -> Learned:
     if not generated:
         return learned
     tables = [recognise_capture(learned, c, store.load_motion(opened, c)) for c in generated]
-    added, old = join_tables(*tables), learned.segments
-    order = np.argsort(np.concatenate([old.capture_ids, added.capture_ids]), kind="stable")
-    columns = {
-        name: np.concatenate([column, vars(added)[name]])[order]
-        for name, column in vars(old).items()
-    }
-    return replace(learned, segments=SegmentTable(**columns))
+    return replace(learned, segments=join_tables(learned.segments, *tables))
 
 
 def _searchable(opened: store.Store, learned: Learned) -> Learned:

@@ -19,7 +19,6 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,14 +106,11 @@ def take_rows(table: SegmentTable, which: NDArray[np.bool_]) -> SegmentTable:
 
 
 def join_tables(*tables: SegmentTable) -> SegmentTable:
-    """Segment tables one after the other; the capture numbers must rise from table to table."""
-    assert all(
-        not len(a.capture_ids) or not len(b.capture_ids) or a.capture_ids[-1] < b.capture_ids[0]
-        for a, b in pairwise(tables)
-    )
+    """The rows of segment tables of different captures, in order of capture number."""
     filled = [table for table in tables if len(table.capture_ids)] or list(tables[:1])
+    order = np.argsort(np.concatenate([table.capture_ids for table in filled]), kind="stable")
     columns = zip(*(vars(table).values() for table in filled))
-    return SegmentTable(*(np.concatenate(column) for column in columns))
+    return SegmentTable(*(np.concatenate(column)[order] for column in columns))
 
 
 def described_intervals(

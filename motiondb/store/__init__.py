@@ -4,6 +4,9 @@ Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take th
 ``schema.sql`` in ``motiondb.schema`` describes the tables.
 """
 
+from motiondb.store.backup import (
+    backup,
+)
 from motiondb.store.catalogue.annotations import (
     load_captions,
     load_events,
@@ -54,6 +57,7 @@ from motiondb.store.catalogue.names import (
     check_new_name,
 )
 from motiondb.store.catalogue.runs import (
+    copy_run,
     finish_run,
     load_runs,
     save_runs,
@@ -63,6 +67,7 @@ from motiondb.store.catalogue.sources import (
     Source,
     digest,
     leave_out,
+    load_packed_source,
     load_source,
     pack_source,
 )

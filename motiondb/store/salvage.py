@@ -205,7 +205,7 @@ def _files_alone(store: Store) -> Iterator[SalvagedCapture]:
         source = _attempt([], "", partial(_read_source, store, "rowid", row))
         if source is None or not source.data:
             continue
-        name = Path(source.file_name).stem
+        name = Path(source.own_name).stem + (f"#{source.take}" if source.take else "")
         values = _DEFAULTS | {"format": source.format, "sha256": source.sha256, "name": name}
         info = CaptureInfo(capture_id=row, **{k: values[k] for k in COLUMNS if k != "capture_id"})
         lost = ("motion", "words", "events", "tags", "name")

@@ -13,7 +13,7 @@ from pathlib import Path
 from motiondb import files, store
 from motiondb.answers.catalogue import AddReport
 from motiondb.database.catalogue import copy_search
-from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, read_all
+from motiondb.database.catalogue.file_reading import AddSettings, ReadFile, Readings, read_all
 from motiondb.database.catalogue.sheets import Sheets, captions_within, sheet_notes
 from motiondb.database.learn import updating
 from motiondb.errors import MotionDBError, QueryError
@@ -46,8 +46,7 @@ def add_captures(
     paths = {path: folder for path, folder in reversed(found) if path in readable}
     named = {path: settings.prefix + capture_name(_below(path, paths[path])) for path in paths}
     names = {name: path for path, name in named.items()}
-    problems = sheets.unknown(names) + unusable
-    problems += [
+    problems = unusable + [
         f"{path}: expected one file per name, found "
         f"{names[name].name if names[name].parent == path.parent else names[name]} beside it. "
         "Rename one of them."
@@ -61,8 +60,11 @@ def add_captures(
     store.check_writable(opened)
     report, run_id = AddReport((), (), tuple(problems), (), (), 0.0), None
     faulty: dict[str, str] = {}
+    takes: list[tuple[str, ...]] = []
     batches = _batches(opened, read_all(jobs, settings.jobs), len(jobs), tell)
-    for readings, n_read in batches:
+    for of_files, n_read in batches:
+        readings = [reading for of_file in of_files for reading in of_file]
+        takes += [tuple(r.name for r in of_file) for of_file in of_files if len(of_file) > 1]
         faults = [r.problem for r in readings if r.problem]
         faulty |= {r.path: r.problem for r in readings if r.problem}
         with store.reading(opened):  # where nothing is new, nothing is written
@@ -83,23 +85,42 @@ def add_captures(
         tell("saving captures", n_read, len(jobs))
         report = _joined(report, part)
     others = [sentence for folder in folders for sentence in files.not_read(folder)]
-    return replace(report, notes=(*others, *report.notes))
+    others += [_takes_note(each, sheets) for each in takes]
+    unknown = sheets.unknown({*names, *(name for each in takes for name in each)})
+    return replace(
+        report,
+        notes=(*others, *report.notes),
+        problems=(*unknown, *report.problems),
+    )
+
+
+def _takes_note(takes: Sequence[str], sheets: Sheets) -> str:
+    """A note on a file that became several captures."""
+    file = takes[0].rpartition("#")[0]
+    note = f"{file} holds {len(takes)} takes: {', '.join(takes)}"
+    entry = sheets.entry(file)
+    if entry is None or not entry.captions:
+        return note
+    return (
+        f"{note}; the sheet's captions of {file} are given to none of them, since they do not say "
+        f"which is meant (write {takes[0]} in the column `file`)"
+    )
 
 
 def _batches(
-    opened: store.Store, readings: Iterator[ReadFile], n_files: int, tell: Progress
-) -> Iterator[tuple[list[ReadFile], int]]:
-    """Readings that fit into memory together, and the number of files read until then.
+    opened: store.Store, readings: Iterator[Readings], n_files: int, tell: Progress
+) -> Iterator[tuple[list[Readings], int]]:
+    """Readings of files that fit into memory together, and the number of files read until then.
 
     The file is free while they are read.
     """
     done = 0
     while True:
-        batch, n_bytes = list[ReadFile](), 0
+        batch, n_bytes = list[Readings](), 0
         with store.released(opened):
             for reading in readings:
                 batch.append(reading)
-                n_bytes += reading.n_bytes
+                n_bytes += sum(each.n_bytes for each in reading)
                 done += 1
                 tell("reading captures", done, n_files)
                 if n_bytes > BATCH_BYTES:

@@ -134,11 +134,12 @@ def _save_capture(new: store.Store, salvaged: store.SalvagedCapture, run: Run | 
             info, motion = _read_anew(info, source, run)
             notes.append("its motion was read from its file again")
         packed = store.pack_source(
-            source.file_name,
+            source.own_name,
             source.data,
             source.format,
             source.skeleton_name,
             source.skeleton_data,
+            source.take,
         )
     duration = max(info.duration, motion.n_frames / MOTION_FPS)
     captions = [c for c in salvaged.captions if c.start is None or c.start < duration]
