@@ -115,7 +115,7 @@ def cached_rows(
     former |= {marks[number]: made for number, made in ready.items() if number in marks}
     parts = _rows_of(store, marks, former, make)
     folder, stem = _place(store, kind)
-    if not store.in_transaction:
+    if not store.in_transaction and marks:
         with suppress(*_UNUSABLE):
             _write_rows(folder, kind, stem, marks, parts)
             return _to_capture_rows(_read_arrays(folder, stem))
