@@ -17,6 +17,7 @@ TIMES = (
     # name in rows, name on the page, target at 40 hours (s)
     ("add, s", "`add`", 1500.0),
     ("learn, s", "`learn`", 3600.0),
+    ("first search, s", "`motiondb search` from the shell, the first after learning", None),
     ("first question, s", "opening and the first word question", None),
     ("word question, s", "word question, median", 0.05),
     ("example of 3 s, s", "example of 3 s, median", 0.2),
