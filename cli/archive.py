@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -16,6 +17,8 @@ def register(app: typer.Typer) -> None:
     app.command()(remove)
     app.command()(undo)
     app.command()(rename)
+    app.command()(merge)
+    app.command()(backup)
     group = options.Commands(
         help="Tags of captures: performer, licence and any others.", invoke_without_command=True
     )
@@ -112,6 +115,47 @@ def rename(
         printing.say(f"{before} is now {after}")
     if not renamed:
         printing.say("nothing to rename")
+
+
+def merge(
+    shared: options.Shared,
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Another database.")],
+    prefix: Annotated[
+        str, typer.Option("--prefix", help="Put this before every new name, such as studio2/.")
+    ] = "",
+) -> None:
+    """Take over the captures of another database, with words, tags, events and provenance.
+
+    Files with the same content are the same capture. What is not taken over is said; captures whose
+    names are taken are left out (exit 1).
+    """
+    with (
+        shared.database(writing=True, create=True) as base,
+        printing.progress(shared) as tell,
+    ):
+        report = base.merge(other, prefix, shared.wait, tell)
+    if not printing.as_json(shared, report):
+        printing.say(
+            f"{printing.number(len(report.added), 'capture')} added, {len(report.known)} already "
+            f"there ({len(report.changed)} of them changed), "
+            f"{printing.number(len(report.problems), 'problem')}"
+        )
+        printing.print_notes(report.notes)
+    printing.refuse(report.problems)
+
+
+def backup(
+    shared: options.Shared,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The copy, a new file.")],
+) -> None:
+    """Copy the database into a new file while others use it, and check the copy."""
+    from motiondb.answers.catalogue import BackedUp
+
+    with shared.database() as base:
+        base.backup(file)
+    n_bytes = file.stat().st_size
+    if not printing.as_json(shared, BackedUp(file, n_bytes)):
+        printing.say(f"{file}: {n_bytes / 1e6:.1f} MB, checked")
 
 
 def tags(context: typer.Context, shared: options.Shared) -> None:

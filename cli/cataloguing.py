@@ -101,6 +101,13 @@ def add(
             "are kept.",
         ),
     ] = False,
+    no_originals: Annotated[
+        bool,
+        typer.Option(
+            "--no-originals",
+            help="Keep the motions without the files, which then cannot be exported as they were.",
+        ),
+    ] = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import (
@@ -126,6 +133,7 @@ def add(
         outside_skeletons=outside_skeletons,
         prefix=prefix,
         replace=replacing,
+        originals=not no_originals,
     )
     with (
         shared.database(writing=True, create=True) as base,

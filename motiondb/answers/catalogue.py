@@ -126,6 +126,29 @@ class AddReport:
     replaced: tuple[str, ...] = ()  # Those of ``added`` that took the place of another capture
 
 
+@dataclass(frozen=True)
+class MergeReport:
+    """The result of ``merge``."""
+
+    added: tuple[str, ...]  # Names of new captures
+    # Name there, and name here, of captures that are in both databases
+    known: tuple[tuple[str, str], ...]
+    changed: tuple[str, ...]  # Those of ``known`` that got captions, tags or events
+    problems: tuple[str, ...]  # A sentence per capture that was left out
+    relations: tuple[Relation, ...]  # Copies, mirror images and cuts that were found
+    notes: tuple[str, ...]  # Tags with other values, and what is not taken over
+    counted: int = 0  # How many captures were counted, because the database had learned
+    new_words: tuple[str, ...] = ()  # That the vocabulary lacks; the next ``learn`` counts them
+
+
+@dataclass(frozen=True)
+class BackedUp:
+    """A copy of a database that was written and checked."""
+
+    output: Path
+    bytes: int
+
+
 @dataclass(frozen=True, kw_only=True)
 class AddAnswer(AddReport):
     """The result of ``add``, and the state of the database after it."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         AddReport,
         CaptionVersion,
         FaultyFile,
+        MergeReport,
         SheetWritten,
         TagRow,
         Undone,
@@ -141,6 +142,38 @@ class Archive:
         infos += store.load_captures(self.store, where) if where.strip() else []
         return list({info.capture_id: info for info in infos}.values())
 
+    def merge(
+        self,
+        other: str | Path,
+        prefix: str = "",
+        wait: float = 0.0,
+        progress: cataloguing.Progress | None = None,
+    ) -> MergeReport:
+        """Take over the captures of another database with their words, tags and provenance.
+
+        A capture of the same content gets the words, tags and events that it lacks here. What is
+        not taken over is named in the notes of the result.
+
+        Parameters
+        ----------
+        other : str or Path
+            The other database, which is only read.
+        prefix : str
+            Put before the name of every new capture, such as "studio2/".
+        wait : float
+            Seconds to wait for another process that holds the other database.
+        progress : callable, optional
+            Called with the name of the step, the number done, and the total number.
+
+        Raises
+        ------
+        MotionDBError
+            When the other database cannot be opened, or is this one.
+        """
+        from motiondb.database.catalogue import merging
+
+        return merging.merge(self.store, Path(other), prefix, wait, progress)
+
     def rename(self, old: str, new: str) -> dict[str, str]:
         """Give a capture another name, or all captures of a folder another folder.
 
@@ -170,6 +203,7 @@ class Archive:
 
         What can be undone: ``add``, ``remove``, ``rename``, ``merge``, changes of words, tags and
         events, kept generated motion, and an ``undo``. Compacting the file makes removals final.
+        If the database has learned, captures that come back are cut and counted as new ones are.
 
         Parameters
         ----------

@@ -233,13 +233,13 @@ class Captures(Archive):
         whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            source = store.load_source(self.store, info.capture_id)
-            if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
-                return exporting.write_added(info, source, path, self.clip(name).unit)
             if canonical:
                 motion = store.load_motion(self.store, info.capture_id)
                 clip = to_clip(cut_motion(motion, start, end))
             else:
+                source = store.load_source(self.store, info.capture_id)
+                if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
+                    return exporting.write_added(info, source, path, self.clip(name).unit)
                 clip = cut_clip(self.clip(name), start, end)
             asked = self._with_joint_map(info, asked, canonical)
         clip, said = exporting.write_changed(clip, path, asked)

@@ -231,7 +231,7 @@ class MotionDB(Captures):
         from motiondb.database.learn import start
 
         with self.session.reading():
-            return start.start_facts(self.learned) if self.is_learned() else None
+            return start.start_facts(self.session)
 
     def search(
         self,
@@ -576,6 +576,26 @@ class MotionDB(Captures):
         from motiondb.database.checking import check
 
         return check(self.store)
+
+    def backup(self, path: str | Path) -> Path:
+        """Copy one state of the database into a new file, and check the copy.
+
+        Others may use the database meanwhile. The copy has no unused space.
+
+        Parameters
+        ----------
+        path : str or Path
+            The copy; there must be no file of this name.
+
+        Raises
+        ------
+        StoreError
+            When there is such a file, it cannot be written, or the copy has faults.
+        """
+        from motiondb.database.checking import check_file
+
+        store.backup(self.store, Path(path), check_file)
+        return Path(path)
 
     def info(self) -> DatabaseInfo:
         """What is in the database: numbers of captures, grammars, symbols and words."""

@@ -52,7 +52,7 @@ def database_info(session: Session) -> DatabaseInfo:
             "words": size.n_words,
             "current": store.learning_is_current(opened),
             "not_yet_learned": len(unlearned_captures(session)),
-            "start": start_facts(session.learned),
+            "start": start_facts(session),
         }
     return DatabaseInfo(
         database=str(opened.path),

@@ -4,6 +4,9 @@ Open it with :func:`open_store`; functions ``load_...`` and ``save_...`` take th
 ``schema.sql`` in ``motiondb.schema`` describes the tables.
 """
 
+from motiondb.store.backup import (
+    backup,
+)
 from motiondb.store.catalogue.annotations import (
     load_captions,
     load_events,
@@ -54,6 +57,7 @@ from motiondb.store.catalogue.names import (
     check_new_name,
 )
 from motiondb.store.catalogue.runs import (
+    copy_run,
     finish_run,
     load_runs,
     save_runs,
@@ -62,6 +66,8 @@ from motiondb.store.catalogue.runs import (
 from motiondb.store.catalogue.sources import (
     Source,
     digest,
+    leave_out,
+    load_packed_source,
     load_source,
     pack_source,
 )
@@ -79,6 +85,7 @@ from motiondb.store.catalogue.where import (
     parse_where,
 )
 from motiondb.store.checks import (
+    check_quickly,
     check_store,
 )
 from motiondb.store.compaction import (
@@ -122,8 +129,10 @@ from motiondb.store.grammars import (
     save_grammar,
 )
 from motiondb.store.learned import (
+    has_parameter,
     is_learned,
     learning_is_current,
+    learning_mark,
     load_association,
     load_learning,
     load_learning_size,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import duckdb
@@ -69,14 +70,15 @@ def compact(path: str | Path, *, wait: float = 0.0) -> tuple[int, int]:
                 f"({path.name}.wal): another program is writing, or the disk has no room to bring "
                 "them in. Wait until it has ended, and look at the disk."
             )
-        _attach(store, new)  # from here on no other process compacts
+        attach(store, new, "compacted")  # from here on no other process compacts
         try:
             if _identity(path) != identity:
                 raise StoreError(
                     f"{path}: expected the file that was opened, found that another program put "
                     "one in its place. Nothing was changed; run the command again."
                 )
-            _copy(store)
+            copy_tables(store, "compacted")
+            store.connection.execute("DETACH compacted")
             if log_of(new).exists():  # what it holds would be missing
                 raise StoreError(
                     f"{path}: expected room for a copy beside it, found too little. "
@@ -101,11 +103,11 @@ def _identity(path: Path) -> tuple[int, int]:
     return status.st_dev, status.st_ino
 
 
-def _attach(store: Store, new: Path) -> None:
+def attach(store: Store, new: Path, alias: str) -> None:
     """Make the copy's file and attach it, which keeps every other process from it."""
     target = plain_name(new).replace("'", "''")
     try:
-        store.connection.execute(f"ATTACH '{target}' AS compacted (READ_WRITE)")
+        store.connection.execute(f"ATTACH '{target}' AS {alias} (READ_WRITE)")
     except (StoreError, duckdb.Error) as error:
         cause = error if isinstance(error, duckdb.Error) else error.__cause__
         if isinstance(cause, duckdb.Error) and is_lock(cause):
@@ -129,14 +131,22 @@ def count_rows(store: Store) -> dict[str, int]:
     return _count(store.connection, "current_database()")
 
 
-def _copy(store: Store) -> None:
-    """Copy everything into the attached file, compare the numbers of rows, and detach it."""
+def copy_tables(store: Store, alias: str) -> None:
+    """Copy one state of everything into an attached file, and compare the numbers of rows."""
     connection = store.connection
     row = connection.execute("SELECT current_database()").fetchone()
     source = str(row[0]).replace('"', '""') if row else ""
-    connection.execute(f'COPY FROM DATABASE "{source}" TO compacted')
-    expected, copied = count_rows(store), _count(connection, "'compacted'")
-    connection.execute("DETACH compacted")
+    with store.in_use():
+        connection.execute("BEGIN")
+        try:
+            connection.execute(f'COPY FROM DATABASE "{source}" TO {alias}')
+            expected, copied = count_rows(store), _count(connection, f"'{alias}'")
+            connection.execute(f"UPDATE {alias}.main.meta SET value = '' WHERE key = 'log'")
+            connection.execute("COMMIT")
+        except BaseException:
+            with suppress(StoreError):  # the first error is the cause
+                connection.execute("ROLLBACK")
+            raise
     if copied != expected:
         raise StoreError(
             f"{store.path}: expected a copy with as many rows in every table, found {copied} for "

@@ -176,5 +176,6 @@ def _text(part: Mapping[str, str] | tuple[Caption, ...] | tuple[Event, ...] | No
     """Return a part of a capture as JSON; captions and events are lists of their fields."""
     if part is None:
         return None
-    is_tags = isinstance(part, Mapping)
-    return json.dumps(dict(part) if is_tags else [list(vars(each).values()) for each in part])
+    if isinstance(part, Mapping):
+        return json.dumps(dict(part))
+    return json.dumps([list(vars(each).values()) for each in part])

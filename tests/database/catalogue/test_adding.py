@@ -269,3 +269,26 @@ def test_batches_add_what_one_batch_adds(
     assert reports[0] == reports[1]
     assert len(relations[0]) >= 4
     assert relations[0] == relations[1]
+
+
+def test_files_may_be_left_out(tmp_path: Path, some: Path) -> None:
+    """Motions are the same; what needs the file is refused, also in a rescued database."""
+    with (
+        motiondb.open(tmp_path / "all.duckdb") as whole,
+        motiondb.open(tmp_path / "few.duckdb") as db,
+    ):
+        whole.add(some)
+        assert db.add(some, settings=AddSettings(originals=False)).problems == ()
+        assert len(db.add(some).known) == 4
+        np.testing.assert_array_equal(
+            db.motion("ana/bow_1").root_positions, whole.motion("ana/bow_1").root_positions
+        )
+        for name in ("bow.bvh", "bow.glb"):
+            with pytest.raises(QueryError, match=r"bow_1.bvh: .* left out \(--no-originals\). Exp"):
+                db.export("ana/bow_1", tmp_path / name)
+        db.export("ana/bow_1", tmp_path / "bow.bvh", canonical=True)
+        assert db.check() == []
+    report = motiondb.rescue(tmp_path / "few.duckdb", tmp_path / "rescued.duckdb")
+    assert (len(report.captures), report.mended, report.lost) == (4, (), ())
+    with motiondb.open(tmp_path / "rescued.duckdb") as rescued:
+        assert len(rescued.add(some).known) == 4
