@@ -110,10 +110,10 @@ def test_a_cut_is_known_though_the_whole_take_comes_later(tmp_path: Path, some: 
 def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        out = db.export("ana/jump_1", tmp_path / "j.bvh")
+        out = db.export("ana/jump_1", tmp_path / "j.bvh").output
         assert out.read_bytes() == (some / "ana/jump_1.bvh").read_bytes()
-        assert db.export("ana/jump_1", tmp_path / "j.glb").read_bytes()[:4] == b"glTF"
-        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5))
+        assert db.export("ana/jump_1", tmp_path / "j.glb").output.read_bytes()[:4] == b"glTF"
+        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5).output)
         whole = read_capture(out)
         assert part.n_frames == 30
         assert np.allclose(part.root_positions, whole.root_positions[15:45], atol=1e-5)
