@@ -147,7 +147,7 @@ class MadeRows:
         ]
         return np.concatenate(pieces) if pieces else self.make(0)[:0]
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> FloatArray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
         return self[:].astype(dtype or np.float64, copy=False)  # made anew: no copy is needed
 
 

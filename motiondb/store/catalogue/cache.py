@@ -120,7 +120,7 @@ class CheckedRows:
             ]
         return whole[::step]
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         whole = self[:].astype(dtype or self.dtype, copy=False)
         return whole.copy() if copy else whole
 
