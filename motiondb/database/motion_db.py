@@ -20,7 +20,12 @@ from motiondb.search.by_words import WordAnswer
 from motiondb.search.chances import WordSource, why_unchecked, word_sources
 
 if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question starts faster
-    from motiondb.answers.catalogue import DatabaseInfo, SymbolRow, SymbolSegment, WordRow
+    from motiondb.answers.catalogue import (
+        DatabaseInfo,
+        SymbolRow,
+        SymbolSegment,
+        WordRow,
+    )
     from motiondb.answers.learning import StartAnswer
     from motiondb.database.generating import Generated
     from motiondb.database.grammars.grammars import Grammars
