@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import duckdb
 from growth_tasks.growth_page import write_page
 from growth_tasks.warped import Original, lay_out, make_pool, read_originals
 from measured_run import motiondb_command, run_measured
@@ -86,8 +87,16 @@ def _sizes(db: Path) -> Row:
         "symbols": float(facts["symbols"]),
         "file bytes": float(size_of(db)),
         "cache bytes": float(size_of(db.with_name(f"{db.name}.cache"))),
-        "originals bytes": float(facts.get("originals_bytes") or 0),
+        "originals bytes": _originals(db),
     }
+
+
+def _originals(db: Path) -> float:
+    """Bytes of the kept files, compressed."""
+    query = "SELECT sum(octet_length(data) + coalesce(octet_length(skeleton_data), 0)) FROM source"
+    with duckdb.connect(str(db), read_only=True) as connection:
+        row = connection.execute(query).fetchone()
+    return float(row[0] or 0) if row else 0.0
 
 
 def ask(given: Given) -> Row:

@@ -97,6 +97,13 @@ def add(
             "are kept.",
         ),
     ] = False,
+    no_originals: Annotated[
+        bool,
+        typer.Option(
+            "--no-originals",
+            help="Keep the motions without the files, which then cannot be exported as they were.",
+        ),
+    ] = False,
 ) -> None:
     """Add captures, with captions and events of sheets; files with faults are left out (exit 1)."""
     from motiondb import (
@@ -122,6 +129,7 @@ def add(
         outside_skeletons=outside_skeletons,
         prefix=prefix,
         replace=replacing,
+        originals=not no_originals,
     )
     with (
         shared.database(writing=True, create=True) as base,
@@ -258,14 +266,30 @@ def export(
     canonical: Annotated[
         bool, typer.Option("--canonical", help="Write the canonical body at 30 frames a second.")
     ] = False,
+    unit: options.OutUnit = None,
+    fps: options.OutFps = None,
+    loop: options.Loop = False,
+    in_place: options.InPlace = False,
+    mirror: options.Mirror = False,
 ) -> None:
-    """Write a capture to a file; in its original format, the file is the added one."""
-    from motiondb.answers.catalogue import Exported
+    """Write a capture to a file; in its original format, the file is the added one.
 
+    With an option that changes the motion, or a part of it, a new file is written.
+    """
+    changes = options.motion_changes(unit, fps, loop, in_place, mirror)
     with shared.database() as base:
-        path = base.export(name, output, start, end, canonical)
-    if not printing.as_json(shared, Exported(name, path)):
-        printing.say(f"{name} written to {path}")
+        exported = base.export(name, output, start, end, canonical, changes)
+    if printing.as_json(shared, exported):
+        return
+    what = "the added file" if exported.is_added_file else f"in {exported.unit}"
+    printing.say(
+        f"{exported.capture} written to {exported.output}: "
+        f"{printing.number(exported.frames, 'frame')} at {exported.fps:g} a second, {what}"
+    )
+    if exported.skeleton is not None:
+        printing.say(f"  its skeleton: {exported.skeleton}")
+    for line in exported.changes:
+        printing.say(f"  {line}")
 
 
 def _accepts() -> bool:

@@ -11,6 +11,7 @@ motiondb add cleaned --replace
 motiondb show ana/walk_1 --png walk.png
 motiondb export ana/walk_1 -o walk.bvh
 motiondb export ana/walk_1 --from 1 --to 2.5 -o step.glb
+motiondb join ana/walk_1:0-2 ana/kick_1:1-3 -o joined.bvh
 motiondb list --where 'performer=ana and duration>5' --sort -duration
 motiondb list --csv > captures.csv
 motiondb list --faulty

@@ -27,16 +27,23 @@ def register(app: typer.Typer) -> None:
     app.add_typer(group, name="knowledge")
 
 
-def check(shared: options.Shared) -> None:
+def check(
+    shared: options.Shared,
+    quick: Annotated[
+        bool,
+        typer.Option("--quick", help="Do not read motions, scores and stored files."),
+    ] = False,
+) -> None:
     """Check the database for faults; exit 1 if there are any."""
     from motiondb import check_file
     from motiondb.answers.catalogue import Faults
 
-    faults = check_file(shared.db, wait=shared.wait)
+    faults = check_file(shared.db, wait=shared.wait, quick=quick)
     if printing.as_json(shared, Faults(faults)):
         pass
     elif not faults:
-        printing.say(f"{shared.db} is sound")
+        said = "no faults found; motions, scores and stored files were not read"
+        printing.say(f"{shared.db}: {said}" if quick else f"{shared.db} is sound")
     printing.refuse(faults)
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from motiondb.answers.scenes import scene_row
     from motiondb.database import MotionDB
     from motiondb.database.catalogue.cataloguing import check_captures
+    from motiondb.database.catalogue.exporting import MotionChanges
     from motiondb.database.catalogue.file_reading import AddSettings, read_joint_map
     from motiondb.database.catalogue.rescuing import rescue
     from motiondb.database.checking import check_file
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from motiondb.database.grammars.grammar_parsing import ParsedMotion
     from motiondb.database.grammars.grammar_sequences import Edit, GrammarSequence
     from motiondb.database.grammars.grammars import Grammars
+    from motiondb.database.joining import Joined
     from motiondb.database.learn.start import load_knowledge, shipped_starts
     from motiondb.database.learned_grammar import LearnedGrammar
     from motiondb.database.scenes.scene_making import SceneSettings
@@ -109,6 +111,7 @@ __all__ = [
     "GrammarSettings",
     "GrammarSize",
     "Grammars",
+    "Joined",
     "JudgedAction",
     "Knowledge",
     "KnowledgeError",
@@ -117,6 +120,7 @@ __all__ = [
     "LearnedGrammar",
     "Match",
     "Motion",
+    "MotionChanges",
     "MotionDB",
     "MotionDBError",
     "MotionGrammar",
@@ -196,6 +200,7 @@ _PLACES = {
     "motiondb.database.catalogue.cataloguing": "check_captures",
     "motiondb.database.checking": "check_file",
     "motiondb.database.learned_grammar": "LearnedGrammar",
+    "motiondb.database.catalogue.exporting": "MotionChanges",
     "motiondb.database.catalogue.file_reading": "AddSettings read_joint_map",
     "motiondb.database.catalogue.rescuing": "rescue",
     "motiondb.database.grammars.grammar_learning": "GrammarSettings",
@@ -204,6 +209,7 @@ _PLACES = {
     "motiondb.database.grammars.grammars": "Grammars",
     "motiondb.database.learn.start": "load_knowledge shipped_starts",
     "motiondb.database.generating": "Generated",
+    "motiondb.database.joining": "Joined",
     "motiondb.database.scenes.scene_making": "SceneSettings",
     "motiondb.database.scenes.scene_texts": "SceneText",
     "motiondb.database.scenes.scenes": "Scene Scenes",

@@ -168,7 +168,6 @@ def test_pure_rooms_touch_nothing_and_remember_nothing() -> None:
 UNUSED = {
     *("write_table",),  # benchmarks/nearby_table.py makes the shipped table with it
     *("build_library",),  # benchmarks/duplicates.py looks for planted copies in memory
-    *("cached_arrays",),  # arrays of all captures together
     *("read_grammar", "sample", "log_probability"),  # complete a module for readers of Python
     *("register", "router", "_options"),  # called by their place: cli.main and the routes
 }

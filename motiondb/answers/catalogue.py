@@ -163,6 +163,12 @@ class Exported:
 
     capture: str
     output: Path
+    fps: float  # Frames per second of the file
+    frames: int
+    unit: str  # Length unit of the file: "m", "cm", ..., or its metres
+    is_added_file: bool  # Whether the bytes are those of the file that was added
+    changes: tuple[str, ...] = ()  # What was done to the motion
+    skeleton: Path | None = field(default=None, metadata=OPTIONAL)  # The ASF beside an AMC
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import store
+from motiondb.answers.catalogue import Exported
 from motiondb.body.features import FEATURE_STEP
 from motiondb.body.retarget import to_clip, to_motion
 from motiondb.database.archive import Archive
 from motiondb.database.catalogue import browsing, filter_words
-from motiondb.database.catalogue.parts import cut_clip, cut_motion, write_bytes, write_clip
+from motiondb.database.catalogue.parts import cut_clip, cut_motion
 from motiondb.files import read_capture, split_take
 from motiondb.files.safe_files import is_file
 from motiondb.records import Caption, CaptureInfo, Clip, Event, Motion, Relation
@@ -27,8 +29,12 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         ShownActivity,
         ShownSegment,
     )
+<<<<<<< HEAD
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
+=======
+    from motiondb.database.catalogue import exporting
+>>>>>>> main
     from motiondb.search.copies import DuplicateGroup
 
 
@@ -200,7 +206,8 @@ class Captures(Archive):
         start: float | None = None,
         end: float | None = None,
         canonical: bool = False,
-    ) -> Path:
+        changes: exporting.MotionChanges | None = None,
+    ) -> Exported:
         """Write a capture to a file; in its original format, the bytes are those that were added.
 
         Parameters
@@ -208,7 +215,8 @@ class Captures(Archive):
         name : str
             Name of the capture.
         path : str or Path
-            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file.
+            The ending says the format: .bvh, .glb or .gltf, or the ending of the added file. With
+            the added AMC, its skeleton is written beside it (.asf).
         start : float, optional
             Start of the part of the capture, seconds. A part of a capture is always written as a
             new file.
@@ -216,23 +224,48 @@ class Captures(Archive):
             End of the part of the capture, seconds.
         canonical : bool
             Write the motion on the canonical body at 30 frames a second.
+        changes : MotionChanges, optional
+            How the motion is changed before. A changed motion is always written as a new file.
+
+        Returns
+        -------
+        Exported
+            The names of the files, and what was done.
 
         Raises
         ------
         MotionDBError
             When there is no such capture, or the file cannot be written.
         """
-        path = Path(path)
-        whole = start is None and end is None and not canonical
+        from motiondb.database.catalogue import exporting
+
+        path, asked = Path(path), changes or exporting.MotionChanges()
+        exporting.check_changes(asked, path)
+        whole = start is None and end is None and not canonical and not asked.are_any
         with self.session.reading():
             info = store.load_capture(self.store, name)
-            source = store.load_source(self.store, info.capture_id)
-            if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
-                return write_bytes(path, source.data)
             if canonical:
                 motion = store.load_motion(self.store, info.capture_id)
-                return write_clip(to_clip(cut_motion(motion, start, end)), path)
-            return write_clip(cut_clip(self.clip(name), start, end), path)
+                clip = to_clip(cut_motion(motion, start, end))
+            else:
+                source = store.load_source(self.store, info.capture_id)
+                if whole and path.suffix.lower() == Path(source.own_name).suffix.lower():
+                    return exporting.write_added(info, source, path, self.clip(name).unit)
+                clip = cut_clip(self.clip(name), start, end)
+            asked = self._with_joint_map(info, asked, canonical)
+        clip, said = exporting.write_changed(clip, path, asked)
+        unit = "m" if path.suffix.lower() in exporting.GLTF else exporting.unit_name(clip.unit)
+        return Exported(info.name, path, clip.fps, clip.n_frames, unit, False, said)
+
+    def _with_joint_map(
+        self, info: CaptureInfo, asked: exporting.MotionChanges, canonical: bool
+    ) -> exporting.MotionChanges:
+        """Return the changes with the joint map with which a capture was added."""
+        runs = {run.run_id: run for run in store.load_runs(self.store)}
+        added = runs[info.run_id].parameters.get("joint_map")
+        if canonical or asked.joint_map or not isinstance(added, dict):
+            return asked
+        return replace(asked, joint_map={str(k): str(v) for k, v in added.items()})
 
     def export_matches(
         self, answer: WordAnswer | ExampleAnswer, folder: str | Path, question: str = ""

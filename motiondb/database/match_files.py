@@ -15,7 +15,7 @@ from motiondb.errors import QueryError
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.records import Match
 
-Export = Callable[[str, Path, float, float], Path]
+Export = Callable[[str, Path, float, float], object]
 """Writes the part of a capture from start to end (seconds) into a file."""
 _UNUSUAL = re.compile(r"[^\w.-]+")
 

@@ -25,7 +25,7 @@ from motiondb.body.features import N_FEATURES, features_of_motions
 from motiondb.errors import NotLearnedError
 from motiondb.language.nearby.table import NearbyTable, read_table
 from motiondb.learn.checking import given_certainties
-from motiondb.learn.learned import Learned
+from motiondb.learn.learned import Learned, prepare, with_prepared
 from motiondb.learn.learned_model import from_stored
 from motiondb.learn.recognition import FeaturePool, recognise_capture
 from motiondb.meaning.counting import join_tables
@@ -95,7 +95,7 @@ class Session:
     @property
     def learned(self) -> Learned:
         """The learned model, with the catalogue of the same revision."""
-        return self.kept("learned", lambda: load_learned(self.store))
+        return self.kept("learned", lambda: _prepared(self.store, load_learned(self.store)))
 
     @property
     def searchable(self) -> Learned:
@@ -105,7 +105,7 @@ class Session:
         They take no part in counts, nor as material for further generation. Search finds them: here
         they are cut and scored by the learned symbols.
         """
-        return self.kept("searchable", lambda: _with_generated(self.store, self.learned))
+        return self.kept("searchable", lambda: _searchable(self.store, self.learned))
 
     @property
     def features(self) -> FeaturePool:
@@ -173,6 +173,18 @@ def _with_generated(opened: store.Store, learned: Learned) -> Learned:
         return learned
     tables = [recognise_capture(learned, c, store.load_motion(opened, c)) for c in generated]
     return replace(learned, segments=join_tables(learned.segments, *tables))
+
+
+def _searchable(opened: store.Store, learned: Learned) -> Learned:
+    """The learned model with the generated captures, and what questions need of all captures."""
+    every = _with_generated(opened, learned)
+    return learned if every is learned else _prepared(opened, every, "searched")
+
+
+def _prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
+    """The learned model with arrays of all captures from the cache of the database."""
+    mark = store.learning_mark(opened)
+    return with_prepared(learned, store.cached_arrays(opened, kind, lambda: prepare(learned), mark))
 
 
 @lru_cache(maxsize=1)

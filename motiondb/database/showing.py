@@ -54,7 +54,7 @@ def database_info(session: Session) -> DatabaseInfo:
             "words": size.n_words,
             "current": store.learning_is_current(opened),
             "not_yet_learned": len(unlearned_captures(session)),
-            "start": start_facts(session.learned),
+            "start": start_facts(session),
         }
     n_bytes, unused = opened.path.stat().st_size, store.unused_bytes(opened)
     return DatabaseInfo(

@@ -18,6 +18,7 @@ import operator
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,10 +121,11 @@ def described_intervals(
 ) -> list[Described]:
     """Captions with at least one motion word, and the segments they describe."""
     intervals = []
+    split = cache(lambda said: vocabulary.split_actions(said, synonyms, known_lemmas))
     for capture_id, rows in sorted(captions.items()):
         first, last = np.searchsorted(table.capture_ids, [capture_id, capture_id + 1])
         for caption in rows:
-            actions = vocabulary.split_actions(caption.words, synonyms, known_lemmas)
+            actions = split(caption.words)  # many captures have the same words
             words = tuple(word for action in actions for word in action)
             if not words or first == last:
                 continue

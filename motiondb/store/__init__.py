@@ -69,6 +69,8 @@ from motiondb.store.catalogue.runs import (
 from motiondb.store.catalogue.sources import (
     Source,
     digest,
+    leave_out,
+    load_packed_source,
     load_source,
     pack_source,
 )
@@ -86,6 +88,7 @@ from motiondb.store.catalogue.where import (
     parse_where,
 )
 from motiondb.store.checks import (
+    check_quickly,
     check_store,
 )
 from motiondb.store.compaction import (
@@ -130,8 +133,10 @@ from motiondb.store.grammars import (
     save_grammar,
 )
 from motiondb.store.learned import (
+    has_parameter,
     is_learned,
     learning_is_current,
+    learning_mark,
     load_association,
     load_learning,
     load_learning_size,

@@ -29,7 +29,7 @@ def test_takes_are_captures_of_their_own(tmp_path: Path) -> None:
         assert (bow.tags, jump.tags) == ({"performer": "ann"}, {"performer": "bob"})
         assert [c.words for c in base.captions("two#jump_1")] == ["jumps"]
         assert base.captions("two#bow_1") == ()
-        assert base.export("two#jump_1", tmp_path / "out.fbx").read_bytes() == data
+        assert base.export("two#jump_1", tmp_path / "out.fbx").output.read_bytes() == data
         clip = base.clip("two#jump_1")
         assert (clip.format, clip.n_frames) == ("fbx", 9)
         example = base.motion(f"{folder / 'two.fbx'}#jump_1")

@@ -106,6 +106,23 @@ def test_damage_is_told(filled: store.Store, damage: str, sentence: str) -> None
     assert sentence in store.check_store(filled)
 
 
+@pytest.mark.parametrize(
+    ("damage", "is_seen"),
+    [
+        ("DELETE FROM source WHERE file_name = 'a.bvh'", True),
+        ("UPDATE segment SET symbol_id = 77 WHERE ordinal = 0", True),
+        ("DROP TABLE event", True),
+        ("DELETE FROM motion_frame WHERE capture_id = 2", False),
+    ],
+)
+def test_a_quick_check_leaves_out_large_tables(
+    filled: store.Store, damage: str, is_seen: bool
+) -> None:
+    assert store.check_quickly(filled) == []
+    filled.connection.execute(damage)
+    assert bool(store.check_quickly(filled)) == is_seen
+
+
 def test_a_killed_run_is_no_fault(filled: store.Store) -> None:
     store.start_run(filled, "add")
     store.start_run(filled, "learn")

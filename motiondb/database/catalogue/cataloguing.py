@@ -155,6 +155,7 @@ def _start_run(
         "skip_bad_frames": settings.skip_bad_frames,
         "joint_map": dict(settings.joint_map),
         "keep_implausible": settings.keep_implausible,
+        "originals": settings.originals,
     }
     return store.start_run(opened, "add", parameters)
 

@@ -81,6 +81,8 @@ class AddSettings:
         Put before the name of every capture, such as "studio2/".
     replace : bool
         Replace captures of the same names; captions, tags and events that no sheet gives are kept.
+    originals : bool
+        Keep the files as they are, so that they can be exported bit for bit.
     """
 
     unit: float | None = None
@@ -94,6 +96,7 @@ class AddSettings:
     within: Path | None = None
     prefix: str = ""
     replace: bool = False
+    originals: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,7 +318,8 @@ def _solved(
     if not (np.isfinite(motion.root_positions).all() and np.isfinite(motion.local_rotations).all()):
         raise CaptureError(path, "expected finite positions, found none.")
     notes = clip.notes + motion.notes
-    return ReadFile(name, str(path), pack(), motion, clip.fps, clip.n_frames, notes)
+    source = pack() if settings.originals else store.leave_out(pack())
+    return ReadFile(name, str(path), source, motion, clip.fps, clip.n_frames, notes)
 
 
 def _skeleton(

@@ -106,10 +106,7 @@ class _Merging:
             )
             return None
         motion = store.load_motion(self.other, info.capture_id)
-        plain = store.load_source(self.other, info.capture_id)
-        source = store.pack_source(
-            plain.file_name, plain.data, plain.format, plain.skeleton_name, plain.skeleton_data
-        )
+        source = store.load_packed_source(self.other, info.capture_id)
         new = replace(info, name=name, run_id=self._run(info.run_id))
         saved = store.save_capture(self.opened, new, motion, source, captions)
         store.save_events(self.opened, saved.capture_id, events)

@@ -59,21 +59,24 @@ def cache_bytes(store: Store) -> int:
 
 
 def cached_arrays(
-    store: Store, kind: str, build: Callable[[], Mapping[str, NDArray[Any]]]
+    store: Store, kind: str, build: Callable[[], Mapping[str, NDArray[Any]]], mark: str = ""
 ) -> Arrays:
     """Return the arrays that ``build`` makes from the motions, from the cache where possible.
 
-    The cached arrays are valid until the motions change. Within a transaction the cache is neither
-    read nor written, because the transaction may yet be rolled back.
+    The cached arrays are valid until the motions change, or the ``mark`` is another one. Within a
+    transaction the cache is neither read nor written, because the transaction may yet be rolled
+    back.
 
     `kind`: What the arrays are, one word of letters and digits; part of the files' names.
+
+    `mark`: What the arrays follow from beside the motions.
 
     `build`: Returns the arrays by name. It is called when the cache has no arrays for the current
     motions, or damaged ones.
     """
     if store.in_transaction:
         return dict(build())  # the transaction may yet be rolled back
-    folder, stem = _place(store, kind)
+    folder, stem = _place(store, kind, mark)
     try:
         return _read_arrays(folder, stem)
     except _UNUSABLE:
@@ -233,10 +236,13 @@ def is_cached(store: Store, kind: str) -> bool:
     return (folder / f"{stem}.json").is_file()
 
 
-def _place(store: Store, kind: str) -> tuple[Path, str]:
+def _place(store: Store, kind: str, mark: str = "") -> tuple[Path, str]:
     """Folder of the cache, and how the names of the files of these arrays begin."""
     folder = store.path.with_name(f"{store.path.name}.cache")
-    return folder, f"{kind}-{read_meta(store, 'motion_revision')}"
+    revision = read_meta(store, "motion_revision")
+    if mark:
+        revision = hashlib.sha256(f"{revision} {mark}".encode()).hexdigest()[:32]
+    return folder, f"{kind}-{revision}"
 
 
 def _read_arrays(folder: Path, stem: str) -> Arrays:

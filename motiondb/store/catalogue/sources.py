@@ -31,7 +31,7 @@ class Source:
     # after "#" for the only one
     file_name: str
     # Content of the file. It is compressed with zlib in the store and after :func:`pack_source`,
-    # and uncompressed after :func:`load_source`
+    # and uncompressed after :func:`load_source`. Nothing if it was left out (:func:`leave_out`)
     data: bytes
     # Name of the skeleton file, without folders; None: there is no skeleton file
     skeleton_name: str | None = None
@@ -81,8 +81,26 @@ def pack_source(
     )
 
 
+def leave_out(source: Source) -> Source:
+    """A packed file without its content: names and digest alone are kept."""
+    skeleton = None if source.skeleton_data is None else b""
+    return replace(source, data=b"", skeleton_data=skeleton)
+
+
 def load_source(store: Store, capture_id: int) -> Source:
     """Load the file of a capture, uncompressed and equal bit for bit to the file that was added."""
+    source = load_packed_source(store, capture_id)
+    if not source.data:
+        raise QueryError(
+            f"{source.file_name}: expected the file as it was added, found that it was left out "
+            "(--no-originals). Export the motion on the canonical body (--canonical), or remove "
+            "the capture and add its file again."
+        )
+    return unpack_source(store.path, source)
+
+
+def load_packed_source(store: Store, capture_id: int) -> Source:
+    """Load the file of a capture as it is stored, for another store."""
     row = store.connection.execute(
         "SELECT sha256, s.format, file_name, data, skeleton_name, skeleton_data FROM source s "
         "JOIN capture USING (sha256) WHERE capture_id = ?",
@@ -90,7 +108,7 @@ def load_source(store: Store, capture_id: int) -> Source:
     ).fetchone()
     if row is None:
         raise QueryError(f"capture {capture_id}: expected a capture in {store.path}, found none.")
-    return unpack_source(store.path, Source(*row))
+    return Source(*row)
 
 
 def unpack_source(path: Path, source: Source) -> Source:

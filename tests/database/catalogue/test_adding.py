@@ -110,10 +110,10 @@ def test_a_cut_is_known_though_the_whole_take_comes_later(tmp_path: Path, some: 
 def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "m.duckdb") as db:
         db.add(some)
-        out = db.export("ana/jump_1", tmp_path / "j.bvh")
+        out = db.export("ana/jump_1", tmp_path / "j.bvh").output
         assert out.read_bytes() == (some / "ana/jump_1.bvh").read_bytes()
-        assert db.export("ana/jump_1", tmp_path / "j.glb").read_bytes()[:4] == b"glTF"
-        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5))
+        assert db.export("ana/jump_1", tmp_path / "j.glb").output.read_bytes()[:4] == b"glTF"
+        part = read_capture(db.export("ana/jump_1", tmp_path / "p.bvh", start=0.5, end=1.5).output)
         whole = read_capture(out)
         assert part.n_frames == 30
         assert np.allclose(part.root_positions, whole.root_positions[15:45], atol=1e-5)
@@ -269,3 +269,26 @@ def test_batches_add_what_one_batch_adds(
     assert reports[0] == reports[1]
     assert len(relations[0]) >= 4
     assert relations[0] == relations[1]
+
+
+def test_files_may_be_left_out(tmp_path: Path, some: Path) -> None:
+    """Motions are the same; what needs the file is refused, also in a rescued database."""
+    with (
+        motiondb.open(tmp_path / "all.duckdb") as whole,
+        motiondb.open(tmp_path / "few.duckdb") as db,
+    ):
+        whole.add(some)
+        assert db.add(some, settings=AddSettings(originals=False)).problems == ()
+        assert len(db.add(some).known) == 4
+        np.testing.assert_array_equal(
+            db.motion("ana/bow_1").root_positions, whole.motion("ana/bow_1").root_positions
+        )
+        for name in ("bow.bvh", "bow.glb"):
+            with pytest.raises(QueryError, match=r"bow_1.bvh: .* left out \(--no-originals\). Exp"):
+                db.export("ana/bow_1", tmp_path / name)
+        db.export("ana/bow_1", tmp_path / "bow.bvh", canonical=True)
+        assert db.check() == []
+    report = motiondb.rescue(tmp_path / "few.duckdb", tmp_path / "rescued.duckdb")
+    assert (len(report.captures), report.mended, report.lost) == (4, (), ())
+    with motiondb.open(tmp_path / "rescued.duckdb") as rescued:
+        assert len(rescued.add(some).known) == 4
