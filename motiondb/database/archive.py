@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         Undone,
     )
     from motiondb.database.catalogue import cataloguing, sheets
+    from motiondb.database.generated_files import Made
     from motiondb.database.session import Session
 
 
@@ -92,6 +93,32 @@ class Archive:
             settings or cataloguing.AddSettings(),
             progress,
         )
+
+    def save_generated(self, name: str, words: str, made: Made, seed: int) -> CaptureInfo:
+        """Keep a generated motion as a capture, with the origin of every frame.
+
+        Parameters
+        ----------
+        name : str
+            Name of the new capture.
+        words : str
+            Its caption.
+        made : Generated
+            The motion.
+        seed : int
+            Seed that the run names.
+        """
+        from motiondb.database.generated_files import keep_generated
+
+        with store.transaction(self.store):
+            run_id = store.start_run(self.store, "generate", {"words": words}, seed)
+            captions = [Caption(words)]
+            with store.noting_edits(self.store, run_id):
+                info = keep_generated(
+                    self.store, name, made.motion, made.provenance, captions, run_id
+                )
+            store.finish_run(self.store, run_id)
+        return info
 
     def check_name_free(self, name: str) -> None:
         """Refuse a name that a capture has already.

@@ -29,12 +29,9 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
         ShownActivity,
         ShownSegment,
     )
-<<<<<<< HEAD
+    from motiondb.database.catalogue import exporting
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
-=======
-    from motiondb.database.catalogue import exporting
->>>>>>> main
     from motiondb.search.copies import DuplicateGroup
 
 
