@@ -50,6 +50,16 @@ _UNUSABLE = (OSError, ValueError, EOFError, KeyError, TypeError, AttributeError)
 """Exceptions that reading a missing or damaged file raises."""
 
 
+def cache_bytes(store: Store) -> int:
+    """Return the size of the folder with the cache, bytes; 0 if there is none."""
+    folder = store.path.with_name(f"{store.path.name}.cache")
+    total = 0
+    for file in folder.glob("*"):
+        with suppress(OSError):  # another process may replace it
+            total += file.stat().st_size
+    return total
+
+
 def cached_arrays(
     store: Store, kind: str, build: Callable[[], Mapping[str, NDArray[Any]]], mark: str = ""
 ) -> Arrays:
